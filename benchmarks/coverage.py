@@ -1,7 +1,7 @@
 """How often intervals of a calibrated ring test hold the truth: fits of many noises, each from poor starts of its own.
 
 ``python benchmarks/coverage.py [--noises 100] [--mesh 4 3] [--truth 4 3] [--no-refine]``. A ring 18 : 9 : 6, pressed to 45 %:
-twenty readings of force (1 % of reading) and bore (5 µm) that a run with known parameters foretells, with errors drawn anew
+twenty readings of force (1 % of reading) and bore (5 µm) that a run with known parameters predicts, with errors drawn anew
 for each fit of (μ, K, n). Where the mesh of the truth is that of the fits, ``--no-refine`` shows the intervals of the readings
 alone; where it is a finer one, the refit shows whether the part of the mesh makes up for it. Prints how many of the
 intervals hold the truth, by the readings and with the mesh, and the processor time of a fit.

@@ -63,7 +63,7 @@ def solve(
     numerics = replace(numerics, threads=threads)
     ahead = Ahead(system, numerics, policy) if start is None and threads > 1 else None
     if start is None:
-        told_before(system)
+        report_preflight(system)
     elif not belongs(start, system):
         system = system_of(start, system)
     condense = to_be_condensed(system, numerics, policy)
@@ -86,11 +86,11 @@ def solve(
     return stepping(system).run(state)
 
 
-def told_before(system: System) -> None:
+def report_preflight(system: System) -> None:
     """Refuse what cannot be solved, and log what there is to say of the rest, before a run."""
     notices = preflight(system)
     refuse(notices)
-    doubts = warnings_of(system.problem) if system.courses is None else []
+    doubts = warnings_of(system.problem) if system.plan_of is None else []
     for words in [*doubts, *map(str, notices)]:
         log.warning("%s", words)
 

@@ -13,7 +13,7 @@ class PrensaError(Exception):
     """Base of every error that prensa raises on purpose; its text is meant for the user."""
 
 
-TOLD = 50  # mistakes of a case that are told at once
+TOLD = 50  # mistakes of a case that are reported at once
 LONGEST_MESSAGE = 1000  # characters of a message
 
 

@@ -115,7 +115,7 @@ def test_a_side_that_stays_past_its_support_ends_the_run(caplog):
     assert sum("slides past the support 'b.bottom'" in words for words in caplog.messages) == 1
 
 
-def test_a_step_that_ends_soon_after_a_side_is_past_its_support_is_told_alone(caplog):
+def test_a_step_that_ends_soon_after_a_side_is_past_its_support_is_reported_alone(caplog):
     """What was asked for is computed: half of the travel, few increments past the support."""
     last = list(pr.solve(sticking(10, -0.55)))[-1]
     assert last.time == 1.0 and any("slides past the support" in words for words in caplog.messages)
@@ -130,7 +130,7 @@ def test_a_tool_in_place_of_the_support_lets_the_run_go_on():
     assert done[True][1.0] > 1.1 * done[False][1.0]
 
 
-def test_a_free_side_that_creases_where_it_enters_a_tool_is_told_at_once():
+def test_a_free_side_that_creases_where_it_enters_a_tool_is_reported_at_once():
     """A quarter of what a node may lie inside a tool by itself is enough where its element folds over itself."""
     body = pr.Body(pr.Rectangle(size=(3, 1.5), n=(9, 4)), METAL)
     problem = pr.Problem(
@@ -144,7 +144,7 @@ def test_a_free_side_that_creases_where_it_enters_a_tool_is_told_at_once():
     assert 0.01 < error.reason.node.depth / (1 / 3) < 0.05 and len(done) < 300
 
 
-def test_a_body_that_passes_through_itself_is_told():
+def test_a_body_that_passes_through_itself_is_reported():
     """An open ring is closed further than its ends can be: they would pass through each other without a force."""
     ring = pr.Annulus(inner=0.9, outer=1.1, n=(32, 2), angles=(0.13, 2 * np.pi - 0.13))
     problem = pr.Problem(
@@ -159,7 +159,7 @@ def test_a_body_that_passes_through_itself_is_told():
 
 
 @pytest.mark.parametrize("drawn", [1.0, 0.4])
-def test_an_edge_that_hangs_on_a_corner_of_a_tool_is_told(drawn):
+def test_an_edge_that_hangs_on_a_corner_of_a_tool_is_reported(drawn):
     """Its ends lie on the side and on the end of a stamp: drawn out, it passes through the stamp; short, it only touches it."""
     stamp = pr.Profile(points=((-0.6, 1.0), (-0.6, 0.0), (0.6, 0.0), (0.6, 1.0)), fillet=0.0, at=(0.0, 1.0))
     block = pr.Rectangle(size=(4, 1), n=(8, 2), origin=(-2.0, 0.0))
@@ -221,7 +221,7 @@ def test_a_tool_three_elements_inside_an_elastic_body_is_pressed_out_at_once():
     assert inside[-1].force("t").y == pytest.approx(moved[-1].force("t").y, rel=1e-3)
 
 
-def test_a_tool_that_no_body_gives_way_to_is_told_soon():
+def test_a_tool_that_no_body_gives_way_to_is_reported_soon():
     """Half the height of the block is beyond its limit point: seven or more cuts told nothing of the overlap."""
     done, error = failure_of(pressed(pr.Plane(at=(0.0, 1.0)), -0.05))
     assert not done and isinstance(error.reason, StartsInside)

@@ -172,8 +172,8 @@ def test_windows_do_not_reach_over_the_beginning_of_a_step_nor_into_a_dwell():
     assert passages.means()["roll.fy"] == (50.0, 0.0)
 
 
-def test_a_staircase_is_told_once_and_a_rise_is_not():
-    """Four passages of a wave of 10 % in a contact of five elements are told once; a force that grows is not."""
+def test_a_staircase_is_reported_once_and_a_rise_is_not():
+    """Four passages of a wave of 10 % in a contact of five elements are reported once; a force that grows is not."""
     n = np.arange(0, 4, 0.05)
     for force, told in ((100.0 + 10.0 * (n % 1.0 < 0.5), 1), (10.0 * n, 0), (100.0 + 0 * n, 0)):
         passages, said = Passages(discretise(block())), []

@@ -1,4 +1,4 @@
-"""Metal never lies inside a tool unnoticed: outlines are the default, what they miss is told, what is meant can be said."""
+"""Metal never lies inside a tool unnoticed: outlines are the default, what they miss is reported, what is meant can be said."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_contacts_left_out_are_all_that_there_can_be(element):
 
 
 def test_an_outline_leaves_out_what_is_held_named_tied_or_on_the_axis():
-    """Lines of symmetry, the axis, tied sides, and sides that another entry names are no part of it; what is let go is."""
+    """Lines of symmetry, the axis, tied sides, and sides that another entry names are no part of it; what is released is."""
     sides = pressed(tools={"die": pr.Plane(touching="b.top")})
 
     def where(p, number=0):
@@ -118,8 +118,8 @@ def test_metal_inside_a_tool_at_the_start_is_refused():
         last(pressed(only_top, tools=tools))
 
 
-def test_a_tool_on_its_way_into_a_side_without_contact_is_told():
-    """A tool that reaches a body at rest through a side that is not listed is told with the time, before the run."""
+def test_a_tool_on_its_way_into_a_side_without_contact_is_reported():
+    """A tool that reaches a body at rest through a side that is not listed is reported with the time, before the run."""
     tools = {"die": pr.Plane(normal=(0, -1), at=(0.0, 2.5)), "wall": replace(WALL, at=(4.2, 0.0))}
     steps = (pr.Step("push", move={"wall": pr.Motion(x=-0.6)}), pr.Step("press", move={"die": pr.Motion(y=-0.6)}))
     p = replace(pressed((pr.Contact(("b.top", "b.right"), "die"),), tools=tools), steps=steps)
@@ -129,7 +129,7 @@ def test_a_tool_on_its_way_into_a_side_without_contact_is_told():
 
 @pytest.mark.parametrize("kinematics", ["small", "finite"])
 def test_condensed_bodies_are_looked_at_where_they_are(kinematics):
-    """Whether nodes off the contact are computed on the way or at the end of a step, the same is told."""
+    """Whether nodes off the contact are computed on the way or at the end of a step, the same is reported."""
     tools = {"die": pr.Plane(touching="b.top"), "wall": replace(WALL, at=(4.0, 0.0))}
     fine = pressed((pr.Contact("b.top", "die"),), SOFT, tools={"die": tools["die"]}, kinematics=kinematics)
     wrong = pressed((pr.Contact("b.top", "die"),), SOFT, tools=tools, kinematics=kinematics)
@@ -161,7 +161,7 @@ def test_an_outline_has_no_normal_at_its_corners():
         pressed(material=SOFT, kinematics="small", contact_geometry="reference")
 
 
-def test_bodies_that_overlap_are_told_and_neighbours_are_not():
+def test_bodies_that_overlap_are_reported_and_neighbours_are_not():
     """Nodes, or the centres of elements, of one in the other; bodies that share a side only meet."""
     for origin, depth in (((0, 1), 1.0), ((1.0, 0.25), 0.75), ((0, 2), 0), ((4, 1), 0), ((9, 9), 0)):
         other = pr.Body(pr.Rectangle(size=(2, 2), n=(4, 4), origin=origin), METAL)
@@ -187,7 +187,7 @@ def test_a_tool_deep_in_a_plastic_body_is_refused():
     ],
 )
 def test_a_ring_comes_out_of_a_body_along_the_axis(tool, way):
-    """In axisymmetry the way out that is told is one along the axis, and it does bring it out; a narrow tube has none."""
+    """In axisymmetry the way out that is reported is one along the axis, and it does bring it out; a narrow tube has none."""
     contact = pr.Contact(("b.bottom", "b.right"), "die")
     p = pressed((contact,), tools={"die": tool}, space="axisymmetric", fixed={"b.top": "y"}, n=(16, 8))
     assert any(f"move the tool along the axis by {way:g}, or leave" in str(n) for n in preflight(pr.discretise(p)))

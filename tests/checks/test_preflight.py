@@ -1,4 +1,4 @@
-"""What is told before anything is solved, and good cases beside it that are left alone."""
+"""What is reported before anything is solved, and good cases beside it that are left alone."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def test_a_step_in_which_time_passes_may_repeat_what_is_there():
         assert len([w for w in told(block(METAL, steps=steps)) if "changes nothing" in w]) == count
 
 
-def test_a_sensitivity_to_the_rate_in_per_cent_is_told():
+def test_a_sensitivity_to_the_rate_in_per_cent_is_reported():
     """As an exponent is; usual ones are not."""
     press = (pr.Step("press", move={"die": pr.Motion(y=-0.1)}, duration=1.0),)
     for C, n, heard in ((2.0, 0.4, "material.flow.C"), (0.02, 40.0, "material.flow.n"), (0.02, 0.4, "")):
@@ -135,7 +135,7 @@ def test_a_sensitivity_to_the_rate_in_per_cent_is_told():
         (METAL, {"n": (6, 12), "radius": 2, "fixed": {"b.bottom": "xy", "b.left": "x"}}, True),
     ],
 )
-def test_a_tool_that_comes_through_the_surface_beside_a_line_of_symmetry_is_told_as_that(material, case, again):
+def test_a_tool_that_comes_through_the_surface_beside_a_line_of_symmetry_is_reported_as_that(material, case, again):
     """No contact of that line, or of the axis, is asked for: the elements beside it are too coarse for the tool."""
     case = dict(case)
     tools = {"die": pr.Circle(radius=case.pop("radius"), touching="b.top")}
@@ -154,7 +154,7 @@ def test_a_velocity_of_rotation_is_answered_with_one():
             pr.Step("s", velocity={"die": {axis: wrong}})
 
 
-def test_small_strain_of_a_beam_that_is_bent_far_is_told():
+def test_small_strain_of_a_beam_that_is_bent_far_is_reported():
     """A tool that would be on the far side of a thin body at the end of its way bends it: told by the way, over the length."""
     body = {"b": pr.Body(pr.Rectangle(size=(20, 1), n=(20, 2)), SOFT)}
 
@@ -168,7 +168,7 @@ def test_small_strain_of_a_beam_that_is_bent_far_is_told():
     assert bent(6.0, allow_large_strain=True) == []
 
 
-def test_what_reads_like_half_a_round_body_is_told_and_others_are_not():
+def test_what_reads_like_half_a_round_body_is_reported_and_others_are_not():
     """By the name of the part, a section that begins at the axis or beside it, and how it is held."""
     rectangle, held = pr.Rectangle(size=(8.0, 4.0), n=(4, 2)), {"NAME.left": "x", "NAME.bottom": "y"}
     beside = pr.Rectangle(size=(8.0, 4.0), n=(4, 2), origin=(5.0, 0.0))
@@ -200,7 +200,7 @@ def test_what_reads_like_half_a_round_body_is_told_and_others_are_not():
     (0.01, "mm", "is the unit right"), (1e-5, "m", "is the unit right"), (4.0, "mm", ""), (1.0, "mm", ""), (1e-3, "m", ""),
     (25.4, "mm", ""), (300.0, "mm", ""),
 ])  # fmt: skip
-def test_a_thickness_that_no_long_body_has_is_told(thickness, length, heard):
+def test_a_thickness_that_no_long_body_has_is_reported(thickness, length, heard):
     """Slices of a millimetre or an inch, square bars and widths of sheets are left alone."""
     size = (8.0, 4.0) if length == "mm" else (0.08, 0.04)
     way = pr.Step("press", move={"die": pr.Motion(y=-0.01 * size[1])})
@@ -209,7 +209,7 @@ def test_a_thickness_that_no_long_body_has_is_told(thickness, length, heard):
 
 
 @pytest.mark.parametrize(("way", "heard"), [(0.2, False), (0.35, True)])
-def test_an_element_that_folds_between_its_corners_is_told(way, heard, caplog):
+def test_an_element_that_folds_between_its_corners_is_reported(way, heard, caplog):
     """The middle of a side of an eight-node element moved along it: beyond a quarter the side turns back at its end.
 
     Its corners stay where they are and all four integration points have room: 0.5 - 0.91 way > 0.
@@ -254,7 +254,7 @@ def test_the_least_jacobian_on_sides_is_that_of_the_mapping():
     (None, ((0.0, -0.1), (1.0, -0.3)), -0.2),
     (4, ((0.0, 0.2), (1.0, -0.3)), -0.05),  # drawn away at first
 ])  # fmt: skip
-def test_a_table_that_begins_elsewhere_is_told_and_reached_over_the_first_increment(increments, table, half, caplog):
+def test_a_table_that_begins_elsewhere_is_reported_and_reached_over_the_first_increment(increments, table, half, caplog):
     """A jump is as long in any increment, however short, and was cut again and again; now each cut makes it shorter."""
     p = block(METAL, steps=(pr.Step("press", move={"die": pr.Motion(y=table)}, increments=increments),))
     foretold = [words for words in told(p) if "would jump" in words]
@@ -267,7 +267,7 @@ def test_a_table_that_begins_elsewhere_is_told_and_reached_over_the_first_increm
     assert np.interp(0.5, at, [places[t] for t in at]) == pytest.approx(half, abs=1e-9)
 
 
-def test_a_table_that_begins_where_a_pushed_tool_is_not_is_told_in_the_run(caplog):
+def test_a_table_that_begins_where_a_pushed_tool_is_not_is_reported_in_the_run(caplog):
     """Where a tool is that was pushed nobody knows before: told once, when the step begins, with its place; `by` moves it on."""
     steps = (pr.Step("push", push={"die": pr.Push(y=-800.0)}), pr.Step("back", move={"die": pr.Motion(y=((1, 0.0), (2, 0.2)))}))
     p = block(METAL, steps=steps)
@@ -278,7 +278,7 @@ def test_a_table_that_begins_where_a_pushed_tool_is_not_is_told_in_the_run(caplo
     assert last.force("die").y == 0.0 and last.tools["die"].place.y == pytest.approx(0.2)
 
 
-def test_scripts_hear_of_what_a_case_file_is_told(caplog):
+def test_scripts_hear_of_what_a_case_file_is_reported(caplog):
     """What `prensa check` says of units, friction and a missing 'space' stands in the log of `prensa.solve` too, once each."""
     body = {"billet": pr.Body(pr.Rectangle(size=(4, 2), n=(4, 2)), pr.Elastic(E=210.0, nu=0.3))}
     tools, fixed = {"die": pr.Plane(touching="billet.top")}, {"billet.bottom": "y", "billet.left": "x"}
@@ -291,7 +291,7 @@ def test_scripts_hear_of_what_a_case_file_is_told(caplog):
     assert not any("'space'" in m for m in caplog.messages)
 
 
-def test_a_case_called_round_that_says_no_space_is_told():
+def test_a_case_called_round_that_says_no_space_is_reported():
     """The name of the case counts with words that no plane one has; 'cylinder on a block' is plane."""
     body = {"b": pr.Body(pr.Rectangle(size=(4, 2), n=(4, 2)), METAL)}
     for name, heard in (("billet upsetting", 1), ("round_bar", 1), ("axisymmetric", 1), ("cylinder on a block", 0), ("ring", 0)):
@@ -318,7 +318,7 @@ def test_a_node_on_a_bore_goes_down_with_a_fillet_that_comes_along_it():
     assert any("held along the normal" in words for words in told(pressed(pr.Fixed(x=0.0, y=0.0))))
 
 
-def test_what_friction_alone_holds_is_told():
+def test_what_friction_alone_holds_is_reported():
     """A rod that touches the wall and the punch alone hangs on friction; one that rests on the edge of the die does not."""
     die = pr.Profile(points=((10, 40), (10, 0), (7, -3), (7, -30)), fillet=(0, 1.5, 1.5, 0), at=(0, -0.6213))
 
@@ -336,7 +336,7 @@ def test_what_friction_alone_holds_is_told():
     assert told(block(fixed={"b.bottom": "y"}, friction=pr.Coulomb(0.1))) == []  # a whole billet between rough plates
 
 
-def test_tools_off_the_line_that_they_cross_are_told():
+def test_tools_off_the_line_that_they_cross_are_reported():
     """Those that slide along it, stand on one side, or whose line is said to be no symmetry are left alone."""
     line = {"b.bottom": "y", "b.left": "x"}
 
@@ -369,7 +369,7 @@ def test_springs_are_asked_about_only_where_they_make_no_sense():
         next(iter(pr.solve(sprung(1e13))))
 
 
-def test_a_step_that_says_nothing_is_told_but_not_where_time_passes():
+def test_a_step_that_says_nothing_is_reported_but_not_where_time_passes():
     """What was moving stands still in it; one with a duration is a rest; a table ends where the next step leaves it out."""
     press = pr.Step("press", move={"die": pr.Motion(y=-0.1)})
     assert any("says nothing" in words for words in told(block(steps=(press, pr.Step("more", increments=3)))))

@@ -64,7 +64,7 @@ def test_small_strain_is_refused_where_it_means_nothing(condense, caplog):
     if not condense:  # condensed bodies are looked at where a step ends
         assert failed.value.last.time == 0.5
         assert failed.value.reason.strain == pytest.approx(0.1125)
-    # foretold from the travel of the supports, and nothing else
+    # predicted from the travel of the supports, and nothing else
     assert [r.getMessage().partition(":")[0] for r in caplog.records] == ["kinematics"]
 
 
@@ -77,7 +77,7 @@ def test_what_is_small_or_meant_or_finite_is_not_remarked_upon(strain, more, cap
     assert not caplog.records
 
 
-def test_strains_that_are_not_small_are_told_once(caplog):
+def test_strains_that_are_not_small_are_reported_once(caplog):
     """Between 5 and 10 % a run goes on, and says at its end what it came to."""
     caplog.set_level(logging.WARNING, "prensa")
     list(pr.solve(stretched(0.08)))
@@ -98,7 +98,7 @@ steps: [{name: s}]
 
 
 @pytest.mark.parametrize(("end", "told"), [(0.02, True), (0.5, False)])
-def test_a_flow_curve_used_beyond_its_end_is_told_with_the_largest_strain(end, told, caplog):
+def test_a_flow_curve_used_beyond_its_end_is_reported_with_the_largest_strain(end, told, caplog):
     """A table that ends at 2 % and is used to some 10 %: one warning at the end of the run, none where it is long enough."""
     caplog.set_level(logging.WARNING, "prensa")
     flow = pr.FlowTable(((0.0, 10.0), (end, 20.0)))
@@ -115,7 +115,7 @@ def test_a_flow_curve_used_beyond_its_end_is_told_with_the_largest_strain(end, t
     (pr.Elastic(E=1000.0, nu=0.3), 100.0, True), (pr.J2(E=1000.0, nu=0.3, flow=pr.Perfect(s0=1.0)), 100.0, False),
     (pr.J2(E=1000.0, nu=0.3, flow=pr.Perfect(s0=10.0)), 100.0, True),
 ])  # fmt: skip
-def test_a_soft_contact_is_told_where_a_tool_would_sink_in(material, k_n, told):
+def test_a_soft_contact_is_reported_where_a_tool_would_sink_in(material, k_n, told):
     """Elements 0.5 deep: pressures of an elastic body have no bound, three times a yield stress of 1 presses a tool in by 6 %."""
     from prensa.checks.before.preflight import preflight
 
@@ -135,8 +135,8 @@ def test_a_soft_contact_is_told_where_a_tool_would_sink_in(material, k_n, told):
     (pr.Elastic(70e3, 0.33), "block.left", "is elastic with the modulus of a metal"),
     (pr.Elastic(700, 0.33), "block.left", None),
 ])  # fmt: skip
-def test_metal_without_room_and_elastic_metal_are_told(material, held, words, caplog):
-    """Upset by a fifth: free to spread nothing is told; held round its rim, or without a flow curve, it is."""
+def test_metal_without_room_and_elastic_metal_are_reported(material, held, words, caplog):
+    """Upset by a fifth: free to spread nothing is reported; held round its rim, or without a flow curve, it is."""
     problem = pr.Problem(
         "upset", space="axisymmetric", bodies={"block": pr.Body(pr.Rectangle((4, 3), (4, 3)), material)},
         tools={"die": pr.Plane(touching="block.top")}, contacts=(pr.Contact("block.top", "die"),),

@@ -145,7 +145,7 @@ def test_a_turned_face_is_met_by_what_lies_under_it_alone():
 
 
 @pytest.mark.parametrize(("element", "rule"), [(None, "gauss2"), ("q8", "nodal"), (None, "nodal")])
-def test_widths_that_are_known_to_an_element_only_are_told(element, rule):
+def test_widths_that_are_known_to_an_element_only_are_reported(element, rule):
     """Where edges are not cut, the notice names the corner's place; where they are, or corners lie at nodes, there is none."""
     found = {}
     for width in (4.3, 4.0):

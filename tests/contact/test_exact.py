@@ -219,7 +219,7 @@ def test_a_node_that_supports_hold_keeps_its_traction_as_far_as_friction_bears_i
 
 
 def test_a_node_that_supports_move_with_the_tool_keeps_its_pressure():
-    """The gap says nothing of its multiplier then; and one that they do not move with the tool is told."""
+    """The gap says nothing of its multiplier then; and one that they do not move with the tool is reported."""
     push = pr.Step("press", push={"tool": pr.Push(y=-30.0)}, by={"block.left": {"x": 0.05}}, increments=4)
     both = {"y": -0.05}
     *_, before, inc = pr.solve(held_side([push, pr.Step("both", by={"tool": both, "block.left": both})]))

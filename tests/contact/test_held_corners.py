@@ -127,7 +127,7 @@ def test_an_edge_is_held_that_goes_up_a_flank(behind, holds):
         assert cut.covered == pytest.approx((np.array([0.6, 0.3]) + system.tools[0].at - x[0]) @ t / np.hypot(*(x[1] - x[0])))
 
 
-def test_a_jump_is_cut_where_the_ledger_misses_too_much():
+def test_a_jump_is_cut_where_the_energy_balance_misses_too_much():
     """An arch that snaps under a push: less to be missed makes more increments of the jump, and the far side is the same."""
     problem = replace(arch(pr.Step("push", push={"p": pr.Push(y=-60.0)})), stabilise="auto")
     tight = Policy(jump_imbalance_share=1e-4, jump_increment_share=1e-3, jump_travel_in_elements=0.05)

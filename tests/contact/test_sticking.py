@@ -1,4 +1,4 @@
-"""A step that ends at the touch, a towed roller, a tool that is let go: in every enforcement, rule, space and geometry."""
+"""A step that ends at the touch, a towed roller, a tool that is released: in every enforcement, rule, space and geometry."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_a_step_ends_where_the_tool_touches(way: tuple) -> None:
 
 
 @pytest.mark.parametrize("way", EVERYWHERE, ids=NAMES)
-def test_a_tool_that_is_let_go_starts_from_its_force(way: tuple) -> None:
+def test_a_tool_that_is_released_starts_from_its_force(way: tuple) -> None:
     """A tool moved, then pushed by less: in both increments the force on the line from the one it had to the one asked for."""
     press = pr.Step("press", move={"t": pr.Motion(y=-0.1)}, increments=1)
     first = list(pr.solve(pressed(way, 0.0, press)))[-1].force("t").y

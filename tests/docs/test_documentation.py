@@ -120,7 +120,7 @@ def test_calibrations_are_valid(path: Path, tmp_path: Path) -> None:
 
 
 def test_the_tutorial_describes_one_problem_in_two_ways() -> None:
-    """File and script of the first case are the same problem, and the mistake shown is told as the page says."""
+    """File and script of the first case are the same problem, and the mistake shown is reported as the page says."""
     found = blocks(DOCS / "guide" / "first-case.md")
     case = next(text for language, text, _ in found if language == "yaml")
     scope: dict[str, object] = {}

@@ -84,7 +84,7 @@ def test_long_functions_and_ambiguous_constants_are_found(package: Path) -> None
     assert structure.constants_with_two_meanings(package) == ["LIMIT: prensa.model.a = 1, prensa.solver.b = 2"]
 
 
-def test_shortest_circle_is_told() -> None:
+def test_shortest_circle_is_reported() -> None:
     """Of several ways round, the shortest is shown."""
     edges = ["ab", "bc", "cd", "da", "cb"]
     assert structure.circles([structure.Import(a, b, 1, False) for a, b in edges]) == ["b → c → b"]

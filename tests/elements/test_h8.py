@@ -72,7 +72,7 @@ def test_shapes_are_one_at_their_node_and_have_exact_slopes():
 
 
 def test_volumes_are_those_of_the_bricks():
-    """The points' volumes of a skew mesh add up to the box's to 1e-14; a brick numbered inside out is told."""
+    """The points' volumes of a skew mesh add up to the box's to 1e-14; a brick numbered inside out is reported."""
     X, cells, _ = bricks((3, 2, 2), (3.0, 1.0, 2.0), 0.2)
     block, _ = block_of(X, cells, "h8", STEEL, "small")
     assert np.isclose(block.volume.sum(), 6.0, rtol=1e-14)

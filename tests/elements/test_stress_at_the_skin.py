@@ -377,7 +377,9 @@ def test_what_metal_bears_bounds_stresses_and_leaves_tractions_and_pressures(thi
 
 @pytest.mark.parametrize("element", ["q4_fbar", "q4_enhanced", "q8", "t6"])
 def test_no_node_of_a_perfectly_plastic_body_has_more_than_the_yield_stress(element):
-    """Beside the edge of a stamp, where patches end in a kink, the largest von Mises stress that is told is the yield stress."""
+    """Beside the edge of a stamp, where patches end in a kink, the largest von Mises stress that is reported is the
+    yield stress.
+    """
     problem = pr.Problem(
         "stamp", space="plane strain",
         bodies={"block": pr.Body(pr.Rectangle(size=(4.0, 2.0), n=(8, 4)), pr.J2(1000.0, 0.3, pr.Perfect(2.0)), element)},

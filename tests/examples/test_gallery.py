@@ -101,7 +101,7 @@ def test_every_starter_is_an_example() -> None:
 
 
 @pytest.mark.parametrize("path", CASES, ids=lambda p: p.stem)
-def test_an_example_that_is_not_compared_runs_to_its_end_and_nothing_is_told(gallery, path: Path) -> None:
+def test_an_example_that_is_not_compared_runs_to_its_end_and_nothing_is_reported(gallery, path: Path) -> None:
     """What no comparison of the gallery runs is run here: all of it, without a warning."""
     if path.stem in {e.case for e in gallery._EXAMPLES.values()}:
         return
@@ -114,7 +114,7 @@ def test_an_example_that_is_not_compared_runs_to_its_end_and_nothing_is_told(gal
 def test_a_warning_that_is_not_meant_is_a_failing_row(gallery, monkeypatch) -> None:
     """A run of the gallery that tells something which its example does not declare fails; what is declared does not."""
     changes = ("bodies.tube.material.E=70", "steps.0.increments=1")
-    for told, passed in (((), False), (("E = 70 in N/mm²", "the energy ledger"), True)):
+    for told, passed in (((), False), (("E = 70 in N/mm²", "energy balance off by"), True)):
         doubted = gallery.Example("doubted", "thick_tube", lambda run: [], changes, told=told)
         monkeypatch.setitem(gallery._EXAMPLES, "doubted", doubted)
         _, rows, _ = gallery.solve("doubted")

@@ -240,7 +240,7 @@ CIRCL,           5.,           0.,           0.,           0.
 
 
 def test_a_part_that_is_placed_twice_makes_two_tools_or_two_bodies(tmp_path):
-    """Two rolls of one part, closed circles; two sheets of one part, tied; in metres, which is told."""
+    """Two rolls of one part, closed circles; two sheets of one part, tied; in metres, which is reported."""
     sheet = (
         "*Part, name=Sheet\n*Node\n1, 0., 0.\n2, 1., 0.\n3, 2., 0.\n4, 0., 1.\n5, 1., 1.\n6, 2., 1.\n"
         "*Element, type=CPE4R\n1, 1, 2, 5, 4\n2, 2, 3, 6, 5\n*Elset, elset=All, generate\n 1, 2, 1\n"
@@ -279,7 +279,7 @@ def steps_of(tmp_path, *steps, setup=SUPPORTS):
 
 
 def test_what_a_step_with_op_new_does_not_say_again_is_released(tmp_path):
-    """OP=MOD leaves supports, places and forces, OP=NEW lets go what it does not name; 0 goes back to the start."""
+    """OP=MOD leaves supports, places and forces, OP=NEW releases what it does not name; 0 goes back to the start."""
     problem = steps_of(
         tmp_path,
         "*Boundary\nSet-3, 2, 2, -1.\n",

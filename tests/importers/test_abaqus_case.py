@@ -123,7 +123,7 @@ def test_what_matters_and_is_not_read_is_refused_with_its_line(tmp_path, change,
     assert done.exit_code == 2 and re.search(rf"billet\.inp: line \d+: .*{message}", done.output), done.output
 
 
-def test_what_is_passed_over_is_told_and_nothing_is_overwritten(tmp_path):
+def test_what_is_passed_over_is_reported_and_nothing_is_overwritten(tmp_path):
     """Unknown keywords are named with their line; an existing case stays."""
     (tmp_path / "billet.inp").write_text(deck(more="*DAMPING, ALPHA=0.1"))
     done = CliRunner().invoke(app, ["import", str(tmp_path / "billet.inp")])

@@ -130,7 +130,7 @@ def two(space):
         (punch, "broken.dxf", "cannot be read as DXF"),
     ],
 )
-def test_what_is_no_chain_is_told_with_its_place(tmp_path, draw, points, message):
+def test_what_is_no_chain_is_reported_with_its_place(tmp_path, draw, points, message):
     """File, key and remedy."""
     drawing(tmp_path, draw)
     (tmp_path / "case.csv").write_text("x,y\n1,2\nthree,4\n")
@@ -152,7 +152,7 @@ def test_a_drawing_of_a_whole_plant_is_refused_before_it_is_read(tmp_path, monke
         case(tmp_path, "punch.dxf")
 
 
-def test_names_that_are_no_text_are_told(tmp_path):
+def test_names_that_are_no_text_are_reported(tmp_path):
     """A layer and a kind of entity with bytes that are no characters stand escaped in the message."""
     drawing(tmp_path, two)
     file = tmp_path / "punch.dxf"

@@ -1,4 +1,4 @@
-"""Residuals foretold along the stresses of flow curves: against differences, a fit in a bent valley, ends of profiles."""
+"""Residuals predicted along the stresses of flow curves: against differences, a fit in a bent valley, ends of profiles."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from test_profile import Curve as Readings
 from test_profile import _halves
 
 import prensa as pr
-from prensa.inverse.bends import Curve, Foretold, curves_of
+from prensa.inverse.bends import Curve, LinearisedResiduals, curves_of
 from prensa.inverse.profile import profile
 from prensa.inverse.result import scattered
 from rings import FLOW, MU, ring
@@ -21,13 +21,13 @@ Array = NDArray[np.float64]
 OWN = Curve(pr.Ludwik(250.0, 450.0, 0.25), (0, 1, 2), ("s0", "K", "n"), (np.exp, np.exp, np.exp))
 
 
-def near(x: Array, problem: Any) -> Foretold:
-    """Residuals foretold from unknowns."""
+def near(x: Array, problem: Any) -> LinearisedResiduals:
+    """Residuals predicted from unknowns."""
     at = problem.at(x)
-    return Foretold([OWN], x, at.r, at.J)
+    return LinearisedResiduals([OWN], x, at.r, at.J)
 
 
-def test_slopes_are_those_of_what_is_foretold() -> None:
+def test_slopes_are_those_of_what_is_predicted() -> None:
     """Where it begins and elsewhere, against differences; where it begins r and J are those given."""
     problem, x = Readings(0), np.log([300.0, 400.0, 0.3])
     model = near(x, problem)

@@ -1,4 +1,4 @@
-"""Calibration: known parameters are found again with intervals that hold them, and data that cannot be used are told."""
+"""Calibration: known parameters are found again with intervals that hold them, and data that cannot be used are reported."""
 
 from __future__ import annotations
 
@@ -166,7 +166,7 @@ def test_several_tests_and_starts_lead_to_one_answer(table: Path) -> None:
         ("travel [mm],force [kN]\n0.1,1", {"force": "die.farce.y"}, "did you mean"),
     ],
 )
-def test_bad_data_are_told_in_a_line(
+def test_bad_data_are_reported_in_a_line(
     tmp_path: Path, text: str, observe: dict[str, pr.Observe | str], message: str
 ) -> None:
     """Missing columns, wrong units, strokes beyond the case, too few readings: which, where, and what to do."""
@@ -197,7 +197,7 @@ def test_forces_of_a_strip_of_some_thickness_are_whole_ones(tmp_path: Path) -> N
                 pr.calibrate(*args, along="-die.uy")
 
 
-def test_a_column_that_no_parameter_moves_is_told_before_the_fit(table: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_column_that_no_parameter_moves_is_reported_before_the_fit(table: Path, caplog: pytest.LogCaptureFixture) -> None:
     """The travel of the tool is prescribed: a column of it is told after the first run, before the steps of the fit.
 
     Who gives nothing to tell it to sees it as a warning.
@@ -217,7 +217,7 @@ def test_a_column_that_no_parameter_moves_is_told_before_the_fit(table: Path, ca
     assert [r.levelname for r in told] == ["WARNING"]
 
 
-def test_what_the_fit_cannot_use_is_told(table: Path, tmp_path: Path) -> None:
+def test_what_the_fit_cannot_use_is_reported(table: Path, tmp_path: Path) -> None:
     """A parameter that moves nothing is said to; starts outside bounds, no parameters and no file are refused."""
     along = "bodies.ring.mesh.origin.1"  # where the ring lies does not matter
     parameters, force = {along: None, MU: None}, {"force": "die.force.y"}

@@ -93,7 +93,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize(("change", "message"), MISTAKES.values(), ids=MISTAKES)
-def test_mistakes_are_told_with_their_place(folder: Path, change: tuple[str, str], message: str) -> None:
+def test_mistakes_are_reported_with_their_place(folder: Path, change: tuple[str, str], message: str) -> None:
     """File, line, column, value and remedy; `prensa check` and `prensa calibrate` leave with code 2 and no traceback."""
     (folder / "fit.yaml").write_text(FIT.replace(*change), encoding="utf-8")
     if has_tests(folder / "fit.yaml"):
@@ -123,7 +123,7 @@ STRANGE = {
 
 
 @pytest.mark.parametrize(("old", "new", "message"), STRANGE.values(), ids=STRANGE)
-def test_units_and_signs_that_cannot_be_are_told(folder: Path, old: str, new: str, message: str) -> None:
+def test_units_and_signs_that_cannot_be_are_reported(folder: Path, old: str, new: str, message: str) -> None:
     """Readings a hundred times off, or of the other sign, are refused before anything is bent to them."""
     text = TABLE.replace(old, new) if old != ",2" else TABLE.replace(",", ",-").replace(",-force", ",force")
     (folder / "data.csv").write_text(text, encoding="utf-8")
@@ -141,7 +141,7 @@ HABITS = {
 
 
 @pytest.mark.parametrize(("table", "message"), HABITS.values(), ids=HABITS)
-def test_columns_taken_for_others_are_told_with_the_key_that_names_them(folder: Path, table: str, message: str) -> None:
+def test_columns_taken_for_others_are_reported_with_the_key_that_names_them(folder: Path, table: str, message: str) -> None:
     """A table that runs along something else than its first column, and strokes without their unit."""
     (folder / "data.csv").write_text(table, encoding="utf-8")
     with pytest.raises(CaseError, match=message):

@@ -84,7 +84,7 @@ def test_ends_are_where_least_squares_has_grown_enough(number: int) -> None:
 
 
 def test_a_bound_ends_a_profile_and_a_plain_has_no_end() -> None:
-    """Beside a bound the interval ends there; where nothing is told it has no end."""
+    """Beside a bound the interval ends there; where nothing is reported it has no end."""
     problem: Any = Decay(np.exp(-0.7 * T), 0.12)
     x, at = _fitted(problem)
     halves = _halves(at)

@@ -52,7 +52,7 @@ def test_what_spreadsheets_write_is_read(tmp_path: Path, raw: bytes) -> None:
 
 
 @pytest.mark.parametrize(("raw", "message"), BAD.values(), ids=BAD)
-def test_what_is_no_table_is_told_in_a_line(tmp_path: Path, raw: bytes, message: str) -> None:
+def test_what_is_no_table_is_reported_in_a_line(tmp_path: Path, raw: bytes, message: str) -> None:
     """With the place, what stands there, and what to do."""
     (tmp_path / "t.csv").write_bytes(raw)
     with pytest.raises(DataError, match=message) as caught:

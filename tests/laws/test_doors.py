@@ -1,4 +1,4 @@
-"""What every flow curve and every material inherits, prensa's own and users'; wrong ones are told in words."""
+"""What every flow curve and every material inherits, prensa's own and users'; wrong ones are reported in words."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ def test_the_suite_says_what_is_wrong_with_a_flow_curve(way, said):
         check_flow(WrongCurve(way))
 
 
-def test_a_kernel_of_another_curve_is_told():
+def test_a_kernel_of_another_curve_is_reported():
     """A compiled curve that is not the one of 'stress' is found."""
 
     class Borrowed(pr.FlowCurve):
@@ -347,7 +347,7 @@ class Halved(Hencky):
     [(Skewed, "not objective"), (Generous, "gives work back"), (Halved, "another stress than the whole")],
 )
 def test_the_suite_says_what_is_wrong_with_a_law_of_ones_own(law, said):
-    """A description may make a law of its own; one that is not objective, gives work back or depends on the path is told."""
+    """A description may make a law of its own; one that is not objective, gives work back or depends on the path is reported."""
 
     class Own(pr.Material):
         E: float = 1000.0
@@ -419,7 +419,7 @@ def test_users_flow_curve_and_material_stand_in_a_case_file(tmp_path, space, kin
         assert (last.bodies["a"].plastic_strain.max() > 0.01) == (k == "")
 
 
-def test_what_a_users_material_lacks_is_told_in_the_case(tmp_path):
+def test_what_a_users_material_lacks_is_reported_in_the_case(tmp_path):
     """An elastic material of one's own has no shear yield stress; a class that is no flow curve is none."""
     (tmp_path / "my_laws.py").write_text(MODULE)
     options = {"space": "plane strain", "kinematics": "small", "k": ""}

@@ -151,7 +151,7 @@ def block_that_slides(law: pr.FrictionLaw) -> pr.Problem:
         (pr.FrictionTable(pressure=((20, 0.2), (40, 0.1)), slip=((0, 1), (1, 1)), speed=((0, 1), (1, 1))), ""),
     ],
 )  # fmt: skip
-def test_a_table_that_is_left_is_told_and_one_that_is_not_is_not(law, said, caplog):
+def test_a_table_that_is_left_is_reported_and_one_that_is_not_is_not(law, said, caplog):
     """Beyond the last value a run goes on with it and says how far; within the table it says nothing."""
     with caplog.at_level(logging.WARNING, "prensa"):
         list(pr.solve(block_that_slides(law)))
@@ -207,7 +207,7 @@ steps: [{{name: press, move: {{die: {{y: -0.001}}}}}}]
         ("{type: capped, mu: 0.1, k: 50, sharpness: 0.5}", "sharpness"),
     ],
 )  # fmt: skip
-def test_mistakes_are_told_with_their_place(friction, said):
+def test_mistakes_are_reported_with_their_place(friction, said):
     """A law that the body cannot feed, or values beyond its range, are refused before anything is solved."""
     with pytest.raises(CaseError, match=f"case.yaml:4:.*{said}"):
         loads(CASE.format(friction=friction), "case.yaml")

@@ -242,7 +242,7 @@ def test_principal_axes_are_exact_to_round_off(scale):
 
 
 @pytest.mark.parametrize("case", FINITE, ids=name)
-def test_a_point_turned_inside_out_is_told(case):
+def test_a_point_turned_inside_out_is_reported(case):
     """A deformation gradient with a negative determinant sets ``failed`` of its point and of no other."""
     law = material_of(*case, "3d")
     h = np.zeros((2, 9))

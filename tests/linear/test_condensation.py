@@ -394,7 +394,7 @@ def test_what_contact_reaches_is_counted_and_not_all_that_could():
 
 
 def test_the_words_of_the_option():
-    """``condense`` is auto, true or false in a file; anything else is told with its place."""
+    """``condense`` is auto, true or false in a file; anything else is reported with its place."""
     text = (
         "name: t\nkinematics: small\nbodies: {b: {mesh: {type: rectangle, size: [2, 1], n: [2, 2]}, "
         "material: {type: elastic, E: 1, nu: 0}}}\nfixed: {b.bottom: xy}\nsteps: [{name: s}]\nnumerics: {condense: WORD}\n"

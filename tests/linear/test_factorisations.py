@@ -28,7 +28,7 @@ def test_symmetric_and_general_factors_solve_a_symmetric_indefinite_matrix(solve
         for scale in (1.0, -3.0):
             x = f.solve(scale * a.data, b)
             np.testing.assert_allclose(x, np.linalg.solve(scale * a.toarray(), b), rtol=1e-11)
-        np.testing.assert_allclose(f.again(2 * b), 2 * x, rtol=1e-11)
+        np.testing.assert_allclose(f.solve_with_factors(2 * b), 2 * x, rtol=1e-11)
 
 
 @pytest.mark.parametrize("solver", available("auto"))

@@ -63,7 +63,7 @@ def test_factors_of_a_matrix_before_are_taken_where_it_is_alike_and_new_ones_whe
     assert f.made_from is first
     assert np.linalg.norm(b - near @ x) <= 2e-7 * np.linalg.norm(b)
     assert np.linalg.norm(b - near @ f.correction(b)) <= 2e-3 * np.linalg.norm(b)
-    assert np.linalg.norm(b - near @ f.again(b)) > 2e-3 * np.linalg.norm(b)  # what those factors alone would leave
+    assert np.linalg.norm(b - near @ f.solve_with_factors(b)) > 2e-3 * np.linalg.norm(b)  # what those factors alone would leave
     f.step(other.data, b, 1e-7, changed=0)
     assert f.made_from is not first
     f.step(near.data, b, 1e-7)  # not said to be alike
@@ -108,11 +108,11 @@ def test_of_a_symmetric_matrix_half_is_kept():
     f = factorisation(a, symmetric=True)
     f.step(a.data, b, 1e-7)
     np.testing.assert_array_equal(f.made_from, csc_matrix(tril(a)).data.astype(np.float32))
-    kept, before = f.made_from, f.again(b)
+    kept, before = f.made_from, f.solve_with_factors(b)
     f.begin(a.data.astype(np.float32))
     assert not f.factored
     f.begin(kept.copy())
-    assert f.factored and f.again(b).tobytes() == before.tobytes()
+    assert f.factored and f.solve_with_factors(b).tobytes() == before.tobytes()
 
 
 def test_newton_goes_on_from_an_iterate_that_could_not_be_finished(monkeypatch):
@@ -256,10 +256,10 @@ def test_the_softest_mode_tells_what_inverse_iteration_would(symmetric):
             x = np.random.default_rng(0).standard_normal(n)
             for _ in range(3):
                 b = x / np.linalg.norm(x)
-                x = f.again(b)
-            assert f.may_tell
-            told = f.tells(b, x)
-            assert told == other.own and f.may_tell == told, (n, load)
+                x = f.solve_with_factors(b)
+            assert f.may_resolve_soft_modes
+            told = f.resolves_soft_modes(b, x)
+            assert told == other.own and f.may_resolve_soft_modes == told, (n, load)
             verdicts.add(told)
     assert verdicts == {True, False}
 

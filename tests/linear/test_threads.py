@@ -54,7 +54,7 @@ def test_evaluations_do_not_depend_on_the_threads(element):
         assert all(np.array_equal(a, b) for a, b in zip(one.history, other.history))
 
 
-def test_the_first_element_that_fails_is_told_whoever_finds_it():
+def test_the_first_element_that_fails_is_reported_whoever_finds_it():
     """Where several elements turn inside out, the first of them is named with any number of threads."""
     one, *more = (evaluated(upsetting((8, 6), 0.1), count, 3.0) for count in (1, 2, 5))
     assert one.failed is not None and one.failed.why is Why.INVERTED
@@ -130,7 +130,7 @@ def test_the_first_matrix_is_made_by_another_thread_meanwhile(monkeypatch):
     assert len(made) == 1 and taken[1] is made[0] and taken[0] is not taken[1]
 
 
-def test_what_cannot_be_prepared_is_told_as_with_one_thread():
+def test_what_cannot_be_prepared_is_reported_as_with_one_thread():
     """A description that is refused is refused in the same words, whoever has begun with its matrix."""
     fixed = {"billet.bottom": "y", "billet.left": "x", "billet.right": pr.Fixed(y=0.5)}
     problem = replace(upsetting((4, 3), 0.1), fixed=fixed)

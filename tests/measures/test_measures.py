@@ -205,7 +205,7 @@ def test_every_column_of_the_history_is_a_measure(pressed):
     assert parse("punch.fy", p).unit == "N/mm" and parse("energy.plastic", p).unit == "N mm/mm"
 
 
-def test_figures_of_a_thickness_are_told_in_units_of_the_whole(pressed):
+def test_figures_of_a_thickness_are_reported_in_units_of_the_whole(pressed):
     """Forces, moments, energies and areas are those of the thickness, and say so: twice those per mm, in N, where it is 2 mm."""
     p, increments = pressed
     thick = problem("q4_fbar", n=(6, 4), thickness=2.0)
@@ -243,7 +243,7 @@ def test_contacts_and_powers_add_up(pressed):
     work = sum(i.measure("block.plastic_power") * dt for i, dt in zip(increments, times))
     assert work == pytest.approx(last.energy["plastic"], rel=1e-9)
     friction = sum(i.measure("punch.friction_power") * dt for i, dt in zip(increments, times))
-    # the ledger takes the stress in the middle of an increment, which is between half of that at its end and all of it
+    # the energy balance takes the stress in the middle of an increment, which is between half of that at its end and all of it
     assert 0.5 * friction < last.energy["friction"] < friction
     with pytest.raises(MeasureError, match="nothing is in contact"):
         last.measure("punch.mean.pressure")
@@ -308,7 +308,7 @@ def test_neutral_point_divides_friction():
     ],
 )
 def test_what_does_not_exist_is_refused_with_a_remedy(text: str, words: str):
-    """Every mistake is told with what to write instead."""
+    """Every mistake is reported with what to write instead."""
     with pytest.raises(MeasureError, match=re.escape(words)):
         parse(text, problem("q4", n=(2, 2)))
 
@@ -354,7 +354,7 @@ def test_measures_of_a_case_are_written_and_told(tmp_path: Path):
 
 
 def test_wrong_measures_of_a_case_end_a_run_before_it_begins(tmp_path: Path):
-    """All the measures that do not exist are told at once, and no folder is made."""
+    """All the measures that do not exist are reported at once, and no folder is made."""
     p = problem("q4", n=(2, 2), measures={"a": "punch.fx", "b": "punch.f", "c": "block.x"})
     with pytest.raises(MeasureError, match=r"(?s)measures\.b: .*\nmeasures\.c: "):
         pr.run(pr.Case(p), tmp_path / "r", quiet=True)

@@ -1,4 +1,4 @@
-"""Meshes of gmsh's files and of Abaqus decks: sets survive, units are converted, bad files are told of in one line."""
+"""Meshes of gmsh's files and of Abaqus decks: sets survive, units are converted, bad files are reported in one line."""
 
 from __future__ import annotations
 
@@ -274,7 +274,7 @@ def test_what_is_read_of_a_gmsh_file_is_what_meshio_reads():
         assert np.allclose(np.unique(ours.points[ours.nodes(name)], axis=0), x, atol=1e-12)
 
 
-def test_boundaries_that_a_file_does_not_have_are_told_with_those_it_has(tmp_path):
+def test_boundaries_that_a_file_does_not_have_are_reported_with_those_it_has(tmp_path):
     """An unknown name of a body's boundary names the body and the nearest set."""
     problem = pr.Problem(
         "p", {"plate": pr.Body(pr.File(write(tmp_path, "two.inp", INP)), pr.Elastic(E=1, nu=0.3))}, (pr.Step("s"),),

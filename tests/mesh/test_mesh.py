@@ -163,7 +163,7 @@ def test_a_mesh_beside_a_checked_one_is_that_of_its_description(made, beside):
 
 
 def test_a_mesh_that_joins_other_nodes_than_the_one_beside_is_checked():
-    """An element that goes clockwise is told, whatever stands beside."""
+    """An element that goes clockwise is reported, whatever stands beside."""
     good = mesh_of(pr.Rectangle(size=(1.0, 1.0), n=(1, 1)))
     with pytest.raises(MeshError, match="counter-clockwise"):
         meshed_like(good, good.points, good.cells[:, ::-1], good.edges, good.corners)

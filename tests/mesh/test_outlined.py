@@ -113,7 +113,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("what", WRONG)
-def test_what_makes_no_mesh_is_told(what: str) -> None:
+def test_what_makes_no_mesh_is_reported(what: str) -> None:
     """In words."""
     outline, words = WRONG[what]
     with pytest.raises((MeshError, TriangulationError), match=words):

@@ -43,7 +43,7 @@ def test_a_wrong_change_is_a_sentence(case, verb, change):
 
 
 def test_a_fillet_for_each_corner_is_checked(case):
-    """`fillet` as a list passes the check of lengths; one out of proportion is told."""
+    """`fillet` as a list passes the check of lengths; one out of proportion is reported."""
     text = case.read_text().replace(
         "    type: circle\n    radius: 8 cm\n",
         "    type: profile\n    points: [[-12, 3], [0, 0], [12, 3]]\n    fillet: [0, 1, 0]\n",
@@ -113,12 +113,12 @@ def test_bad_input_is_two_and_plain(case):
 
 
 def test_what_cannot_be_meshed_or_placed_is_bad_input(case):
-    """A mistake that only the mesh shows is told in the same way."""
+    """A mistake that only the mesh shows is reported in the same way."""
     result = prensa_does("check", case, "--set", "bodies.billet.mesh.origin=[-3, 0]")
     assert result.exit_code == 2 and "bodies.billet.mesh" in result.stderr
 
 
-def test_warnings_are_told_and_do_no_harm(case):
+def test_warnings_are_reported_and_do_no_harm(case):
     """A likely slip is one line on stderr; the check goes on."""
     result = prensa_does("check", case, "--set", "bodies.billet.material.E=70")
     assert result.exit_code == 0 and ".yaml:7:5: warning: bodies.billet.material: E = 70" in result.stderr

@@ -40,7 +40,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("wrong", "words"), WRONG, ids=[words for _, words in WRONG])
-def test_arguments_are_told_as_keys_of_a_file(wrong, words):
+def test_arguments_are_reported_as_keys_of_a_file(wrong, words):
     """The sentence names the argument, its value and what is meant; nothing of the library that found it is in it."""
     with pytest.raises(pr.CaseError) as caught:
         wrong()
@@ -55,7 +55,7 @@ def test_the_nearest_public_name_is_suggested():
     assert caught.value.name == "Stampp" and caught.value.obj is pr
 
 
-def test_arguments_of_functions_are_told_too(tmp_path):
+def test_arguments_of_functions_are_reported_too(tmp_path):
     """What is no problem, numerics, case, path or name is refused at the door, in one line with the remedy."""
     body = pr.Body(pr.Rectangle((1, 1), (1, 1)), pr.Elastic(1, 0))
     problem = pr.Problem("one", {"b": body}, (pr.Step("s"),), fixed={"b.bottom": "xy"})

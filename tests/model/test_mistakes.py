@@ -1,4 +1,4 @@
-"""Every mistake of a case file is told with its line, what is wrong and what to write instead."""
+"""Every mistake of a case file is reported with its line, what is wrong and what to write instead."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ def test_the_case_without_mistakes_loads():
 
 
 @pytest.mark.parametrize(("old", "new", "place", "words"), MISTAKES, ids=[f"{a}→{b}"[:50] for a, b, *_ in MISTAKES])
-def test_a_mistake_is_told_with_place_and_remedy(old, new, place, words):
+def test_a_mistake_is_reported_with_place_and_remedy(old, new, place, words):
     """One mistake gives exactly one line: its place in the file, the value and what to write instead."""
     assert old in CASE
     error = told(CASE.replace(old, new, 1))
@@ -165,7 +165,7 @@ def test_a_mistake_is_told_with_place_and_remedy(old, new, place, words):
         assert word in lines[0]
 
 
-def test_all_mistakes_of_a_file_are_told_together_in_its_order():
+def test_all_mistakes_of_a_file_are_reported_together_in_its_order():
     """Fields and cross-references are reported at once; what follows from another mistake is not repeated."""
     text = CASE.replace("nu: 0.33", "nu: 0.7").replace("radius:", "radus:").replace("against: punch", "against: p")
     lines = str(told(text)).splitlines()

@@ -65,7 +65,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("change", "words"), WRONG, ids=[w[0] for w in WRONG])
-def test_a_wrong_change_is_told_as_such(change, words):
+def test_a_wrong_change_is_reported_as_such(change, words):
     """The message begins with the option as it was given and says what is there instead."""
     with pytest.raises(CaseError) as caught:
         loads(CASE, "u.yaml", overrides=[change])

@@ -96,7 +96,7 @@ def test_numbers_are_finite_and_no_truths(bad):
 
 
 def test_tables_state_their_units(tmp_path):
-    """A friction table says the unit of its slip in its first line; one that is no length is told."""
+    """A friction table says the unit of its slip in its first line; one that is no length is reported."""
     law = CASE.replace("friction: {type: coulomb, mu: 0.3}", "friction: {type: coulomb, mu: friction.csv}")
     assert law != CASE
     for head, last in (("slip, mu", 400), ("slip (um), mu", 0.4), ("slip (cm), mu", 4000)):
@@ -112,7 +112,7 @@ def test_tables_state_their_units(tmp_path):
     "change", ["mu: 12 deg", "mu: 12 mm", "{y: -100 mm/s}", "stabilise: 1 mm", "{y: -3 s}"]
 )  # fmt: skip
 def test_numbers_of_another_kind_are_refused(change):
-    """A share is no angle, a displacement no velocity, and neither are told as files that are missing."""
+    """A share is no angle, a displacement no velocity, and neither are reported as files that are missing."""
     text = CASE.replace("{y: -7.5}", change) if change.startswith("{") else CASE.replace("mu: 0.3", change)
     if change.startswith("stabilise"):
         text = f"{CASE}\n{change}\n"

@@ -71,7 +71,7 @@ def test_a_changed_case_or_state_is_refused(path):
 
 
 def test_hdf5_does_not_see_a_damaged_file(path, monkeypatch):
-    """It crashes on some: any byte that has changed is told before, wherever it is."""
+    """It crashes on some: any byte that has changed is reported before, wherever it is."""
     monkeypatch.setattr("h5py.File", None)
     whole = path.read_bytes()
     for place in np.random.default_rng(3).integers(8, len(whole) - 22, 50).tolist():  # behind the signature
@@ -80,7 +80,7 @@ def test_hdf5_does_not_see_a_damaged_file(path, monkeypatch):
             read_checkpoint(path)
 
 
-def test_a_missing_checkpoint_is_told(tmp_path):
+def test_a_missing_checkpoint_is_reported(tmp_path):
     """No file: the message says how a checkpoint comes to be."""
     with pytest.raises(PrensaError, match="prensa run"):
         read_checkpoint(tmp_path / "checkpoint.h5")

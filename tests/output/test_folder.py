@@ -32,7 +32,7 @@ def small(name: str = "small", increments: int = 3) -> pr.Case:
 
 # ---------------------------------------------------------------------------------------------------------------- lock
 def test_a_second_run_in_a_folder_is_refused_with_the_first_ones_process(tmp_path):
-    """While one run writes, another is told who does; afterwards the folder is free and has no lock left."""
+    """While one run writes, another is reported who does; afterwards the folder is free and has no lock left."""
     with lock.locked(tmp_path):
         for second in (lambda: run(small(), tmp_path, quiet=True), lambda: _locked_by_another(tmp_path)):
             with pytest.raises(PrensaError, match=f"process {os.getpid()} on {socket.gethostname()} has been running"):
@@ -213,7 +213,7 @@ def test_tables_that_lost_rows_are_not_continued(tmp_path):
 
 
 @pytest.mark.parametrize("damage", [b"\0\0\0\0\n", b"\xff\xfe\n", b"press,x,y\n"])
-def test_a_damaged_table_is_told_as_such(tmp_path, damage):
+def test_a_damaged_table_is_reported_as_such(tmp_path, damage):
     """Bytes that a crash left in a table are no traceback."""
     header = b"step,increment,time\n"
     (tmp_path / "history.csv").write_bytes(header + damage)
@@ -270,7 +270,7 @@ def test_a_collection_with_a_damaged_time_is_continued(tmp_path):
     assert len(vtk.read_collection(path)) == 2
 
 
-def test_a_folder_in_the_place_of_a_file_is_told_by_name(tmp_path):
+def test_a_folder_in_the_place_of_a_file_is_reported_by_name(tmp_path):
     """A folder that has the name of a file to be written, or of its temporary one, is said to be in the way, and stays."""
     for taken in ("fields.pvd", "fields.pvd.part"):
         (tmp_path / taken / "kept").mkdir(parents=True)

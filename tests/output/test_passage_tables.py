@@ -31,7 +31,7 @@ def done(tmp_path_factory):
     return run(dragged(), tmp_path_factory.mktemp("passages") / "whole", quiet=True)
 
 
-def test_means_of_the_last_passage_are_told_everywhere(done):
+def test_means_of_the_last_passage_are_reported_everywhere(done):
     """Table, increment, measure, summary and report hold the same mean and ripple; before a passage there is none."""
     table, inc = read_passages(done.directory), done.increment
     assert np.isnan(table["roller.fy.mean"][table["step"] == "press"]).all()
@@ -71,7 +71,7 @@ def test_a_stopped_run_ends_with_the_same_table(done, tmp_path, monkeypatch):
     ],
 )
 def test_tables_of_another_case_are_not_gone_on_with(done, tmp_path, file, old, new, words):
-    """Steps or columns that are not the case's are told before anything of a stopped run is taken over."""
+    """Steps or columns that are not the case's are reported before anything of a stopped run is taken over."""
     shutil.copytree(done.directory, tmp_path / "run")
     path = tmp_path / "run" / file
     path.write_text(path.read_text().replace(old, new))

@@ -104,7 +104,7 @@ def test_the_report_stands_alone_and_tells_the_run(done):
         "completed",
         "punch",
         CONTACT,
-        "Energy ledger",
+        "Energy balance",
         "Convergence",
         "Wall time",
         "small.yaml",

@@ -70,6 +70,6 @@ def test_a_cup_in_its_limit() -> None:
     ],
 )
 def test_what_makes_no_sense_is_refused(call, words: str) -> None:
-    """Arguments outside the range of a formula are told."""
+    """Arguments outside the range of a formula are reported."""
     with pytest.raises(ValueError, match=words):
         call()

@@ -104,8 +104,8 @@ def area(system: System, state: State) -> float:
 
 
 # --------------------------------------------------------------------------------------------------------------- steps
-def test_forces_that_are_let_go_come_over_to_new_meshes() -> None:
-    """A side that was held is let go while the punch goes on: forces and shape as on one mesh, and balance throughout."""
+def test_forces_that_are_released_come_over_to_new_meshes() -> None:
+    """A side that was held is released while the punch goes on: forces and shape as on one mesh, and balance throughout."""
     held = {"billet.bottom": pr.Fixed(y="held"), "billet.left": pr.Fixed(x="held"), "billet.right": pr.Fixed(x="held")}
     steps = press(-0.5), press(-0.8, name="free", fixed={"billet.right": pr.Fixed(free=True)})
     one, many = (solved(indented(*steps, fixed=held, space="plane strain", remesh=r)) for r in (ONE, MANY))
@@ -118,7 +118,7 @@ def test_forces_that_are_let_go_come_over_to_new_meshes() -> None:
     assert wide[1] == pytest.approx(wide[0], abs=0.02)
 
 
-def test_a_step_ends_where_it_is_told_to_on_any_mesh() -> None:
+def test_a_step_ends_where_it_is_reported_to_on_any_mesh() -> None:
     """'until' a force: met to its tolerance after several meshes, and the next step goes on from there."""
     steps = (
         press(-2.0, until=pr.Until(force={"punch": pr.ToolForce(y=8000.0)})),

@@ -27,7 +27,7 @@ def crushed(*first: pr.Step) -> pr.Case:
     return pr.Case(problem, pr.Numerics(max_cutbacks=0), pr.Output(report=False))
 
 
-def test_a_failed_run_is_told_and_kept(tmp_path):
+def test_a_failed_run_is_reported_and_kept(tmp_path):
     """The message has step, time, reason, place with element or node and coordinates, the last good state and a remedy."""
     with pytest.raises(SolveError) as caught:
         run(crushed(pr.Step("press", move={"t": pr.Motion(y=-0.004)}, increments=2)), tmp_path, quiet=True)
@@ -109,7 +109,9 @@ def test_a_singular_iterate_beyond_a_limit_point_is_no_body_that_comes_free():
     ],
 )
 def test_a_tool_that_nothing_resists_is_named(push, words):
-    """A singular matrix is told with the tool that makes it so: one that is let free in the air, a round one with a moment."""
+    """A singular matrix is reported with the tool that makes it so: one that is let free in the air, a round one with a
+    moment.
+    """
     place = {"at": (0.0, 10.0)} if "m" not in push else {"touching": "b.top"}
     problem = pr.Problem(
         "free", {"b": pr.Body(pr.Rectangle(size=(4, 2), n=(8, 4)), pr.Elastic(1000.0, 0.3))},

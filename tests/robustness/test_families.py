@@ -241,7 +241,7 @@ def test_peaks_that_go_on_falling_do_not_settle(falls, settles):
 def test_what_drags_at_a_free_roll_is_found(element, tmp_path):
     """A right roll passes that has 2.5 elements beneath it; one does not whose torque drags by 1e-3 of what friction bears.
 
-    Nor does friction of which no work of the tool tells, nor a load that was to be let go.
+    Nor does friction of which no work of the tool tells, nor a load that was to be released.
     """
     d = drawn("rolls", 401396437, 8)
     body = replace(d.problem.bodies["block"], element=element)
@@ -272,7 +272,7 @@ def test_tall_bodies_of_wide_ranges_are_pressed_by_less_than_what_buckles_them()
 
 
 def test_a_crash_is_a_wrong_answer(tmp_path, monkeypatch):
-    """What is no message of prensa's own is told as a crash, and the suite goes on."""
+    """What is no message of prensa's own is reported as a crash, and the suite goes on."""
     from prensa_bench.robustness import judging
 
     def crash(*_: object) -> None:
@@ -321,7 +321,7 @@ def test_stages_go_on_from_one_another(tmp_path):
     assert checks.wrong_with(replace(d, stages=stages), chained) == ""
 
 
-def test_a_problem_and_itself_turned_are_told_from_others(tmp_path):
+def test_a_problem_and_itself_turned_are_reported_from_others(tmp_path):
     """A block and the same turned, moved and numbered anew have the same forces; half a degree or more friction is seen."""
     d = next(d for d in (robustness.drawn("posed", 7, k) for k in range(40)) if "turned, wedge, moved" in d.kind)
     (one,) = solve_stages(tmp_path / "one", d.stages, np.inf, d.numerics)
@@ -352,7 +352,7 @@ def test_a_half_is_half_of_the_whole(tmp_path):
 
 
 def test_elastic_bodies_that_stay_elsewhere_are_found(tmp_path):
-    """Under the same forces tools are where they were; a millionth of the size off is told."""
+    """Under the same forces tools are where they were; a millionth of the size off is reported."""
     d = next(d for d in (robustness.drawn("loaded", 7, k) for k in range(60)) if d.claims)
     (record,) = solve_stages(tmp_path, d.stages, np.inf, d.numerics)
     (claim,) = d.claims

@@ -114,7 +114,7 @@ def test_damaged_decks_are_refused_with_their_line(what, tmp_path):
         case_text(tmp_path / "deck.inp", tmp_path)
 
 
-def test_contacts_left_out_are_told_like_written_ones(tmp_path):
+def test_contacts_left_out_are_reported_like_written_ones(tmp_path):
     """What is wrong with the contacts that a case gets by leaving them out is said, not swallowed."""
     text = (
         "name: x\nkinematics: small\ncontact_geometry: reference\n"
@@ -151,7 +151,7 @@ def test_sizes_as_small_as_numbers_are_divide_nothing(tmp_path):
     assert text != fuzz.FORMING[0] and fuzz.read(text, tmp_path) in ("read", "refused")
 
 
-def test_what_the_commands_stumbled_over_is_told(tmp_path):
+def test_what_the_commands_stumbled_over_is_reported(tmp_path):
     """Halves of characters, a row without an end, slopes that are no numbers: each of these ended in a traceback."""
     with pytest.raises(CaseError, match="halves of characters"):
         loads("name: \udc8f\n")

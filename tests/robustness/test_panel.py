@@ -84,7 +84,7 @@ def test_runs_are_kept_and_not_made_again(tmp_path, capsys):
     assert not Store(file, "another").records
 
 
-def test_worth_is_told_of_what_was_run():
+def test_worth_is_reported_of_what_was_run():
     """Failures, wrong answers, cuts and ratios of two made-up problems, of which one fails without the mechanism."""
     a = Record("a", [], iterations=100, cuts=2, seconds=[2.0, 1.0], forces={"1": [3.0, 4.0, 9.0]})
     b = Record("b", [], iterations=50, seconds=[1.0], forces={"1": [10.0, 0.0, 0.0]})

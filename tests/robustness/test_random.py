@@ -49,7 +49,7 @@ def test_the_checks_can_fail():
 
 
 def test_the_published_page_counts_failures_by_kind(tmp_path):
-    """Two reasons that differ in numbers and places are one kind; each is told in full below."""
+    """Two reasons that differ in numbers and places are one kind; each is reported in full below."""
     words = [
         "step 'press', time 0.7: element 153 of body (initially near 0.4673, 0.4191) turned inside out; more 'increments'",
         "step 'push', time 0.2: element 7 of body (initially near 1, 2) turned inside out; more 'increments'",

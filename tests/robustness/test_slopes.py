@@ -15,7 +15,7 @@ from prensa_bench.robustness.running import judged
 @pytest.mark.parametrize(
     ("family", "number"),
     [
-        ("rolls", 5),  # forces are let go in the second of four steps
+        ("rolls", 5),  # forces are released in the second of four steps
         ("plastic", 6),  # closed forms know a parameter in the second step, but not in the first
         ("thin", 1),
         ("slender", 0),  # a contact whose penetration is round-off of its place
@@ -28,7 +28,7 @@ def test_derivatives_of_random_problems(family: str, number: int) -> None:
 
 
 def test_the_judge_can_fail(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Derivatives a thousandth off are noticed, and so is a crash; what has none is told."""
+    """Derivatives a thousandth off are noticed, and so is a crash; what has none is reported."""
     right = slopes._slopes
     with monkeypatch.context() as patched:
         patched.setattr(slopes, "_slopes", lambda *a: 1.001 * right(*a))

@@ -172,14 +172,14 @@ def test_one_measure_gives_numbers() -> None:
         ([], "die.forc.y", "friction.mu", "die"),
     ],
 )
-def test_what_cannot_go_backwards_is_told(changes: list[str], of: str, by: str, words: str) -> None:
+def test_what_cannot_go_backwards_is_reported(changes: list[str], of: str, by: str, words: str) -> None:
     """Elements, friction, loads and measures that have no way back are refused, with the way that there is."""
     with pytest.raises(PrensaError, match=words):
         pr.gradient(ring(*changes), of, [by])
 
 
 def test_arguments_are_looked_at() -> None:
-    """No parameter, or a step that does not exist, is told before anything is computed."""
+    """No parameter, or a step that does not exist, is reported before anything is computed."""
     with pytest.raises(ArgumentError, match="by is empty"):
         pr.gradient(ring(), "die.force.y", [])
     with pytest.raises(ArgumentError, match="there is no step 'pres'"):

@@ -174,7 +174,7 @@ def test_derivatives_are_those_of_whole_runs(option: str, rule: Any, caplog: pyt
 
 
 @pytest.mark.parametrize("rule", RULES)
-def test_derivatives_go_through_steps_and_what_they_let_go(rule: Any) -> None:
+def test_derivatives_go_through_steps_and_what_they_released(rule: Any) -> None:
     """A roll pressed in by force, dragged along and lifted: radius, place, forces, travels and friction, of every observable."""
     problem = loads(TWO_STEPS).problem
     paths = varied(problem, "roll")
@@ -197,7 +197,7 @@ def test_derivatives_go_through_steps_and_what_they_let_go(rule: Any) -> None:
     "paths", [["bodies.block.material.nu"], ["friction.mu", "bodies.block.material.flow.K", "tools.roll.radius"]]
 )
 def test_derivatives_go_on_after_a_step_that_lets_forces_go(paths: list[str]) -> None:
-    """Where the roll may move along all at once, forces are let go, and differences are taken for that step alone."""
+    """Where the roll may move along all at once, forces are released, and differences are taken for that step alone."""
     problem = loads(LET_GO_BETWEEN).problem
     observables: list[Callable[[Increment], float]] = [
         lambda i: i.force("roll").y,
@@ -389,7 +389,7 @@ def test_a_resumed_run_has_the_same_derivatives(rule: Any, tmp_path: Path) -> No
     problem = loads(TWO_STEPS, overrides=["tools.roll.at=[1.9, 5]"]).problem
     paths, numerics = ["friction.mu", "tools.roll.radius", "bodies.block.material.flow.K"], pr.Numerics(time_rule=rule)
     whole = list(pr.solve(problem, numerics, derivatives=paths))
-    for at in (1, 2, 4):  # in a step, at the end of one that lets go, in the next
+    for at in (1, 2, 4):  # in a step, at the end of one that releases, in the next
         path = write_checkpoint(tmp_path / "c.h5", pr.Case(problem), whole[at].state)
         _, state = read_checkpoint(path)
         for a, b in zip(whole[at + 1 :], pr.solve(problem, numerics, state, derivatives=paths), strict=True):
@@ -399,7 +399,7 @@ def test_a_resumed_run_has_the_same_derivatives(rule: Any, tmp_path: Path) -> No
 
 
 def test_an_increment_proves_its_derivatives(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
-    """The residual is flat along a derivative, and a wrong one is told, once a parameter."""
+    """The residual is flat along a derivative, and a wrong one is reported, once a parameter."""
     for i in pr.solve(ring(), derivatives=PATHS):
         assert i.derivatives is not None
         assert max(i.derivatives.flat.values()) < 1e-6
@@ -413,7 +413,7 @@ def test_an_increment_proves_its_derivatives(monkeypatch: pytest.MonkeyPatch, ca
     assert "the derivative by friction.mu is not exact" in told[0]
 
 
-def test_round_off_of_bodies_that_are_let_go_is_no_doubt(caplog: pytest.LogCaptureFixture) -> None:
+def test_round_off_of_bodies_that_are_released_is_no_doubt(caplog: pytest.LogCaptureFixture) -> None:
     """A sheet between plates that open has no forces left: what is left along a derivative is small against those it had."""
     problem = drawn("thin", 4242, 2).problem
     paths = ["bodies.sheet.material.flow.e0", "steps.0.move.upper.y"]
@@ -489,7 +489,7 @@ def test_what_has_no_derivative_is_refused() -> None:
     with pytest.raises(ArgumentError, match="remesh: off"):
         pr.solve(ring("remesh=auto", "bodies.ring.element=t6"), derivatives=["friction.mu"])
     with pytest.raises(ArgumentError, match="solve a Problem"):
-        pr.solve(replace(discretise(ring()), courses=lambda system, number, start: None), derivatives=["friction.mu"])
+        pr.solve(replace(discretise(ring()), plan_of=lambda system, number, start: None), derivatives=["friction.mu"])
     with pytest.raises(ArgumentError, match="is stabilised"):
         pr.solve(ring("stabilise=auto"), derivatives=["friction.mu"])
     with pytest.raises(ArgumentError, match="removes the tools"):

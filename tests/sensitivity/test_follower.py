@@ -86,8 +86,8 @@ def test_followed_runs_are_resumed_bit_for_bit() -> None:
         assert [told(i) for i in rest] == [told(i) for i in whole[3:]]
 
 
-def test_the_next_increment_is_solved_before_one_is_told() -> None:
-    """The run is one increment ahead of what is told, and no more."""
+def test_the_next_increment_is_solved_before_one_is_reported() -> None:
+    """The run is one increment ahead of what is reported, and no more."""
     solved: list[int] = []
 
     def monitor(progress: pr.Progress) -> None:
@@ -118,8 +118,8 @@ def test_errors_come_after_what_went_well() -> None:
     assert told(one) == told(other) and other.state.derivatives.keys() == set(PATHS)
 
 
-def test_derivatives_that_cannot_be_found_are_told_in_their_turn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What goes wrong beside an increment is told after the increments before it, whatever the run is doing meanwhile."""
+def test_derivatives_that_cannot_be_found_are_reported_in_their_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What goes wrong beside an increment is reported after the increments before it, whatever the run is doing meanwhile."""
     find = increments.Differentiation.of
 
     def fails(self: Any, c: Any, *args: Any) -> Any:
@@ -135,8 +135,8 @@ def test_derivatives_that_cannot_be_found_are_told_in_their_turn(monkeypatch: py
     assert seen == [1, 2, 3]
 
 
-def test_doubts_are_told_as_with_one_thread(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
-    """A derivative that is not exact is told once a parameter, by the thread that runs, before its increment."""
+def test_doubts_are_reported_as_with_one_thread(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    """A derivative that is not exact is reported once a parameter, by the thread that runs, before its increment."""
     right = direct.Columns.solve
     monkeypatch.setattr(direct.Columns, "solve", lambda self, b: 1.001 * right(self, b))
     increment = next(iter(pr.solve(ring(), TWO, derivatives=PATHS[:2], policy=FOLLOWED)))
@@ -176,12 +176,12 @@ def test_factors_apart_are_their_own() -> None:
     b = rng.standard_normal(n)
     factors = Factorisation(n, indptr, indices, "rslab")
     factors.solve(first.T.ravel(), b)
-    apart = factors.apart()
-    assert np.array_equal(apart.again(b), factors.again(b))
+    apart = factors.detach()
+    assert np.array_equal(apart.solve_with_factors(b), factors.solve_with_factors(b))
     x = apart.solve(second.T.ravel(), b)
-    assert first @ factors.again(b) == pytest.approx(b) and second @ x == pytest.approx(b)
+    assert first @ factors.solve_with_factors(b) == pytest.approx(b) and second @ x == pytest.approx(b)
     large = Factorisation(n, indptr, indices, "rslab", policy=Policy(detach_max_unknowns=n - 1))
-    assert large.apart() is large
+    assert large.detach() is large
 
 
 def test_factors_of_a_far_matrix_are_replaced_in_single_precision() -> None:

@@ -92,7 +92,7 @@ def test_steps_are_parts_of_a_path_by_their_name() -> None:
         (["--of", "die.force.y", "--by", MU, "--set", "contacts.0.enforcement={type: augmented}"], "is augmented"),
     ],
 )
-def test_wrong_options_are_told_before_anything_is_solved(case: str, options: list[str], words: str) -> None:
+def test_wrong_options_are_reported_before_anything_is_solved(case: str, options: list[str], words: str) -> None:
     """Measures, paths, steps and files that there are not: exit code 2 and a line."""
     told = CliRunner().invoke(app, ["gradient", case, *options])
     assert told.exit_code == 2, told.output

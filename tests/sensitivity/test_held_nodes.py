@@ -119,7 +119,7 @@ def test_tied_nodes_are_held_where_their_masters_are(space: str, parts: int, cap
     assert "is not exact" not in caplog.text
 
 
-def test_a_tool_that_drives_a_tied_node_into_what_leads_it_is_told() -> None:
+def test_a_tool_that_drives_a_tied_node_into_what_leads_it_is_reported() -> None:
     """The side that leads the node goes down less than the tool does: no pressure can change that."""
     problem = loads(TIED, overrides=["steps.0.by.a.right={x: 0.05, y: -0.02}"]).problem
     with pytest.raises(pr.SolveError, match="is driven into the point at"):
@@ -141,7 +141,7 @@ def test_backwards_is_forwards(option: str) -> None:
 
 
 @pytest.mark.parametrize("path", ["steps.1.by.die.x", "steps.1.by.b.left.y"])
-def test_a_slide_that_may_go_either_way_is_told(path: str, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_slide_that_may_go_either_way_is_reported(path: str, caplog: pytest.LogCaptureFixture) -> None:
     """A parameter that moves a node against the tool on which it stands still: friction or the gap has a kink there."""
     problem = held(*OPTIONS["held both ways"])
     list(pr.solve(problem, derivatives=[path]))

@@ -180,7 +180,7 @@ def test_a_body_that_nothing_holds_is_not_held_by_the_foundation():
 
 
 def test_increments_are_judged_by_the_way_that_led_to_them(monkeypatch):
-    """Iterations of an attempt that was given up are told, but do not keep the next increment short."""
+    """Iterations of an attempt that was given up are reported, but do not keep the next increment short."""
     from prensa.solver import attempt as module
     from prensa.system.failure import NotConverged
 

@@ -69,8 +69,8 @@ def test_the_error_carries_the_reason():
 
 
 @pytest.mark.parametrize("place", [13.0, 35.0])
-def test_a_tool_that_tips_over_is_told_so(place):
-    """A plate that is free to turn is pressed beside the sheet under it: the line of the force and the supports are told.
+def test_a_tool_that_tips_over_is_reported_so(place):
+    """A plate that is free to turn is pressed beside the sheet under it: the line of the force and the supports are reported.
 
     Opposite the sheet it stays, and with a moment that brings the line over the sheet.
     """

@@ -68,7 +68,7 @@ def test_a_pushed_tool_brings_the_billet_to_rest(kinematics: str, enforcement: s
 @pytest.mark.parametrize("enforcement", ENFORCEMENTS)
 @pytest.mark.parametrize("kinematics", ["small", "finite"])
 def test_the_way_of_a_pushed_tool_through_air_is_no_work(kinematics: str, enforcement: str, space: str) -> None:
-    """Whatever the gaps, the ledger has the work of a press that touches from the start, and misses no more of it."""
+    """Whatever the gaps, the energy balance has the work of a press that touches from the start, and misses no more of it."""
     more = {"enforcement": ENFORCEMENTS[enforcement], "material": pr.Elastic(1e4, 0.3), "kinematics": kinematics}
     step = pr.Step("press", push={"high": pr.Push(y=-300.0)}, increments=2)
     runs = [list(pr.solve(billet(*gaps, step, space, **more)))[-1] for gaps in ((0.0, 0.0), (0.2, 0.7), (0.2, 0.0), (0.0, 0.3))]
@@ -194,7 +194,7 @@ def test_the_way_back_knows_where_friction_begins(enforcement: str) -> None:
 
 
 def test_bodies_carried_through_air_go_no_way_back() -> None:
-    """Where a billet between gaps comes to rest cannot be followed backwards, and that is told."""
+    """Where a billet between gaps comes to rest cannot be followed backwards, and that is reported."""
     problem = billet(0.2, 0.7, pr.Step("press", push={"high": pr.Push(y=-3000.0)}, increments=3))
     with pytest.raises(pr.PrensaError, match="carried through air until something stops them"):
         pr.gradient(problem, "high.travel.y", ["contacts.1.friction.mu"])
@@ -223,7 +223,7 @@ def test_a_beam_turns_until_it_lies_on_both_posts(gaps: tuple[float, float]) -> 
     assert (u[40, 1] - u[0, 1]) / 20.0 == pytest.approx((gaps[0] - gaps[1]) / 14.0, rel=0.02)
 
 
-def test_a_body_that_nothing_stops_is_told() -> None:
+def test_a_body_that_nothing_stops_is_reported() -> None:
     """The tool takes it along, to where nothing is."""
     p = billet(0.2, 0.1, pr.Step("press", push={"high": pr.Push(y=-10.0)}))
     alone = replace_contacts(p)

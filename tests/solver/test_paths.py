@@ -74,11 +74,11 @@ def test_the_key_continuation_is_read_and_reported():
 
 
 # ------------------------------------------------------------------------------------------- the paper's iteration
-def matrix(p, lagged):
+def matrix(p, picard_friction):
     """The matrix at a sliding state, prescribed unknowns included, and the number of body unknowns."""
     state = last(p).state
     system = pr.discretise(p)
-    c = replace(system.context(state, plan_step(system, 1, state.step_start), 2.0), lagged=lagged)
+    c = replace(system.context(state, plan_step(system, 1, state.step_start), 2.0), picard_friction=picard_friction)
     u = state.u.copy()
     u[system.tool_dof(0)] += 0.3
     e = system.evaluate(c, u, state.lam)
@@ -91,11 +91,11 @@ def matrix(p, lagged):
 def test_the_papers_matrix_is_symmetric_and_its_residual_the_same(tool):
     """K_c of (24)-(26) has no normal-tangential coupling, so the body's matrix is symmetric; the residual is Newton's."""
     p = sliding(tool=tool)
-    lagged, r, n = matrix(p, True)
+    picard_friction, r, n = matrix(p, True)
     exact, same, _ = matrix(p, False)
     assert np.array_equal(r, same)
     scale = np.abs(exact).max()
-    assert np.abs(lagged - lagged.T)[:n, :n].max() <= 1e-13 * scale
+    assert np.abs(picard_friction - picard_friction.T)[:n, :n].max() <= 1e-13 * scale
     assert np.abs(exact - exact.T)[:n, :n].max() >= 1e-3 * scale
 
 

@@ -43,7 +43,7 @@ def course():
     return lambda t: v * t + a * t * t
 
 
-def test_a_motion_of_second_degree_is_foretold_exactly(course):
+def test_a_motion_of_second_degree_is_predicted_exactly(course):
     """With unequal increments too, from the third on; before that the last increment is continued in proportion."""
     state = at_rest(course(0.0))
     for t in (0.1, 0.25):
@@ -110,7 +110,7 @@ def test_no_time_moves_no_node(element, rule):
 
 
 @pytest.mark.parametrize("rule", ["gauss1", "gauss2", "simpson", "kikuchi"])
-def test_points_between_nodes_start_no_worse_than_foretold(rule, monkeypatch):
+def test_points_between_nodes_start_no_worse_than_predicted(rule, monkeypatch):
     """Nodes are put at the gaps that they had where that is better: those of points between them are what contact holds.
 
     From one increment to the next some nodes beside a point in contact come nearer and others go away from the tool.

@@ -83,7 +83,7 @@ def pulled(*path: tuple[float, float]) -> pr.Problem:
 
 @pytest.mark.parametrize("last", [0.097, 0.1], ids=["back", "held"])
 def test_nothing_flows_on_where_a_table_turns_back_or_stops(last: float) -> None:
-    """A third of the last increment's plastic strain would be some 0.3 % here; two thirds of the elastic strain are let go."""
+    """A third of the last increment's plastic strain would be some 0.3 % here; two thirds of the elastic strain are released."""
     strains = {
         round(i.time, 9): i.state.history[0][..., 4].max() for i in pr.solve(pulled((0.0, 0.0), (0.5, 0.1), (1.0, last)), BDF2)
     }

@@ -118,7 +118,9 @@ def test_a_pushed_arch_ends_at_its_limit_point():
 
 
 def test_a_stabilised_arch_snaps_through(caplog):
-    """With viscous forces the pushed arch goes on to the far side, where it carries the force; their work is in the ledger."""
+    """With viscous forces the pushed arch goes on to the far side, where it carries the force; their work is in the
+    energy balance.
+    """
     increments = list(pr.solve(shallow_arch(-60.0, "auto")))
     last = increments[-1]
     assert last.time == 1.0
@@ -131,7 +133,7 @@ def test_a_stabilised_arch_snaps_through(caplog):
 
 
 def test_stabilisation_changes_little_where_nothing_snaps(caplog):
-    """Moved by little, the arch has the force that it has without, to the share that is allowed; nothing is told."""
+    """Moved by little, the arch has the force that it has without, to the share that is allowed; nothing is reported."""
     plain, damped = ([*pr.solve(shallow_arch(0.0, s, move=-0.4))][-1] for s in ("off", "auto"))
     assert damped.tools["p"].force.y == pytest.approx(plain.tools["p"].force.y, rel=2e-3)
     assert 0 < damped.energy["viscous"] < 1e-3 * damped.energy["external"]

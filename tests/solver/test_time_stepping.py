@@ -389,7 +389,7 @@ def test_a_sharp_edge_over_a_node_is_refused_on_the_moved_surface():
     assert last(pressed(step, tool=pr.Stamp(width=2.0, fillet=0.25, touching="block.top"))).force("punch").y > 0
 
 
-def test_an_impossible_motion_fails_with_a_post_mortem_and_keeps_the_last_increment():
+def test_an_impossible_motion_fails_with_a_diagnosis_and_keeps_the_last_increment():
     """Crushing a block to a hundredth of its height ends in an error that says where, and the good part survives."""
     p = pressed(pr.Step("crush", move={"punch": {"y": -2.97}}, increments=4), tool=pr.Plane(touching="block.top"))
     good = []

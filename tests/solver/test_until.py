@@ -170,7 +170,7 @@ def test_the_next_step_starts_from_what_is_carried():
     assert path[-1].energy["external"] == pytest.approx(0.0, abs=2e-2 * max(i.energy["external"] for i in path))
 
 
-def test_what_a_step_was_letting_go_is_let_go_on():
+def test_what_a_step_was_letting_go_is_released_on():
     """A support's reaction that has fallen by half when its step ends falls on from there in the next."""
     stretch = pr.Step("stretch", fixed={"b.right": pr.Fixed(x=0.01)})
     fixed = {"b.bottom": "y", "b.left": "x"}
@@ -235,7 +235,7 @@ def test_a_run_goes_on_bit_for_bit_from_any_increment(tmp_path):
 
 
 # ------------------------------------------------------------------------------------------------------- not met, refused
-def test_what_is_not_met_is_told_or_refused(caplog):
+def test_what_is_not_met_is_reported_or_refused(caplog):
     """The warning names the step, the criterion and what was reached; with ``required`` the run fails for it."""
     with caplog.at_level(logging.WARNING, "prensa"):
         (end,) = ends(block(down(-0.01, force(1e4))))

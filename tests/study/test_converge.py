@@ -99,7 +99,7 @@ def test_upsetting_with_friction_says_where_no_order_can_be_read(tmp_path: Path)
     assert "no order can be read" in repr(study)
 
 
-def test_levels_that_fail_are_told_and_the_others_count(tmp_path: Path) -> None:
+def test_levels_that_fail_are_reported_and_the_others_count(tmp_path: Path) -> None:
     """A level that cannot be computed has its reason among the lines; automatic increments are counted first."""
     path = written(tmp_path)
     text = path.read_text().replace(", increments: 3", "").replace(", increments: 2", "")

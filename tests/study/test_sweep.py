@@ -68,7 +68,7 @@ def test_a_sweep_says_of_each_case_what_its_run_says(grid: Study) -> None:
     assert all(np.array_equal(alone[c], ours[c]) for c in alone)
 
 
-def test_a_failed_case_is_told_with_its_reason_and_others_go_on(grid: Study) -> None:
+def test_a_failed_case_is_reported_with_its_reason_and_others_go_on(grid: Study) -> None:
     """Cases that cannot be computed have their reason in the table, on the page and no values; the rest is complete."""
     assert [row.status for row in grid.rows] == ["completed", "failed"] * 2
     assert all(row.reason and not row.values for row in grid.rows[1::2])
@@ -156,7 +156,7 @@ def test_interrupted_anywhere_and_resumed_it_is_as_if_it_had_not_been(tmp_path: 
 
 
 def test_a_killed_worker_is_survived(tmp_path: Path) -> None:
-    """A case whose worker is killed goes to another; one that kills every worker is told and does not end the sweep."""
+    """A case whose worker is killed goes to another; one that kills every worker is reported and does not end the sweep."""
     (tmp_path / "deadly.py").write_text(LAW, encoding="utf-8")
     written(tmp_path, text=CASE.replace("type: ludwik", "type: 'deadly:Deadly'"))
     study = swept(tmp_path, {"bodies.block.material.flow.K": [500, 501, 502]}, jobs=1, memory="1GB")
@@ -165,7 +165,7 @@ def test_a_killed_worker_is_survived(tmp_path: Path) -> None:
     assert (tmp_path / "killed-501").exists()
 
 
-def test_bad_requests_are_told_before_anything_starts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bad_requests_are_reported_before_anything_starts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One line, exit code 2, and no folder: for whatever does not exist or makes no sense."""
     monkeypatch.setattr(engine, "CONNECT", 0.5)
     path = written(tmp_path)

@@ -90,7 +90,7 @@ def test_a_driven_roll_feeds_the_strip_and_its_moment_is_a_result():
 
 
 def test_a_strip_is_fed_until_friction_carries_it():
-    """A pusher brings the strip to the turning rolls, lets go once they pull, and the strip goes on by itself."""
+    """A pusher brings the strip to the turning rolls, releases once they pull, and the strip goes on by itself."""
     tools = {
         "roll": pr.Circle(4.0, at=(4.5, 4.9)), "pusher": pr.Plane(normal=(1.0, 0.0), at=(-1.5, 0.0)),
     }  # fmt: skip

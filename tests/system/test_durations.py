@@ -75,7 +75,7 @@ def test_velocities_speeds_of_slip_and_powers_are_per_second():
     assert 100.0 * speeds[0] == pytest.approx(speeds[1], rel=1e-10)
 
 
-def test_laws_are_told_durations_and_seconds():
+def test_laws_are_reported_durations_and_seconds():
     """``dt`` and ``time`` of what a law is given are in seconds; what an early end leaves of a step is passed over."""
     until = pr.Until(travel={"t": pr.ToolTravel(y=-0.05)})
     problem = block(replace(down(-0.2, duration=8.0), until=until), down(-0.1, "on", duration=0.5))

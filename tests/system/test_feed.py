@@ -101,7 +101,7 @@ def test_a_wire_is_threaded_through_its_die_and_then_drawn():
     assert 80.0 < stress < 130.0  # slab 89, upper bound 121; three elements over the radius
 
 
-def test_a_strip_that_no_roll_draws_is_told(caplog):
+def test_a_strip_that_no_roll_draws_is_reported(caplog):
     """Without friction it is pushed to the end of its way; the warning says with what."""
     with caplog.at_level(logging.WARNING, "prensa"):
         path = list(pr.solve(rolled(replace(FEED, feed={"s.left": pr.Feed(x=0.9)}, increments=8), mu=1e-3)))

@@ -1,4 +1,4 @@
-"""A body that is let go has no force to compare a residual with: what round-off leaves counts as balanced."""
+"""A body that is released has no force to compare a residual with: what round-off leaves counts as balanced."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import prensa as pr
 
 
 @pytest.mark.parametrize("n", [(8, 4), (16, 8)])
-def test_a_flattened_strip_is_let_go(n):
+def test_a_flattened_strip_is_released(n):
     """The die leaves a plastically flattened strip and no force is left; the stress in the plane is gone, strain stays."""
     strip = pr.Body(pr.Rectangle(size=(4, 2), n=n), pr.J2(1e5, 0.3, pr.Perfect(100.0)))
     p = pr.Problem(

@@ -1,4 +1,4 @@
-"""Sheets that lie flat on a tool: points in tension are let go, points that just touch hold a body that nothing loads."""
+"""Sheets that lie flat on a tool: points in tension are released, points that just touch hold a body that nothing loads."""
 
 from __future__ import annotations
 

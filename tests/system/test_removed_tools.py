@@ -119,7 +119,7 @@ def test_an_elastic_body_is_what_it_was(kinematics, condense):
     assert free[-1].energy["imbalance"] == pytest.approx(pressed.energy["imbalance"], abs=1e-3 * pressed.energy["elastic"])
 
 
-def test_removed_tools_let_go_as_tools_that_leave():
+def test_removed_tools_released_as_tools_that_leave():
     """A tool that is drawn away leaves the same shape, where nothing yields on the way."""
     leave = pr.Step("leave", by={"punch": pr.Motion(y=2.0)}, increments=8)
     (bent, gone), (_, left) = (ends(strip(BEND, last)) for last in (GO, leave))
@@ -129,7 +129,7 @@ def test_removed_tools_let_go_as_tools_that_leave():
 
 @pytest.mark.parametrize("space", ["plane strain", "axisymmetric"])
 def test_few_supports_are_found(space, caplog):
-    """Three in the plane, one along an axis, none where supports hold all; they are told with their places, far apart."""
+    """Three in the plane, one along an axis, none where supports hold all; they are reported with their places, far apart."""
     billet = pr.Problem(
         "billet", bodies={"b": pr.Body(pr.Rectangle((3, 2), (3, 2)), PLASTIC)}, space=space,
         tools={"t": pr.Plane(touching="b.top"), "u": pr.Plane(touching="b.bottom")}, friction=pr.Coulomb(0.3),
@@ -180,7 +180,7 @@ def test_forces_of_pushed_and_spring_mounted_tools_go_too():
 
 
 def test_found_supports_bear_nothing_on_the_way_either():
-    """What is let go is in equilibrium with itself on every shape, though the body turns by degrees."""
+    """What is released is in equilibrium with itself on every shape, though the body turns by degrees."""
     system = pr.discretise(strip(BEND, replace(FREE, increments=4)))
     path = list(pr.solve(system))
     force = max(i.force("punch").y for i in path)

@@ -52,8 +52,8 @@ def test_press_and_release_in_two_cases_are_those_of_one(tmp_path, enforcement):
     assert np.allclose(*forces, rtol=1e-9, atol=1e-9 * abs(whole.history["punch.fy"]).max())
 
 
-def test_tools_that_are_gone_are_let_go_during_the_first_step(tmp_path):
-    """Springback without the punch ends in the shape that lifting the punch leaves; the ledger closes."""
+def test_tools_that_are_gone_are_released_during_the_first_step(tmp_path):
+    """Springback without the punch ends in the shape that lifting the punch leaves; the energy balance closes."""
     elastic = {"contacts": (pr.Contact("block.top", "punch"),)}
     whole = pr.run(case(PRESS, RELEASE, **elastic), tmp_path / "whole", quiet=True).increment
     pr.run(case(PRESS, **elastic), tmp_path / "press", quiet=True)
@@ -95,8 +95,8 @@ def test_other_tools_are_placed_on_the_deformed_body(tmp_path):
 
 
 @pytest.mark.parametrize("enforcement", [pr.Penalty(), pr.Exact()], ids=lambda e: e.type)
-def test_a_support_let_go_gives_the_contact_more_points(tmp_path, enforcement):
-    """The whole outline is in contact but where it is held: what is let go joins in, the other points go on as they were."""
+def test_a_support_released_gives_the_contact_more_points(tmp_path, enforcement):
+    """The whole outline is in contact but where it is held: what is released joins in, the other points go on as they were."""
     whole = (pr.Contact("block", "punch", pr.Coulomb(0.2), enforcement=enforcement),)
     run = pr.run(case(PRESS, contacts=whole), tmp_path / "press", quiet=True)
     ended = run.increment.state

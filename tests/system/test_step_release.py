@@ -76,7 +76,7 @@ FREE = pr.Step("free", fixed={"b.top": "free"}, increments=4)
 
 @pytest.mark.parametrize("space", ["plane strain", "plane stress", "axisymmetric"])
 @pytest.mark.parametrize("kinematics", ["small", "finite"])
-def test_a_support_is_let_go_linearly(space, kinematics):
+def test_a_support_is_released_linearly(space, kinematics):
     """Its reaction falls linearly; the elastic body springs back to where it was; all work that was done comes back."""
     steps = by_step(bar(PULL, FREE, space=space, kinematics=kinematics))
     pulled, free = steps["pull"][-1], steps["free"]
@@ -94,8 +94,8 @@ def test_a_support_is_let_go_linearly(space, kinematics):
     assert free[-1].energy["imbalance"] == pytest.approx(0.0, abs=5e-3 * pulled.energy["external"])
 
 
-def test_the_reaction_of_a_support_being_let_go_is_at_its_nodes():
-    """Nodal reactions of the freed boundary sum up to the reaction that is told, and balance those of the base."""
+def test_the_reaction_of_a_support_being_released_is_at_its_nodes():
+    """Nodal reactions of the freed boundary sum up to the reaction that is reported, and balance those of the base."""
     a = by_step(bar(PULL, FREE))["free"][1]
     top = np.isclose(a.bodies["b"].X[:, 1], 2.0)
     reaction = a.bodies["b"].reaction
@@ -150,7 +150,7 @@ def test_a_moved_tool_that_is_pushed_starts_from_its_force(way, mode):
     assert all(i.statistics.cutbacks == 0 for i in steps["push"])
 
 
-def test_all_motions_of_a_tool_are_let_go():
+def test_all_motions_of_a_tool_are_released():
     """Along x and y and to turn; a tool that becomes free has no force; one that is moved again starts from where it is."""
     stamp = pr.Stamp(width=2.5, fillet=0.2, at=(1.4, 2.0))
     push = pr.Step("push", push={"t": pr.Push(y=-60.0, m=0.0)}, increments=2)
@@ -179,7 +179,7 @@ def test_a_driven_roller_that_is_freed_keeps_its_moment_at_first():
     assert_linear(steps["coast"], [i.force("t").m for i in steps["coast"]], steps["turn"][-1].force("t").m, 0.0)
 
 
-def test_a_table_of_forces_that_begins_elsewhere_is_told(caplog):
+def test_a_table_of_forces_that_begins_elsewhere_is_reported(caplog):
     """The difference at its start goes linearly to 0; one that begins with what is carried says nothing and is followed."""
     push = pr.Step("push", push={"t": pr.Push(y=((1.0, -50.0), (1.5, -70.0), (2.0, -60.0)))}, increments=2)
     with caplog.at_level(logging.WARNING):
@@ -253,7 +253,7 @@ def test_friction_that_is_taken_away_is_gone_at_the_end():
 
 
 def test_friction_that_rises_rises_at_once():
-    """It only resists more, so nothing jumps, and nothing is let go."""
+    """It only resists more, so nothing jumps, and nothing is released."""
     law, none = pr.Coulomb(0.3), pr.Coulomb(0.0)
     assert fading(None, law, 1.0, 2.0) is law
     assert fading(none, law, 1.0, 2.0) is law
@@ -318,7 +318,7 @@ def test_a_releasing_step_is_resumed_bit_for_bit():
             assert np.array_equal(a.state.u, b.state.u) and a.energy == b.energy and a.supports == b.supports
 
 
-def test_condensed_bodies_let_go_as_whole_ones():
+def test_condensed_bodies_released_as_whole_ones():
     """Supports, loads and tools in small strain, by either way of solving."""
     load = {"b.right": pr.Load(pressure=3.0)}
     go = pr.Step("go", push={"t": pr.Push(y=-60.0)}, fixed={"b.left": "free"}, increments=3)
@@ -330,13 +330,13 @@ def test_condensed_bodies_let_go_as_whole_ones():
     assert ways[0][3].supports["b.left"].x != 0.0
 
 
-def test_what_cannot_balance_is_told_with_what_was_let_go():
+def test_what_cannot_balance_is_reported_with_what_was_released():
     """Friction bears less than the support that goes: the message names the body, the way, the support and the share."""
     press = pr.Step("press", move={"t": pr.Motion(y=-0.02)}, increments=1)
     load = pr.Step("load", loads={"b.right": pr.Load(traction=(6.0, 0.0))}, increments=1)
     go = pr.Step("go", fixed={"b.left": "free"}, increments=4)
     problem = replace(pressed(press, load, go, mu=0.1), fixed={"b.bottom": "y", "b.left": "x"})
-    words = r"body 'b' can move along x.*lets go of support 'b.left' \(-8\.\d+ along x\), of which 3\.\d"
+    words = r"body 'b' can move along x.*releases support 'b.left' \(-8\.\d+ along x\), of which 3\.\d"
     with pytest.raises(SolveError, match=words):
         list(pr.solve(problem))
     with pytest.raises(pr.errors.PreflightError, match="in step 'go' it is free to move along x"):
@@ -355,7 +355,7 @@ def test_steps_that_change_nothing_release_nothing():
 
 
 @pytest.mark.parametrize("sides", [("a.top", "b.bottom"), ("b.bottom", "a.top")], ids="-".join)
-def test_supports_of_tied_nodes_are_let_go(sides):
+def test_supports_of_tied_nodes_are_released(sides):
     """Every support beside a tie of meshes that do not match falls linearly, slave side or master side."""
     a, b = pr.Rectangle((4, 2), (4, 2)), pr.Rectangle((4, 2), (6, 3), origin=(0, 2))
     bodies = {"a": pr.Body(a, ELASTIC), "b": pr.Body(b, ELASTIC)}

@@ -75,7 +75,7 @@ def test_a_line_of_symmetry_is_a_plane_written_by_hand(problem, step, name, axis
 
 
 def test_forces_balance_and_the_energy_adds_up():
-    """What punch, middle plane and support bear is nothing together; the ledger is that with a tool in its place."""
+    """What punch, middle plane and support bear is nothing together; the energy balance is that with a tool in its place."""
     *_, last = pr.solve(tube(FLATTEN))
     borne = sum(t.force.y for t in last.tools.values()) - last.supports["t.start"].y
     assert borne == pytest.approx(0.0, abs=1e-7 * last.force("punch").y)

@@ -179,7 +179,7 @@ def test_ties_that_cannot_hold_are_refused_with_a_remedy(upper, ties, words):
 
 
 def test_names_of_ties_are_checked():
-    """Unknown boundaries are told with the nearest one, and a body is not tied to itself."""
+    """Unknown boundaries are reported with the nearest one, and a body is not tied to itself."""
     body = {"b": pr.Body(pr.Rectangle(size=(4, 2), n=(4, 2)), pr.Elastic(E=1000.0, nu=0.3))}
     with pytest.raises(ValueError, match=r"ties.0.slave: unknown boundary 'tpo' of body 'b'; did you mean 'top'"):
         pr.Problem("p", bodies=body, ties=(pr.Tie("b.tpo", "b.bottom"),), steps=(pr.Step("s"),))

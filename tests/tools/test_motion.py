@@ -37,7 +37,7 @@ FACE = ((-1.5, 2.0), (-1.5, 0.0), (1.5, 0.0), (1.5, 2.0))
 # ------------------------------------------------------------------------------------------------------------- springs
 @pytest.mark.parametrize("kinematics", ["small", "finite"])
 def test_a_punch_on_a_spring_is_one_on_a_stiff_mount_and_a_spring_in_series(kinematics):
-    """Mount displacement = punch displacement + F/k to 1e-9, the punch feels as if moved there, and the ledger closes."""
+    """Mount displacement = punch displacement + F/k to 1e-9, the punch feels as if moved there, and the energy balance closes."""
     k = 700.0
     tool = pr.Circle(radius=5.0, at=(3.0, 0.0), touching="block.top")
     steps = [pr.Step("down", move={"tool": {"y": -0.3}}, increments=8)]
@@ -187,7 +187,7 @@ def two_blocks(friction=None):
 
 
 def test_one_tool_on_two_bodies_and_two_tools_on_one():
-    """The bar's force is the sum over both blocks, its pattern holds both, all balances and the ledger closes."""
+    """The bar's force is the sum over both blocks, its pattern holds both, all balances and the energy balance closes."""
     system = discretise(two_blocks(pr.Coulomb(0.1)))
     for inc in pr.solve(system):
         force, moment = imbalance(system, inc)
@@ -272,7 +272,7 @@ def test_a_push_is_of_the_whole_thickness_or_per_length_of_it():
         ("type: plane", "type: circle, radius: 5, concave: maybe", "true or false"),
     ],
 )
-def test_mistakes_are_told_with_their_place(old, new, message):
+def test_mistakes_are_reported_with_their_place(old, new, message):
     """Line and column of the value, what is wrong with it and what would be right."""
     with pytest.raises(CaseError, match=message) as caught:
         loads(CASE.replace(old, new), "case.yaml")

@@ -21,7 +21,7 @@ NO_BALANCE = {"slip hardening, return map"}
 
 @pytest.mark.parametrize("case", PARAMETERS)
 def test_every_case_of_the_table_holds(case: Case) -> None:
-    """Every quantity is within its tolerance, the balance of tools and supports included, and nothing false is told."""
+    """Every quantity is within its tolerance, the balance of tools and supports included, and nothing false is reported."""
     rows = case.run()
     failed = [" ".join(table.cells(r)) for r in rows if not r.passed]
     assert not failed, "\n".join(failed)

@@ -150,7 +150,7 @@ TIMELY = (
     Mechanism(
         "secant_where_flow_turns",
         "Where plastic flow is likely to turn, the matrix goes part of the way to the secant moduli.",
-        (replaced(Equilibrium, Equilibrium.turns, _no),),
+        (replaced(Equilibrium, Equilibrium.flow_direction_unreliable, _no),),
     ),
     Mechanism(
         "turning_expected",
@@ -296,12 +296,12 @@ TIMELY = (
     Mechanism(
         "floating_bodies",
         "Bodies that nothing holds yet move as rigid ones with the tools until they are clamped.",
-        (replaced(time_stepping, time_stepping.carried, _nothing),),
+        (replaced(time_stepping, time_stepping.rigid_approach, _nothing),),
     ),
     Mechanism(
         "emergence",
         "Bodies are pressed in stages out of tools that start inside them.",
-        (replaced(attempt, attempt.emergence, _none_of_them),),
+        (replaced(attempt, attempt.overlap_stages, _none_of_them),),
     ),
     # ------------------------------------------------------------------------------------------------- linear algebra
     Mechanism(
@@ -365,7 +365,7 @@ GUARDS = (
         "jump_under_viscous_forces",
         "An increment under viscous forces that jumps too far for its energy to be seen is cut.",
         (replaced(TimeStepping, TimeStepping.jumped_over, _no),),
-        guard="tests/contact/test_held_corners.py::test_a_jump_is_cut_where_the_ledger_misses_too_much",
+        guard="tests/contact/test_held_corners.py::test_a_jump_is_cut_where_the_energy_balance_misses_too_much",
     ),
     Mechanism(
         "passages",
@@ -389,13 +389,13 @@ GUARDS = (
         "self_intersection",
         "A run ends where the outline of a body passes through itself.",
         (replaced(time_stepping, time_stepping.fold, _nothing),),
-        guard="tests/checks/test_early_end.py::test_a_body_that_passes_through_itself_is_told",
+        guard="tests/checks/test_early_end.py::test_a_body_that_passes_through_itself_is_reported",
     ),
     Mechanism(
         "release",
         "Forces that a step no longer asks for go linearly to zero over it.",
-        (replaced(time_stepping, time_stepping.let_go, _nothing),),
-        guard="tests/system/test_step_release.py::test_a_support_is_let_go_linearly",
+        (replaced(time_stepping, time_stepping.release_forces, _nothing),),
+        guard="tests/system/test_step_release.py::test_a_support_is_released_linearly",
     ),
     Mechanism(
         "tunnelling",

@@ -2,7 +2,7 @@
 
 The families `elastic` and `plastic` (`prensa_bench.robustness.blocks`) put one body under one tool of any kind; their answers
 are checked at every increment as the solver holds them. The others (`prensa_bench.robustness.families`) draw what forming
-does: thin strips between binder, punch and die, sliding and letting go, cycles, chains of runs, tied bodies, rolls, thin
+does: thin strips between binder, punch and die, sliding and release, cycles, chains of runs, tied bodies, rolls, thin
 sheets, slender parts, the ends of the ranges of numbers, combinations posed in two ways, free bodies under forces, and ironing;
 their answers are checked in the files that a run leaves, by code that shares nothing with the solver
 (`prensa_bench.robustness.checks`).

@@ -330,7 +330,7 @@ def driven(d: Drawn, record: Record) -> str:
 
 
 def energy(d: Drawn, record: Record) -> str:
-    """Dissipated energy never falls, and the ledger's work is that of forces and paths of the history.
+    """Dissipated energy never falls, and the energy balance's work is that of forces and paths of the history.
 
     But for what pushed tools do on their way through air, of which the history has both ends alone.
     """
@@ -344,7 +344,7 @@ def energy(d: Drawn, record: Record) -> str:
         if fall > WORK * whole:
             return f"{e} work falls by {fall:.2e} of {whole:.2e}"
     if record.problem.start is not None or any(s.fixed for s in record.problem.steps):
-        return ""  # supports may have moved, or a force is let go
+        return ""  # supports may have moved, or a force is released
     work = np.zeros(len(h["time"]))
     for name in record.problem.tools:
         for f, u in (("fx", "ux"), ("fy", "uy"), ("mz", "rz")):

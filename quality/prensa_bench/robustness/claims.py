@@ -1,4 +1,4 @@
-"""Claims that several families make: what must hold when a body is let go."""
+"""Claims that several families make: what must hold when a body is released."""
 
 from __future__ import annotations
 

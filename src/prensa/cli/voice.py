@@ -142,7 +142,7 @@ class Voice:
         if self.verbose:
             self._handler = logging.StreamHandler(sys.stderr)
             self._handler.setFormatter(logging.Formatter("%(message)s"))
-            self._handler.addFilter(lambda record: record.levelno < logging.WARNING)  # warnings are told anyway
+            self._handler.addFilter(lambda record: record.levelno < logging.WARNING)  # warnings are reported anyway
             log = logging.getLogger("prensa")
             log.addHandler(self._handler)
             log.setLevel(logging.INFO)

@@ -50,7 +50,7 @@ def _moved(i, q, dp, dt, ds, K, p, t, s, F):
 
 
 @njit(cache=True, error_model="numpy")
-def at_fixed(
+def jvp_explicit(
     force, traction, gap, slips, way, dp, dt, ds, Fn, Ft, K, weight, k_n, k_t, unit, multipliers, support, dofs, first,
     area, lam, coordinate, scale, mu, X, place, p, t, s, F, r,
 ):  # fmt: skip
@@ -106,7 +106,7 @@ def along(
     """Add what motions x (ndof, d) of the degrees of freedom make of p, t, s (k, d), F (k, m, d), lam (k, 2, d); → kappa (k, d).
 
     slid (k,): what points slipped in the increment; ``slip`` (k, d), ``coordinate`` (k, 1, d): of the committed points; the
-    others as of `at_fixed`.
+    others as of `jvp_explicit`.
     """
     count, unknowns = x.shape[1], dofs.shape[1]
     q = np.zeros((unknowns, count))

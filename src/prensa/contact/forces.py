@@ -131,7 +131,7 @@ class Scale:
 
 def forces(
     x: Stencils, weight: Array, scale: Scale, lam: Array, committed: ContactRecord, law: FrictionLaw | None, at: At,
-    round_off: Array, want: Bytes, area: Array | None = None, lagged: bool = False,
+    round_off: Array, want: Bytes, area: Array | None = None, picard_friction: bool = False,
     turning: tuple[Array, Array] | None = None, foundation: Array | None = None, points: Points | None = None,
 ) -> ContactForces:  # fmt: skip
     """Contact forces on the unknowns of stencils and their exact, unsymmetric stiffness.
@@ -145,7 +145,7 @@ def forces(
     area (k,): current areas, to which the tractions of a law that is not proportional to the pressure belong, its bound being
     that at the pressure per current area, P/a; None: those are ``weight``, or cancel. How areas depend on the positions is not
     in K (see `stretching`).
-    ``lagged``: stiffness of the paper (24)-(26), k_n n⊗n + k_TT e⊗e: friction at the pressure of the last iterate and
+    ``picard_friction``: stiffness of the paper (24)-(26), k_n n⊗n + k_TT e⊗e: friction at the pressure of the last iterate and
     the tool's curvature are in the forces only.
     ``turning``: pressures (k,) and tractions (k, t) in the terms of K that turn the frame, in the place of those at the gaps.
     foundation (k, 2): where it is not 0, the slopes of p and of t in K are these shares of those of a closed point and of one
@@ -173,7 +173,7 @@ def forces(
             by_p, bound = by_p * share[:, None], bound * np.stack([np.ones(k), share], axis=1)
             stretched = tractions - out.dt_dp * pressure[:, None]
     area = weight if area is None else area
-    if lagged:
+    if picard_friction:
         by_p = np.zeros_like(by_p)
         turning = np.zeros(k), np.zeros((k, t))
     if foundation is not None and law is not None:

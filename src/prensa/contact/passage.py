@@ -16,7 +16,7 @@ from prensa.contact.surface import Geometry, Surface
 from prensa.types import Array
 
 STAIR = 0.75  # step of the force, over its mean, times the elements in the contact: measured in drawing, within 20 %
-WORTH_SAYING = 0.05  # step of the force that is foretold and told
+WORTH_SAYING = 0.05  # step of the force that is predicted and reported
 ROUNDNESS = 0.1  # sine between normal and arm up to which a tool turns within its own surface, as a roll does
 INSIDE = 1e-6  # gap over element depth, and sine of a motion into the tool, that are none
 TURNED = np.array([[0.0, 1.0], [-1.0, 0.0]])  # v @ TURNED: v turned by +90°
@@ -94,9 +94,9 @@ def lengths(system: Geometry, s: Surface, x: Array) -> Array:
 def sentence(lying: float, seen: float | None = None) -> str:
     """What there is to say of a contact with so few elements in it; seen: step of its force over the mean, if there is one."""
     few = max(round(lying), 1)
-    told = f"{100 * STAIR / few:.0f} %" + (f" (here {100 * seen:.0f} %)" if seen is not None else "")
+    reported = f"{100 * STAIR / few:.0f} %" + (f" (here {100 * seen:.0f} %)" if seen is not None else "")
     return (
-        f"about {few} element{'s' if few > 1 else ''} lie{'' if few > 1 else 's'} in the contact, forces step by {told} as "
+        f"about {few} element{'s' if few > 1 else ''} lie{'' if few > 1 else 's'} in the contact, forces step by {reported} as "
         "nodes pass; shorten the elements along the motion ('grade' with 'x_between' or 'y_between'), and take the means over "
         "a passage (passages.csv), which are steady"
     )

@@ -359,7 +359,7 @@ def at_free_edges(
     not vary along the normal, and their pressure is wrong for want of it, or the same in the whole element (F-bar). At an
     edge without traction σ_nn = σ_nt = 0 say what the pressure is: σ_tt = s_tt - s_nn, σ_zz = s_zz - s_nn. The deviators
     are those of the elements that the node belongs to. What they vary by within an element is put right by the strain along
-    the normal that goes with it elastically, -ν/(1 - ν) of those along the edge: exact for what was let go, which varies
+    the normal that goes with it elastically, -ν/(1 - ν) of those along the edge: exact for what was released, which varies
     most; what varies while metal flows is small. Corners between two free sides are left as they are.
 
     Where all points around have yielded, or none, stresses have no kink, and patches do as well.

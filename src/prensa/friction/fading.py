@@ -1,4 +1,4 @@
-"""Friction that a step lowers or takes away: what the old law bore is let go linearly over the step."""
+"""Friction that a step lowers or takes away: what the old law bore is released linearly over the step."""
 
 from __future__ import annotations
 

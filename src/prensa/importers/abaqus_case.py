@@ -1,6 +1,6 @@
 """A case out of an Abaqus (or CalculiX) deck: materials, sections, rigid surfaces, contacts, ties, steps.
 
-A documented subset: what concerns the answer and is not read is refused with its line; what does not is told.
+A documented subset: what concerns the answer and is not read is refused with its line; what does not is reported.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Strength, exponent and first yield of a flow curve trade: what is measured hardly changes along a valley of them, and the valley
 bends, since stresses are no linear functions of them. But what is measured is nearly linear in the stresses themselves. So
-with φ(x) the stresses at some strains, residuals are foretold as r + J_f Φ⁺ (φ(x) − φ) for what belongs to the curve, Φ = ∂φ/∂x
+with φ(x) the stresses at some strains, residuals are predicted as r + J_f Φ⁺ (φ(x) − φ) for what belongs to the curve, Φ = ∂φ/∂x
 where r and J were found, and as r + J (x − x₀) for all else. That takes no run, so what is sought with it is sought far.
 """
 
@@ -67,7 +67,7 @@ def curves_of(problem: Problem, paths: Sequence[str], values: Sequence[Callable[
     return out
 
 
-class Foretold:
+class LinearisedResiduals:
     """Residuals (r,) near unknowns x (n,), where they are r with derivatives J (r, n)."""
 
     def __init__(self, curves: Sequence[Curve], x: Array, r: Array, J: Array) -> None:

@@ -149,7 +149,7 @@ def _refined(objective: Objective, x: Array, at: Residuals) -> Finer | None:
     experiments = [e.on(p) for e, p in zip(objective.experiments, meshes) if p is not None]
     if len(experiments) < len(meshes):
         return None
-    objective.told("the same on a finer mesh")
+    objective.report("the same on a finer mesh")
     again = replace(objective, experiments=experiments, _last=None)
     begun = again.at(x)
     found = again.minimise(x)
@@ -160,7 +160,7 @@ def _refined(objective: Objective, x: Array, at: Residuals) -> Finer | None:
 
 def _bends(objective: Objective, x: Array, at: Residuals) -> list[Profile | None]:
     """Profiles of all parameters around an answer; None of those that move nothing."""
-    objective.told("how bent the problem is")
+    objective.report("how bent the problem is")
     _, halves, _ = half_widths(at, len(x))
     moving, curves = np.abs(at.J[:, : len(objective.parameters)]).max(axis=0) > IDLE, objective.curves
     return [

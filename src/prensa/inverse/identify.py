@@ -16,7 +16,7 @@ from prensa.sensitivity.parameters import value_of
 from prensa.types import Array, Index
 
 NORMAL = 1.96  # half a 95 % interval over a standard error
-HOPELESS = 3.0  # expected half width over a value from which nothing is told of it
+HOPELESS = 3.0  # expected half width over a value from which nothing is said of it
 STOPPED_AT = (0.25, 0.5, 0.75)  # of the time at which one might stop
 
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prensa.errors import ArgumentError, PrensaError
-from prensa.inverse.bends import Curve, Foretold, curves_of
+from prensa.inverse.bends import Curve, LinearisedResiduals, curves_of
 from prensa.inverse.experiment import Experiment, over_stroke
 from prensa.model.problem import Case
 from prensa.model.schema import dump
@@ -108,7 +108,7 @@ class Objective:
     experiments: Sequence[Experiment]
     parameters: Sequence[Parameter]
     cache: Path | None = None
-    told: Callable[[str], None] = log.info
+    report: Callable[[str], None] = log.info
     runs: int = 0
     failure: str = ""
     _known: dict[str, Any] = field(default_factory=dict)
@@ -153,11 +153,11 @@ class Objective:
                     J.append(np.hstack([dy, z]) / c.sigma[:, None])
         except PrensaError as error:  # no equilibrium, no such place any more, a value that is not allowed
             self.failure = str(error).splitlines()[0]
-            self.told(f"no answer at {self._words(values)}: {self.failure}")
+            self.report(f"no answer at {self._words(values)}: {self.failure}")
             return None
         prior = np.hstack([np.zeros((len(more), len(self.parameters))), np.eye(len(more))])
         out = Residuals(np.concatenate([*parts, more]), np.vstack([*J, prior]), models)
-        self.told(f"χ² {out.square:.4g} at {self._words(values)}")
+        self.report(f"χ² {out.square:.4g} at {self._words(values)}")
         return out
 
     def _instruments(self, k: int, j: int, y: Array, dy: Array, rate: Array, more: Array) -> tuple[Array, Array, Array]:
@@ -252,10 +252,12 @@ class Objective:
         return curves_of(self.experiments[0].problem, [p.path for p in self.parameters], [p.value for p in self.parameters])
 
     def _along_curves(self, x: Array, at: Residuals, low: Array, high: Array) -> tuple[Array, Residuals]:
-        """As `minimise`: each step goes to where residuals are least as the stresses of the curves foretell them (`Foretold`)."""
+        """As `minimise`: each step goes to where residuals are least as the stresses of the curves predict them
+        (`LinearisedResiduals`).
+        """
         curves, reach = self.curves, FIRST_REACH
         for _ in range(MOST_RUNS):
-            near = Foretold(curves, x, at.r, at.J)
+            near = LinearisedResiduals(curves, x, at.r, at.J)
             y = near.least(x, np.maximum(low, x - reach), np.minimum(high, x + reach))
             gain, idle = at.square - near.square(y), IDLE_STEP * max(1.0, at.square / max(len(at.r) - len(x), 1))
             within = bool((np.abs(y - x) < 0.99 * reach).all())

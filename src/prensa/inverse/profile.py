@@ -1,7 +1,7 @@
 """Where the ellipse of the linearised problem is bad: how bent the problem is, and profile likelihood intervals.
 
 At both ends of a linear interval the case is run: if χ², made least over the other parameters, has grown there by what the
-linearised problem foretells, the interval is right. Where it has not, the end is sought at which it has (Bates and Watts 1988,
+linearised problem predicts, the interval is right. Where it has not, the end is sought at which it has (Bates and Watts 1988,
 chapter 6; Venzon and Moolgavkar 1988).
 """
 
@@ -13,27 +13,27 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq, lsq_linear
 
-from prensa.inverse.bends import Curve, Foretold
+from prensa.inverse.bends import Curve, LinearisedResiduals
 from prensa.inverse.objective import Objective, Residuals
 from prensa.types import Array
 
-BENT_BY = 0.1  # share by which the root of Δχ² may miss what the linearised problem foretells before the profile is followed
+BENT_BY = 0.1  # share by which the root of Δχ² may miss what the linearised problem predicts before the profile is followed
 CLOSE = 0.03  # share to which the end of a profile is found
-NEAR = 0.1  # share of the Δχ² at the end that the last step over the other parameters may be foretold to gain, not run
+NEAR = 0.1  # share of the Δχ² at the end that the last step over the other parameters may be predicted to gain, not run
 MOST_STEPS = 5  # over the other parameters, at a place
-LONGEST_STEP = 0.7  # of what is varied, mostly logarithms: beyond, the linearised problem foretells nothing
+LONGEST_STEP = 0.7  # of what is varied, mostly logarithms: beyond, the linearised problem predicts nothing
 FARTHEST = 8.0  # half widths of the linear interval within which the end is sought
 TOO_FAR = 2.0  # root beyond which a place says little of where it is 1
 MOST_PLACES = 8  # places that are tried at each side
-MOST_FORETOLD = 4  # times that an end is foretold, each from where the last one was looked for
-LONGEST_WAY = 4.0  # of what is varied, mostly logarithms, along a profile that is foretold
+MOST_PREDICTED = 4  # times that an end is predicted, each from where the last one was looked for
+LONGEST_WAY = 4.0  # of what is varied, mostly logarithms, along a profile that is predicted
 
 
 @dataclass(frozen=True)
 class Profile:
     """The profile of a parameter: ``low`` and ``high``, ends of the interval in half widths of the linear one (inf: none found).
 
-    ``bent``: by how much the root of Δχ² at the ends of the linear interval differs from what the linearised problem foretells,
+    ``bent``: by how much the root of Δχ² at the ends of the linear interval differs from what the linearised problem predicts,
     a share; ``followed``: whether the ends are those of the profile; ``points`` (m, 2): way from the least χ² in half widths,
     and the root of Δχ² with the sign of the way, over its value at the end of a 95 % interval. ``least``: least χ² of a run.
     """
@@ -52,7 +52,8 @@ def profile(
 ) -> Profile:  # fmt: skip
     """Profile of parameter *number* around unknowns x (n,) of least χ²; ``half`` (n,): way to the ends by the linear problem.
 
-    ``curves``: flow curves along whose stresses the problem is foretold (`Foretold`), where its ends are looked for first.
+    ``curves``: flow curves along whose stresses the problem is predicted (`LinearisedResiduals`), where its ends are
+    looked for first.
     """
     sides = [_Side(objective, x, at, number, half, sign, limits) for sign in (-1.0, 1.0)]
     bent = max(side.bent for side in sides)
@@ -92,12 +93,12 @@ class _Side:
             self.bent = abs(self.first - 1.0)
 
     def foretold(self, curves: Sequence[Curve]) -> bool:
-        """Whether the end is where the stresses of flow curves foretell it, as a run there shows; if so it is taken.
+        """Whether the end is where the stresses of flow curves predict it, as a run there shows; if so it is taken.
 
-        Where the run shows something else, it is foretold again from there.
+        Where the run shows something else, it is predicted again from there.
         """
-        near, start = Foretold(curves, self.x, self.at.r, self.at.J), self.x
-        for _ in range(MOST_FORETOLD):
+        near, start = LinearisedResiduals(curves, self.x, self.at.r, self.at.J), self.x
+        for _ in range(MOST_PREDICTED):
             end, y, steep = self._end_of(near, start)
             found = self.objective.at(y)
             if found is None:
@@ -113,11 +114,11 @@ class _Side:
             if steep and abs(root - 1.0) <= BENT_BY:  # what is left is made up for as the root grows there
                 self.end = float(np.clip(end + (1.0 - root) / steep, 0.7 * end, min(1.3 * end, self.room)))
                 return True
-            near, start = Foretold(curves, y, found.r, found.J), y
+            near, start = LinearisedResiduals(curves, y, found.r, found.J), y
         return False
 
-    def _end_of(self, near: Foretold, start: Array) -> tuple[float, Array, float]:
-        """Way to where the root is foretold to be 1, unknowns (n,) there, and its slope; where none is, the farthest, and 0."""
+    def _end_of(self, near: LinearisedResiduals, start: Array) -> tuple[float, Array, float]:
+        """Way to where the root is predicted to be 1, unknowns (n,) there, and its slope; where none is, the farthest, and 0."""
         reach = min(FARTHEST, self.room)
         places = {0.0: (start, 0.0)}
 
@@ -138,8 +139,8 @@ class _Side:
         y, expected = places[end]
         return end, y, max(expected - self._along_curves(near, 0.9 * end, y)[1], 0.01) / (0.1 * end)
 
-    def _along_curves(self, near: Foretold, d: float, start: Array) -> tuple[Array, float]:
-        """Unknowns of least χ² with the parameter held at a way *d*, and the root there, as flow curves foretell it."""
+    def _along_curves(self, near: LinearisedResiduals, d: float, start: Array) -> tuple[Array, float]:
+        """Unknowns of least χ² with the parameter held at a way *d*, and the root there, as flow curves predict it."""
         y = start.copy()
         y[self.number] = self.x[self.number] + self.sign * d * self.valley[self.number]
         y = near.least(y, y - LONGEST_WAY, y + LONGEST_WAY, self.number)

@@ -23,7 +23,7 @@ UNUSUAL = 0.05  # probability below which residuals are not those of chance
 IDLE = 1e-3  # change of a channel over its error when a parameter doubles, below which that does not move it
 SLIP = 5  # residual over the error, and over those of the others, from which a reading is suspected
 BETTER = 0.1  # χ² by which another place has to be better to be told
-UNTOLD, FAR_OFF = 0.5, 1.0  # standard error, and way, in what is varied beyond which nothing is told without a column
+UNTOLD, FAR_OFF = 0.5, 1.0  # standard error, and way, in what is varied beyond which nothing is reported without a column
 WEAK = 10.0  # ratio of the errors of the worst and the best told directions from which one is worth words
 BAND = (0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0)  # plastic strains of the band of a flow curve
 
@@ -314,7 +314,7 @@ def _weak(objective: Objective, covariance: Array) -> Any:
     parts = [f"{path} by {10 * w:+.2g} %" for path, w in told]
     error = 100 * float(np.sqrt(sizes[-1]) * np.abs(ways[:, -1]).max())
     yield (
-        f"told worst: {' and '.join(path for path, _ in told)} trade. A change of {', '.join(parts)} is hardly seen; along this "
+        f"worst known: {' and '.join(path for path, _ in told)} trade. A change of {', '.join(parts)} is hardly seen; along this "
         f"direction the standard error is {error:.2g} %. Measure one of them otherwise, or fix it"
     )
 

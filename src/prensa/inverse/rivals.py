@@ -61,7 +61,7 @@ def compared(objective: Objective, x: Array, at: Residuals) -> Rival | str | Non
             continue
         change, parameter = changes[0]
         name, own = LAW_NAMES[parameter.path[-1]], LAW_NAMES[p.path[-1]]
-        objective.told(f"the same with {name}")
+        objective.report(f"the same with {name}")
         try:
             rivals = [loads(dump(problem), overrides=[change], bounded=False).problem for problem in problems]
             against = replace(

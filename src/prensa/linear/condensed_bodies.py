@@ -93,14 +93,14 @@ class Bodies:
             If the factors do not give an acceptable residual.
 
         """
-        x = self.factorisation.again(b) if len(b) else b
+        x = self.factorisation.solve_with_factors(b) if len(b) else b
         for _ in range(self.policy.max_refinements):
             given, found = (b, x) if b.ndim == 1 else (b.sum(axis=1), x.sum(axis=1))
             missing = np.abs(given - self.K @ found).max(initial=0.0)
             error = missing / (self.size * np.abs(found).max(initial=0.0) + np.abs(given).max(initial=0.0) + 1e-300)
             if not error > self.policy.refine_backward_error:
                 break
-            x = x + self.factorisation.again(b - self.K @ x)
+            x = x + self.factorisation.solve_with_factors(b - self.K @ x)
         if not error <= self.policy.max_backward_error:
             raise SolveError(
                 f"the bodies could not be condensed (backward error {error:.1e}); what to try: numerics: {{condense: false}}"

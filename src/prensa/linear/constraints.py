@@ -28,9 +28,9 @@ class Tied:
         self.free = ties.kept(n, fixed)
         self.matrix, self.equations, self.rows = T, T, self.free
         if control is not None:
-            self.rows = np.where(self.free == control.factor, control.lead, self.free)
+            self.rows = np.where(self.free == control.factor, control.control_dof, self.free)
             at = int(np.flatnonzero(self.free == control.factor)[0])
-            moved = csr_matrix(([1.0, -1.0], ([control.lead, control.factor], [at, at])), T.shape)
+            moved = csr_matrix(([1.0, -1.0], ([control.control_dof, control.factor], [at, at])), T.shape)
             self.equations = csr_matrix(T + moved)
             self.equations.eliminate_zeros()
             self.equations.sort_indices()

@@ -253,7 +253,7 @@ SINGLE = {"rslab"}
 OVERWRITTEN = {"pardiso"}
 
 
-def may_be_apart(solvers: Iterable[str], unknowns: int, policy: Policy = DEFAULT) -> bool:
+def may_be_detached(solvers: Iterable[str], unknowns: int, policy: Policy = DEFAULT) -> bool:
     """Whether factors stay when later ones are made by any of these solvers, and there is room for both."""
     return not OVERWRITTEN.intersection(solvers) and unknowns <= policy.detach_max_unknowns
 
@@ -330,9 +330,9 @@ class Factorisation:
         self._own, self._single = False, True
         self._matrix: Any = None
         self._frame: Any = None  # a matrix of the pattern, for the values of the one that is being solved
-        self._apart = 0  # contact points that have another status in that matrix than in that of the factors
+        self._points_changed = 0  # contact points that have another status in that matrix than in that of the factors
         self._to_check: Any = None  # the matrix of factors in single precision of which it is not known what they tell
-        self._telling = True
+        self._soft_mode_error = True
 
     def begin(self, made_from: Single | None = None) -> None:
         """Forget factors and fallbacks of earlier attempts, so that an attempt depends on its arguments alone.
@@ -340,7 +340,7 @@ class Factorisation:
         made_from: values of single precision whose factors an attempt begins with; if they are not at hand they are made again.
         """
         self.order, self._single, self._own, self._matrix = list(self.first), True, False, None
-        self._to_check, self._apart = None, 0
+        self._to_check, self._points_changed = None, 0
         if made_from is not None and made_from is self.made_from and self._solve is not None:
             return
         self._solve, self.made_from = None, None
@@ -364,30 +364,30 @@ class Factorisation:
         """Whether the factors were made since `begin`, and are so near their matrix that they tell its softest modes."""
         if self._own and self._to_check is not None:
             assert self._solve is not None
-            self._telling = departure(self._to_check, self._solve) <= self.policy.soft_mode_error
+            self._soft_mode_error = departure(self._to_check, self._solve) <= self.policy.soft_mode_error
             self._to_check = None
-        return self._own and self._telling
+        return self._own and self._soft_mode_error
 
     @property
-    def may_tell(self) -> bool:
+    def may_resolve_soft_modes(self) -> bool:
         """Whether the factors were made since `begin`, and nothing is known yet against their telling the softest modes."""
-        return self._own and (self._to_check is not None or self._telling)
+        return self._own and (self._to_check is not None or self._soft_mode_error)
 
-    def tells(self, b: Array, x: Array) -> bool:
+    def resolves_soft_modes(self, b: Array, x: Array) -> bool:
         """As `own`, where x (n,) is what the factors answer to the forces b (n,) of the softest mode."""
         if self._own and self._to_check is not None:
             scale = 1.0 if self.scale is None else self.scale
             b, x = scale * b, x / scale
-            self._telling = length(self._to_check @ x - b) <= self.policy.soft_mode_error * length(b)
+            self._soft_mode_error = length(self._to_check @ x - b) <= self.policy.soft_mode_error * length(b)
             self._to_check = None
-        return self._own and self._telling
+        return self._own and self._soft_mode_error
 
     @property
     def positive(self) -> bool:
         """Whether the last factors show that all eigenvalues of their matrix are positive; False where they cannot tell."""
         return bool(getattr(self._solve, "positive", False)) and self.own
 
-    def again(self, b: Array) -> Array:
+    def solve_with_factors(self, b: Array) -> Array:
         """Solution of b (n,) or (n, k) with the factors of the last `solve`; its residual is not checked."""
         assert self._solve is not None
         if self.scale is None:
@@ -399,12 +399,12 @@ class Factorisation:
         """The last factors, to keep them; None where later ones take their place, or they are symmetric, which are cheap."""
         return Kept(self._solve, self.scale) if isinstance(self._solve, _Lasting) else None
 
-    def apart(self) -> Factorisation:
+    def detach(self) -> Factorisation:
         """The same with the factors at hand; what the two do to theirs from here on is their own, in threads of their own too.
 
         Itself where a solver's later factors take the place of those at hand, or there may be no room for twice as many.
         """
-        if not may_be_apart((name for name, _ in self.order), self.structure.n, self.policy):
+        if not may_be_detached((name for name, _ in self.order), self.structure.n, self.policy):
             return self
         out = copy(self)
         out.order, out._factors, out._frame = list(self.order), dict(self._factors), None
@@ -426,18 +426,18 @@ class Factorisation:
 
         n, indptr, indices = self.structure[:3]
         self._matrix = csc_matrix((self._scaled(values), indices, indptr), (n, n))
-        self._apart += changed
+        self._points_changed += changed
 
     def correction(self, b: Array, share: float | None = None) -> Array:
         """Solution of b (n,) to a few digits, or but for a ``share``, of the matrix of the last `step`, `solve` or `follow`."""
         if self._matrix is not None and self._solve is not None:
             scale = 1.0 if self.scale is None else self.scale
-            outliers, usual = self.policy.gmres_iterations_per_point * self._apart, self.policy.expected_rate
+            outliers, usual = self.policy.gmres_iterations_per_point * self._points_changed, self.policy.expected_rate
             for left in (usual,) if share is None or share >= usual else (share, usual):
                 x = krylov(self._matrix, self._solve, scale * b, self.policy.gmres_max_iterations, left, outliers)
                 if x is not None:
                     return scale * x
-        return self.again(b)
+        return self.solve_with_factors(b)
 
     def exactly(self, b: Array, share: float) -> Array | None:
         """Solutions (n, k) of b (n, k), but for a ``share``, of the last matrix by factors of single precision of this attempt.
@@ -506,13 +506,13 @@ class Factorisation:
         scale = 1.0 if self.scale is None else self.scale
         A = csc_matrix((self._scaled(values), indices, indptr), (n, n))
         x, self._matrix = None, None
-        apart = None if changed is None else self._apart + changed
+        apart = None if changed is None else self._points_changed + changed
         # factors LDLᵀ are too cheap to be replaced by as many iterations as points apart take
         few = policy.same_matrix_points if self.order[0][1] == GENERAL else 0
         if apart is not None and apart <= few and self._solve is not None:
             x = krylov(A, self._solve, scale * b, policy.gmres_max_iterations, share, policy.gmres_iterations_per_point * apart)
             if x is not None:
-                self._matrix, self._apart = A, apart
+                self._matrix, self._points_changed = A, apart
         if x is None:
             x = self._in_single(A, scale * b, share)
         if x is None:
@@ -522,7 +522,7 @@ class Factorisation:
 
     def _in_single(self, A: csc_matrix, b: Array, share: float) -> Array | None:
         """As `step`, by factors in single precision, which stay; None where they do not lead to it."""
-        self._solve, self.made_from, self._to_check, self._apart = None, None, None, 0
+        self._solve, self.made_from, self._to_check, self._points_changed = None, None, None, 0
         single = self._single_part(A.data)
         solve = None if single is None else self._of_single(single)
         x = None if solve is None else krylov(A, solve, b, self.policy.gmres_max_iterations, share)
@@ -601,7 +601,7 @@ class Factorisation:
         """
         policy = self.policy
         # the old factors go before the new ones come
-        self._solve, self.made_from, self._matrix, self._to_check, self._apart = None, None, None, None, 0
+        self._solve, self.made_from, self._matrix, self._to_check, self._points_changed = None, None, None, None, 0
         factor = self._factor()
         solve = factor(self._part(values))
         x = np.asarray(solve(b))
@@ -613,7 +613,7 @@ class Factorisation:
             x = x + np.asarray(solve(r))
         if not error <= policy.max_backward_error:
             raise ArithmeticError(f"backward error {error:.1e}")
-        self._solve, self._own, self._telling = solve, True, True
+        self._solve, self._own, self._soft_mode_error = solve, True, True
         return x
 
 
@@ -670,8 +670,8 @@ def krylov(A: csc_matrix, solve: Solve, b: Array, most: int, share: float, outli
             for z, factor in zip(Z, _backwards(R, g)):
                 x += factor * z
             return x if length(b - A @ x) <= 2.0 * share * size else None
-        told = j + 1 - outliers
-        if j and told > 0 and told * math.log(share) < (most + 1 - outliers) * math.log(left):
+        reported = j + 1 - outliers
+        if j and reported > 0 and reported * math.log(share) < (most + 1 - outliers) * math.log(left):
             return None
         V.append(w / beyond)
     return None
@@ -716,7 +716,7 @@ class DenseFactors:
     """Factors of a dense matrix, with what attempts use of the interface of `Factorisation`."""
 
     made_from: Single | None = None
-    may_tell = True
+    may_resolve_soft_modes = True
 
     def __init__(self, policy: Policy, scale: Array | None = None) -> None:
         self.policy, self.scale = policy, scale
@@ -737,20 +737,20 @@ class DenseFactors:
 
     def correction(self, b: Array, share: float | None = None) -> Array:
         """As `again`."""
-        return self.again(b)
+        return self.solve_with_factors(b)
 
     def analyse(self) -> None:
         """Nothing: there is no pattern."""
 
     def exactly(self, b: Array, share: float) -> Array | None:
         """As `again`."""
-        return self.again(b)
+        return self.solve_with_factors(b)
 
     def coarse(self, values: Array) -> bool:
         """False: dense factors are of double precision."""
         return False
 
-    def apart(self) -> DenseFactors:
+    def detach(self) -> DenseFactors:
         """As `Factorisation.apart`."""
         return copy(self)
 
@@ -758,7 +758,7 @@ class DenseFactors:
         """None: nobody goes backwards with dense factors."""
         return None
 
-    def tells(self, b: Array, x: Array) -> bool:
+    def resolves_soft_modes(self, b: Array, x: Array) -> bool:
         """True: dense factors are of double precision."""
         return True
 
@@ -772,7 +772,7 @@ class DenseFactors:
         """False: the signs of the eigenvalues are not known."""
         return False
 
-    def again(self, b: Array) -> Array:
+    def solve_with_factors(self, b: Array) -> Array:
         """Solution with the factors of the last `solve`."""
         from scipy.linalg.lapack import dgetrs
 
@@ -796,8 +796,8 @@ class DenseFactors:
         if info > 0:
             raise SingularError("a pivot is zero")
         self._factors = lu, pivots
-        x = self.again(b)
-        x = x + self.again(b - M @ (x / scale) / scale)
+        x = self.solve_with_factors(b)
+        x = x + self.solve_with_factors(b - M @ (x / scale) / scale)
         b, y = scale * b, x / scale
         norm = np.abs(M).sum(axis=1).max()
         error = np.abs(b - M @ y).max() / (norm * np.abs(y).max() + np.abs(b).max() + 1e-300)

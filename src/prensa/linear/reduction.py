@@ -91,10 +91,10 @@ class Factors(Protocol):
         """Whether they show that all eigenvalues are positive; False where they cannot tell."""
 
     @property
-    def may_tell(self) -> bool:
+    def may_resolve_soft_modes(self) -> bool:
         """Whether they were made in this attempt, and are not known to be too far from their matrix to tell the softest modes."""
 
-    def tells(self, b: Array, x: Array) -> bool:
+    def resolves_soft_modes(self, b: Array, x: Array) -> bool:
         """Whether they tell the softest modes: x (f,) is what they answer to the forces b (f,) of the softest."""
 
     @property
@@ -133,13 +133,13 @@ class Factors(Protocol):
     def kept(self) -> Kept | None:
         """The last factors, to keep them for the transpose of their matrix; None where that is not possible."""
 
-    def apart(self) -> Factors:
+    def detach(self) -> Factors:
         """The same with the factors at hand, which may go on to others by themselves, in another thread too."""
 
     def solve(self, matrix: Array, b: Array) -> Array:
         """Solution (f,) with the matrix of `Restriction.values`."""
 
-    def again(self, b: Array) -> Array:
+    def solve_with_factors(self, b: Array) -> Array:
         """Solution (f,) with the last factors, unchecked."""
 
 
@@ -210,7 +210,7 @@ class Controlled(Selected):
 
     def __init__(self, pattern: Pattern, fixed: Index, control: Control) -> None:
         self.free = np.setdiff1d(np.arange(pattern.n), fixed)
-        self.rows = np.where(self.free == control.factor, control.lead, self.free)
+        self.rows = np.where(self.free == control.factor, control.control_dof, self.free)
         row, column = np.full((2, pattern.n), -1, dtype=np.int32)
         row[self.rows] = column[self.free] = np.arange(len(self.free), dtype=np.int32)
         i, j = row[pattern.indices], column[np.repeat(np.arange(pattern.n), np.diff(pattern.indptr))]
@@ -275,9 +275,9 @@ class Reduced:
             control,
         )
 
-    def apart(self) -> Reduced:
+    def detach(self) -> Reduced:
         """The same with the factors at hand, which may go on to others by themselves, in another thread too."""
-        return replace(self, factorisation=self.factorisation.apart())
+        return replace(self, factorisation=self.factorisation.detach())
 
     @property
     def free(self) -> Index:
@@ -332,10 +332,10 @@ class Reduced:
         out = np.empty((of.shape[0], loads.shape[0]))
         for first in range(0, loads.shape[0], width):
             block = slice(first, first + width)
-            x = self.factorisation.again(self.restriction.part(loads[block].T.toarray()))
+            x = self.factorisation.solve_with_factors(self.restriction.part(loads[block].T.toarray()))
             out[:, block] = of @ self.restriction.whole(x, ndof)
         return out
 
-    def again(self, b: Array) -> Array:
+    def solve_with_factors(self, b: Array) -> Array:
         """As `solve`, with the last factors, unchecked: only for corrections whose effect is looked at."""
-        return self.restriction.whole(self.factorisation.again(self.restriction.part(b)), len(b))
+        return self.restriction.whole(self.factorisation.solve_with_factors(self.restriction.part(b)), len(b))

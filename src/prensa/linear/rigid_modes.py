@@ -25,7 +25,7 @@ CLOSED = 1e-6  # gap over element depth below which a tool counts as touching, o
 def modes(system: System) -> Iterator[Notice]:
     """Rigid-body motions of each body that nothing resists: named, fatal when not even a contact can."""
     at_start = system.initial().u
-    told: set[str] = set()
+    reported: set[str] = set()
     frames = {name: _Frame.of(system, name) for name in (system.tied_bodies(b)[0] for b in system.problem.bodies)}
     for number in range(len(system.problem.steps)):
         plan = plan_step(system, number, at_start)
@@ -37,9 +37,9 @@ def modes(system: System) -> Iterator[Notice]:
             ]
             for rows, fatal in ((resting[1], True), (resting[0], False)):
                 words = _free(system, frame, np.concatenate([held, rows]))
-                if not words or name in told or (not fatal and number):
+                if not words or name in reported or (not fatal and number):
                     continue
-                told.add(name)
+                reported.add(name)
                 step = f"in step {plan.name!r} " if number else ""
                 remedy = (
                     "hold it there with 'fixed', or let friction do it"
@@ -49,7 +49,8 @@ def modes(system: System) -> Iterator[Notice]:
                 nothing = "no support and no contact resists" if fatal else "nothing resists until a tool touches it"
                 yield Notice(f"bodies.{name}", f"{step}it is free to {words}: {nothing}; {remedy}", fatal)
             along_axis = (np.abs(held[:, 1]) > 1e-6).any()
-            if system.axisymmetric and not number and name not in told and not along_axis and _pressed_alone(system, name, plan):
+            if system.axisymmetric and not number and name not in reported and not along_axis and _pressed_alone(system,
+                name, plan):
                 yield Notice(
                     f"bodies.{name}",
                     "nothing but friction holds it along y against the tools that press it: where it is not pressed yet that is "
@@ -142,7 +143,7 @@ def _nodes(system: System, body: str) -> Index:
 
 
 class _Frame(NamedTuple):
-    """A body with those tied to it: its ``nodes``, their ``centre`` (2,) and ``size``, by which turns are told."""
+    """A body with those tied to it: its ``nodes``, their ``centre`` (2,) and ``size``, by which turns are reported."""
 
     nodes: Index
     centre: Array

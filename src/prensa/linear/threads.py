@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from prensa.linear.factorisations import available, may_be_apart
+from prensa.linear.factorisations import available, may_be_detached
 from prensa.model import problem as model
 from prensa.policy import DEFAULT, Policy
 
@@ -38,7 +38,7 @@ def threads_with_follower(numerics: model.Numerics, unknowns: int, policy: Polic
     those whose factors of two increments would need too much memory; nor where a solver's later factors take the place of those
     that are at hand.
     """
-    if unknowns < policy.pipeline_from_dofs or not may_be_apart(available(numerics.solver), unknowns, policy):
+    if unknowns < policy.pipeline_from_dofs or not may_be_detached(available(numerics.solver), unknowns, policy):
         return threads_of(numerics, unknowns, policy), False
     threads = _free_threads(policy) if numerics.threads == "auto" else numerics.threads
     own = threads - 1 if numerics.threads != "auto" or unknowns >= policy.threads_from_dofs else 1
@@ -50,9 +50,9 @@ def _free_threads(policy: Policy) -> int:
     if os.environ.get("PYTEST_CURRENT_TEST") is not None or multiprocessing.parent_process() is not None:
         return 1
     most = policy.max_auto_threads
-    told = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0]
-    if told.isdigit() and int(told) > 0:
-        most = min(most, int(told))
+    reported = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0]
+    if reported.isdigit() and int(reported) > 0:
+        most = min(most, int(reported))
     return max(1, min(most, free_cores())) if most > 1 else 1
 
 

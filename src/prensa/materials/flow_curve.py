@@ -59,7 +59,7 @@ class FlowCurve(Member, abstract=True):
         return np.inf
 
     def doubts(self) -> Iterator[tuple[str, str]]:
-        """Field and words of each value that is allowed but likely a slip; they are told before the solve."""
+        """Field and words of each value that is allowed but likely a slip; they are reported before the solve."""
         n = getattr(self, "n", None)  # of the laws that have one
         if isinstance(n, float) and n > MOST_EXPONENT:
             meant = f"; did you mean {n / 100:g}?" if n > PERCENT else ""

@@ -188,7 +188,7 @@ class Start:
 
     Bodies of the same name have the same mesh, material and element, and begin with their displacements and histories; tools
     of the same name and description begin where they were left, their contacts as they were; other tools are placed on the
-    deformed bodies. What held the bodies and is no longer there is let go linearly during the first step. ``digest`` is
+    deformed bodies. What held the bodies and is no longer there is released linearly during the first step. ``digest`` is
     filled in by the program: a run is resumed only from the run that it began with.
     """
 
@@ -388,7 +388,8 @@ class Problem:
     ``contacts`` left out (or empty): every tool against the outline of every body; ``no_contact``: what tools may go through.
     ``stabilise``: viscous forces on the velocities of the nodes carry bodies over limit points, where they snap or buckle:
     ``auto``, or the share of the work that they may dissipate (``auto``: 2e-4); ``off`` without. What they do dissipate is in
-    the ledger, and told when it is more than 1 % of the work. ``measures``: numbers that are wanted of every increment, by
+    the energy balance, and reported when it is more than 1 % of the work. ``measures``: numbers that are wanted of
+    every increment, by
     names of their own, such as ``bore: ring.left.x at y=0``. ``remesh``: bodies that flow plastically get new meshes where
     theirs wear out: ``auto``, or a `Remesh`; ``off`` without.
     """

@@ -61,7 +61,7 @@ class Until:
     ``force``, ``travel``: what a tool's force or displacement reaches, from whichever side it comes; ``contact``: a tool or a
     contact (``<surface>-<tool>``) that ``touches`` for the first time in the step, or ``leaves``; ``measure``: any number of an
     increment by its name, a column of ``history.csv`` or a measure such as ``billet.height``, with a number in the units of
-    the case or a text such as ``12 mm``. A step in which none of them is met ends as it would without, which is told; with
+    the case or a text such as ``12 mm``. A step in which none of them is met ends as it would without, which is reported; with
     ``required`` that is an error.
     """
 

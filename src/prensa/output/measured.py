@@ -25,7 +25,7 @@ class MeasureTable:
     """Writer of ``measures.csv`` in *directory*; *keep* as in `prensa.output.history.History`.
 
     A measure that has no value in an increment, because a place is not on the outline or a contact is open, is not a number
-    there; at the end it is told of those that had none in any.
+    there; at the end it is said of those that had none in any.
 
     Raises
     ------

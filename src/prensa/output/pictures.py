@@ -34,7 +34,7 @@ _CAPTIONS = {
     "remeshing": "Meshes before and after they were made anew: the first time, in the middle and the last time",
     "force_stroke": "Force on the tools",
     "measures": "Measures of the case",
-    "energy": "Energy ledger: where the external work went, and what is not accounted for",
+    "energy": "Energy balance: where the external work went, and what is not accounted for",
     "convergence": "Newton iterations",
 }
 

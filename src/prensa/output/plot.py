@@ -382,7 +382,7 @@ def _forces_into(axes: Axes, history: Mapping[str, Array], problem: Problem, alo
 
 
 def energy(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
-    """Energy ledger against time: where the external work went (above) and what is not accounted for (below)."""
+    """Energy balance against time: where the external work went (above) and what is not accounted for (below)."""
     history = _from_zero(history)
     time, external = history["time"], history["energy.external"]
     parts = {"elastic": style.SKY, "plastic": style.RED, "friction": style.GREEN, "contact": style.PURPLE}

@@ -188,7 +188,7 @@ def _words(summary: dict[str, Any], stored: Stored, case: Case) -> Iterator[str]
     if largest > 0:
         share = 100 * float(np.abs(history["energy.imbalance"]).max()) / largest
         verdict = "more increments would make it close" if share > 5 else "the increments are short enough"
-        yield f"The energy ledger closes to {number(share, 2)} % of the largest energy: {verdict}."
+        yield f"The energy balance holds to {number(share, 2)} % of the largest energy: {verdict}."
     yield from _pressures_agree(stored)
 
 

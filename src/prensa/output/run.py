@@ -43,7 +43,7 @@ from prensa.timer.timer import Timer
 log = logging.getLogger("prensa")
 
 CHECKPOINT_SHARE = 0.05  # of the wall time that checkpoints may take in the middle of a step
-IMBALANCE = 0.05  # of the largest energy, above which the ledger is worth a warning
+IMBALANCE = 0.05  # of the largest energy, above which the energy balance is worth a warning
 
 
 def run(
@@ -278,7 +278,7 @@ class _Run:
         missing = float(np.abs(table["energy.imbalance"]).max(initial=0.0))
         if missing > IMBALANCE * largest:
             share = 100 * missing / largest if largest else 100.0
-            log.warning("the energy ledger misses %.2g %% of the largest energy; more increments make it close", share)
+            log.warning("energy balance off by %.2g %% of the largest energy; smaller increments reduce it", share)
 
     def _meshes(self) -> Mapping[str, Any]:
         """Meshes of the bodies, the last ones where they were made during the run."""

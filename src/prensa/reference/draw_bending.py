@@ -24,7 +24,7 @@ class DrawBending:
     """The strip behind the last radius.
 
     ``tension``: the pull there (force per width); ``tensions``: behind each radius; ``curvature``: of the strip when it has
-    been let go (1/length), positive in the sense of the first radius; ``moment``: left in the straight strip under the pull,
+    been released (1/length), positive in the sense of the first radius; ``moment``: left in the straight strip under the pull,
     in that sense (force per width times length); ``stretch``: mean strain (-).
     """
 

@@ -120,7 +120,7 @@ class Remeshing:
         self.base, self.make, self.asked, self.policy = base, make, asked, policy
         self.bodies = [b.body for b in base.blocks if b.law.plastic]
         self.area = {body: section_area(base, body) for body in self.bodies}
-        self.told_full = False
+        self.reported_full = False
         self.guard = guard_of(base)  # until planes stand at its lines
 
     def run(self, state: State) -> Iterator[Increment]:
@@ -185,8 +185,8 @@ class Remeshing:
             return ""  # the last shape needs no mesh, and nothing wears it out when the tools are gone
         why = self._why(system, state)
         if why and self._count(state) >= self.asked.at_most:
-            if not self.told_full:
-                self.told_full = True
+            if not self.reported_full:
+                self.reported_full = True
                 log.warning(
                     "the bodies have been remeshed %d times, no more are allowed ('at_most')", self._count(state)
                 )
@@ -286,7 +286,7 @@ class Remeshing:
         for share in self.policy.size_factors[max(failures - 1, 0) :]:
             try:
                 with stepping.timer("remeshing"):
-                    following, there, told = self._tried(stepping, state, share)
+                    following, there, reported = self._tried(stepping, state, share)
             except PrensaError as error:
                 problem = str(error)
                 log.info("no new mesh at time %.6g: %s", state.clock.time, problem)
@@ -296,7 +296,7 @@ class Remeshing:
             elements = sum(len(m.cells) for m in there.remeshed.meshes.values())
             following.messages.note(
                 there, present_plan(following.system, there), f"remeshing {there.remeshed.count} ({why}): {elements} elements, "
-                f"shape measure {there.remeshed.shape:.2f}; {told}",
+                f"shape measure {there.remeshed.shape:.2f}; {reported}",
             )  # fmt: skip
             return following, there
         log.warning("time %.6g: a new mesh was due (%s) and none could be had: %s", state.clock.time, why, problem)
@@ -319,7 +319,7 @@ def balanced(stepping: Stepping, state: State) -> tuple[State, str]:
     """The state in equilibrium on its new mesh, by an increment of no duration, and what there is to say of it.
 
     Nothing prescribed moves, nothing flows or slides. Where no such equilibrium is found, metal flows on the way to it; where
-    Newton's iterations stagnate, what is out of balance is let go in parts.
+    Newton's iterations stagnate, what is out of balance is released in parts.
 
     Raises
     ------
@@ -342,14 +342,14 @@ def balanced(stepping: Stepping, state: State) -> tuple[State, str]:
     if not result.converged:
         result, how = attempt_from(eq, state.u), ", with flow"
     if not result.converged:
-        result, how = _let_go(eq, state), ", let go in parts"
+        result, how = _let_go(eq, state), ", released in parts"
     if not result.converged:
         result, how = attempt(eq, state.u, True), ", with contacts that stiffen"
     if not result.converged:
         assert result.reason is not None
         raise RemeshingError(f"the state finds no equilibrium on its new mesh: {sentence(result.reason)}")
-    told = f"out of balance by {first.residuals[0]:.1g}, {result.iterations} iterations{how}"
-    return _committed(system, state, eq.context, result), told
+    reported = f"out of balance by {first.residuals[0]:.1g}, {result.iterations} iterations{how}"
+    return _committed(system, state, eq.context, result), reported
 
 
 def _let_go(eq: Equilibrium, state: State) -> NewtonResult:

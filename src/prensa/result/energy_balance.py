@@ -1,4 +1,4 @@
-"""The ledger of energies: what the loads put in, what is stored, what is dissipated, and what does not add up."""
+"""The energy balance: what the loads put in, what is stored, what is dissipated, and what does not add up."""
 
 from __future__ import annotations
 

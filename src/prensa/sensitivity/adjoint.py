@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from prensa.analysis import check_arguments, told_before
+from prensa.analysis import check_arguments, report_preflight
 from prensa.errors import ArgumentError, take
 from prensa.linear.factorisations import Kept as KeptFactors
 from prensa.linear.threads import ONE_OF_BLAS
@@ -24,7 +24,7 @@ from prensa.sensitivity.closed import covers
 from prensa.sensitivity.landing import Landing, coordinates, landing_of
 from prensa.sensitivity.parameters import Parameter, refuse_other_mesh
 from prensa.sensitivity.solve import Followed, check_paths, refuse
-from prensa.sensitivity.transposed import Converged, Owed, Stage, Touching, Weights, back
+from prensa.sensitivity.transposed import Adjoints, Converged, Stage, Touching, Weights, back
 from prensa.solver.reporting import Messages
 from prensa.solver.step_control import StepControl
 from prensa.system.discretise import discretise
@@ -139,14 +139,14 @@ def gradient(
 
 
 def _refuse(system: System, by: Sequence[str]) -> None:
-    """Tell what has no derivative or none backwards, and what any run tells before it begins."""
+    """Refuse what has no derivative or none backwards, and what any run tells before it begins."""
     refuse(system, None, by)
     if not known(system):
         raise OnlyForwards(
             "gradient: only plane elements that have no enhanced modes in finite strain, elastic or J2, and contacts on current "
             "geometry, by penalty or exact and with rounded tools, can be followed backwards; use solve(derivatives=...)"
         )
-    told_before(system)
+    report_preflight(system)
 
 
 def _measures(names: Sequence[object], problem: model.Problem) -> list[Measure]:
@@ -221,7 +221,7 @@ class Recorded(Followed):
         """As `TimeStepping.commit`."""
         if not covers(c):
             raise OnlyForwards(
-                f"gradient: step {c.plan.name!r} has loads, springs, friction or forces let go that cannot be followed "
+                f"gradient: step {c.plan.name!r} has loads, springs, friction or released forces that cannot be followed "
                 "backwards, as motions of tools, forces on them and constant coefficients of friction can; use "
                 "solve(derivatives=...)"
             )
@@ -234,8 +234,9 @@ class Recorded(Followed):
         assert self.reduced is not None
         assert result.evaluation is not None
         e = result.evaluation
-        at = Converged(replace(c, lagged=False), result.u, self.system.branches(c, e), self.reduced, factors=self._factors())
-        if e.data is not None and not c.lagged and self.room >= e.data.nbytes:
+        at = Converged(replace(c, picard_friction=False), result.u, self.system.branches(c, e), self.reduced,
+            factors=self._factors())
+        if e.data is not None and not c.picard_friction and self.room >= e.data.nbytes:
             self.room -= e.data.nbytes
             at = at._replace(evaluation=e)
         self.kept.append(at)
@@ -257,10 +258,10 @@ class Recorded(Followed):
 
 def _backwards(
     system: System, run: Recorded, slopes: Sequence[Gradient], curves: bool
-) -> tuple[Weights, Owed, list[Landing]]:
+) -> tuple[Weights, Adjoints, list[Landing]]:
     """What measures with these slopes owe to the state in which the run began and to the system, its flow curves if asked."""
     m = len(slopes)
-    weights, owed, landings = Weights.none(system, m), Owed(system, m, curves), list[Landing]()
+    weights, owed, landings = Weights.none(system, m), Adjoints(system, m, curves), list[Landing]()
     for k, slope in enumerate(slopes):
         np.add.at(weights.u[k], *slope.displacements(system))
         np.add.at(weights.force[k], *slope.reactions(system))
@@ -337,7 +338,7 @@ class _Parameter:
         """Derivative of a number of the system."""
         return self.difference(*map(value, self.systems))
 
-    def derivative(self, start: Weights, owed: Owed, landings: Sequence[Landing], seen: _Seen) -> Array:
+    def derivative(self, start: Weights, owed: Adjoints, landings: Sequence[Landing], seen: _Seen) -> Array:
         """Derivatives (m,) of the measures."""
         out = np.einsum("mta,ta->m", owed.at, self.between(lambda s: np.array([t.at for t in s.tools]).reshape(-1, 2)))
         for t, touching in enumerate(owed.touching):
@@ -356,7 +357,7 @@ class _Parameter:
             out = out + self.difference(*map(seen.values, self.systems))
         return out
 
-    def _of_arrays(self, change: Change, owed: Owed) -> Array:
+    def _of_arrays(self, change: Change, owed: Adjoints) -> Array:
         """Through the bodies' places, moduli, flow curves and penalties."""
         out = owed.bulk @ change.bulk + owed.G @ change.G
         if change.X is not None:
@@ -424,8 +425,8 @@ class _Parameter:
                 )
         for at in stage.prescribed:
             out = out + at.motion @ self.difference(a.values(at.time), b.values(at.time))
-            for dof, course in a.push.items():
-                out = out + at.force[:, dof] * self.difference(course(at.time), b.push[dof](at.time))
+            for dof, amplitude in a.push.items():
+                out = out + at.force[:, dof] * self.difference(amplitude(at.time), b.push[dof](at.time))
         return np.asarray(out)
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.elements.derivatives import LANES
+from prensa.elements.derivatives import SIMD_LANES
 from prensa.elements.kinds.isoparametric import Isoparametric
 from prensa.elements.kinds.q4_fbar import Q4Bar
 from prensa.materials.flow_curve import FlowParameters
@@ -51,7 +51,7 @@ class Change(NamedTuple):
 
 
 class Group(NamedTuple):
-    """``size`` directions, `LANES` or fewer, from the ``first`` on, which go through the kernels of elements together.
+    """``size`` directions, `SIMD_LANES` or fewer, from the ``first`` on, which go through the kernels of elements together.
 
     By block ``p`` (9, s), changes of the numbers of a metal (see `prensa.materials.j2.numbers`), and ``tables``, those of the
     knots (k, s) and coefficients (k − 1, 4, s) of its flow curve.
@@ -87,7 +87,7 @@ class Changes(NamedTuple):
         none = [np.zeros((*v.shape, 0)) for v in each[0].volume]
         volume = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.volume for ch in last))) if last else tuple(none)
         scale = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.scale for ch in each)))
-        groups = tuple(_group(each[first : first + LANES], first, curves) for first in range(0, len(each), LANES))
+        groups = tuple(_group(each[first : first + SIMD_LANES], first, curves) for first in range(0, len(each), SIMD_LANES))
         return cls(tuple(each), X, volume, np.stack([ch.at for ch in each], axis=-1), scale, groups)
 
     def places(self, own: slice, nodes: int) -> Array:
@@ -114,7 +114,7 @@ def known(system: System) -> bool:
         p.space in ("axisymmetric", "plane strain")
         and p.kinematics == "finite"
         and p.contact_geometry == "current"
-        and system.ties is None and system.bodies is None and not system.more and not system.gone and system.courses is None
+        and system.ties is None and system.bodies is None and not system.more and not system.gone and system.plan_of is None
         and all(_known_block(b) for b in system.blocks)
         and all(not s.sharp and s.description.enforcement.type in KNOWN_ENFORCEMENTS for s in system.surfaces)
     )  # fmt: skip

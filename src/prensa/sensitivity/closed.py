@@ -23,7 +23,7 @@ from prensa.result.results import increment_of
 from prensa.sensitivity.bodies import Histories, elements_of, unfolding
 from prensa.sensitivity.change import Changes
 from prensa.sensitivity.contacts import Committed, Points
-from prensa.sensitivity.direct import Columns, Direction, Solution, handed_down, onwards
+from prensa.sensitivity.direct import Columns, Direction, Solution, handed_down, predictor_basis
 from prensa.system.contact_interaction import ContactInteraction
 from prensa.system.interaction import Context
 from prensa.system.loads import ToolForce
@@ -74,8 +74,8 @@ def prescribed(c: Context, before: Bundle) -> Prescribed:
         d = before.directions[number]
         a, b = d.plans(c)
         motion[c.plan.fixed, k] = d.difference(a.values(c.time), b.values(c.time))
-        for dof, course in a.push.items():
-            force[dof, k] = (course(c.time) - b.push[dof](c.time)) / (2.0 * d.step)
+        for dof, amplitude in a.push.items():
+            force[dof, k] = (amplitude(c.time) - b.push[dof](c.time)) / (2.0 * d.step)
     return Prescribed(moved, motion, force, mu)
 
 
@@ -108,14 +108,14 @@ class Bundle:
             [np.stack([d.carried[name] for d in directions[g.first : g.first + g.size]], axis=-1) for g in changes.groups]
             for name in names
         ]
-        # what only some carry comes from steps in which forces are let go, of which closed derivatives know nothing
+        # what only some carry comes from steps in which forces are released, of which closed derivatives know nothing
         common = [name for name in directions[0].carried if name not in names and all(name in d.carried for d in directions)]
         arrays = {name: np.stack([d.carried[name] for d in directions], axis=-1) for name in common}
         return cls(tuple(directions), sizes, changes, arrays, own, [Histories() for _ in system.blocks])
 
     def is_of(self, directions: Sequence[Direction]) -> bool:
-        """Whether it is what these carry now: after a step of differences, where forces are let go, it is out of date."""
-        handed_on = (isinstance(d.carried, Carried) and d.carried.arrays is self.arrays for d in directions)
+        """Whether it is what these carry now: after a step of differences, where forces are released, it is out of date."""
+        handed_on = (isinstance(d.carried, RigidApproach) and d.carried.arrays is self.arrays for d in directions)
         return self.directions == tuple(directions) and all(handed_on)
 
     def mixed(self, shares: Array) -> Arrays:
@@ -133,10 +133,10 @@ class Bundle:
         for number, group in enumerate(self.changes.groups):
             own = {f"history_{b}": groups[number] for b, groups in enumerate(self.histories)}
             for lane in range(group.size):
-                self.directions[group.first + lane].carried = Carried(self.arrays, group.first + lane, own, lane)
+                self.directions[group.first + lane].carried = RigidApproach(self.arrays, group.first + lane, own, lane)
 
 
-class Carried(Mapping[str, Array]):
+class RigidApproach(Mapping[str, Array]):
     """What one of many directions carries: direction number k of ``arrays``, and the ``lane`` of histories that it has there.
 
     Parts are taken when they are asked for: most are in none but the last increment.
@@ -214,7 +214,7 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
     if given.moved:
         r[:, given.moved] += columns.times(given.motion)
     left = -before.sizes * r
-    x = columns.begun(left, onwards(carried, c.plan.fixed))
+    x = columns.begun(left, predictor_basis(carried, c.plan.fixed))
     x = (x + columns.solve(left)) / before.sizes
     x[:, given.moved] += given.motion
     reaction = left / -before.sizes  # r + K x
@@ -250,7 +250,7 @@ def _carried_on(at: Solution, before: Bundle, found: Closed, stored: Array, stat
 
 
 def _energies(at: Solution, before: Bundle, found: Closed, u: Array, work: Array, stored: Array, state: State) -> Arrays:
-    """Derivatives (d,) of the ledger of energies, term by term as in `prensa.result.energy_balance`; u, work (ndof, d)
+    """Derivatives (d,) of the energy balance, term by term as in `prensa.result.energy_balance`; u, work (ndof, d)
     as committed.
     """
     was, old = before.arrays, at.c.state

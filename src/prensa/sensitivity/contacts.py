@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prensa.contact.directions import along, at_fixed, energies, grown
+from prensa.contact.directions import along, energies, grown, jvp_explicit
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.kept import Kept
 from prensa.contact.record import ContactRecord
@@ -76,7 +76,7 @@ class Points:
         Fn, Ft = (f.stencils.act(v) for v in (f.stencils.n, f.stencils.e[:, 0]))
         pressure = lam[:, 0].copy()
         own, first = (np.empty((0, 2)), -1) if s.multipliers is None else (s.multipliers.of(u), s.unknowns.start)
-        at_fixed(
+        jvp_explicit(
             f.p, f.t, f.g, f.slip, way, f.dp, f.dt, f.stencils.ds, Fn, Ft, f.K, f.weight,
             scale.k_n, scale.k_t, scale.unit, own, s.points.support, s.dofs, first,
             before.area, lam, before.coordinate, before.scale, before.mu, before.X, before.place, p, t, moved, F, r,

@@ -33,14 +33,14 @@ from prensa.sensitivity.change import Change, change_of, known
 from prensa.sensitivity.combinations import combined, foretold, nearest, sums
 from prensa.sensitivity.parameters import Parameter, neighbours
 from prensa.solver.approach import approach
-from prensa.solver.floating_bodies import carried
+from prensa.solver.floating_bodies import rigid_approach
 from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.time_stepping import committed
 from prensa.system.assembly import Pattern, scatter_vector
 from prensa.system.interaction import Branches, Context
 from prensa.system.outcome import NewtonResult
 from prensa.system.planning import plan_step
-from prensa.system.release import let_go
+from prensa.system.release import release_forces
 from prensa.system.schedule import StepPlan
 from prensa.system.state import State
 from prensa.system.system import Evaluation, System
@@ -52,11 +52,11 @@ if TYPE_CHECKING:
 
 DROPPED = np.zeros(0)
 EARLIER = ("u_last", "u_before")
-"""What carries the derivatives of the dofs one, two … increments earlier, from which the next ones are foretold."""
+"""What carries the derivatives of the dofs one, two … increments earlier, from which the next ones are predicted."""
 PAST = ("u", *EARLIER)
 
 
-def onwards(carried: Mapping[str, Array], fixed: Index) -> Array:
+def predictor_basis(carried: Mapping[str, Array], fixed: Index) -> Array:
     """Of what d derivatives of the free dofs after an increment are expected to consist (ndof, k d), zero at the prescribed ones.
 
     That is those carried, how they change, how that changes, and so on.
@@ -244,7 +244,7 @@ class Direction:
 
     def ways(self, at: Solution) -> Array:
         """Of what the derivative of the free dofs is expected to consist (ndof, k), 0 for the prescribed ones."""
-        ways = onwards(self.carried, at.c.plan.fixed)
+        ways = predictor_basis(self.carried, at.c.plan.fixed)
         return np.stack([at.system.with_slaves(way) for way in ways.T], axis=-1)
 
     def _context(self, at: Solution, sign: float, system: System, stabilisation: Stabilisation) -> Context:
@@ -252,7 +252,7 @@ class Direction:
         old = at.c.state.moved(self.carried, sign * self.step)
         plan = self.plans(at.c)[0 if sign > 0 else 1]
         if at.c.state.release is not None and at.c.state.clock.time == plan.t0:
-            carried = let_go(system, replace(old, release=None), plan)
+            carried = release_forces(system, replace(old, release=None), plan)
             old = replace(old, release=np.zeros(system.ndof) if carried is None else carried)
         c = system.context(old, plan, at.c.time, at.c.rule)
         c = replace(c, interactions=[*c.interactions, *stabilisation.forces(c)])
@@ -270,7 +270,7 @@ class Direction:
     def _through_air(self, system: System, c: Context, policy: Policy) -> Array | None:
         """Way (ndof,) that tools and bodies go through air in an increment beside, as in `TimeStepping.solved`."""
         loose = loose_bodies(system, c.plan)
-        to = carried(system, c, loose, policy) if loose else None
+        to = rigid_approach(system, c, loose, policy) if loose else None
         return to.through_air if to is not None and to.through_air is not None else approach(system, c, policy).through_air
 
     def rest(self, at: Solution, x: Array) -> Array:
@@ -477,7 +477,7 @@ class Columns:
                 on = np.flatnonzero(~fine)
                 todo, sizes = todo[on], sizes[on]
                 found, rest, part = (a.take(on, axis=1) for a in (found, rest, part))
-            step = reduced.restriction.whole(reduced.factorisation.again(part), n)
+            step = reduced.restriction.whole(reduced.factorisation.solve_with_factors(part), n)
             after = self.times(step)
             np.subtract(rest, after, out=after)
             part = reduced.restriction.part(after)

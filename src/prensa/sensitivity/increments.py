@@ -34,7 +34,7 @@ class _Derivatives(Derivatives):
 
     neighbours: Mapping[str, tuple[Beside | Neighbour, Beside | Neighbour]]
     before: State
-    led_from: Mapping[str, Mapping[str, Array]]
+    extrapolated_from: Mapping[str, Mapping[str, Array]]
     """By path: the derivatives that belong to the state ``before``."""
     state: State
     ended: bool
@@ -55,7 +55,7 @@ class _Derivatives(Derivatives):
             both = []
             for side, sign in zip(self.neighbours[path], (1.0, -1.0)):
                 step = sign * side.step
-                before = self.before.moved(self.led_from[path], step)
+                before = self.before.moved(self.extrapolated_from[path], step)
                 state = self.state.moved(self.state.derivatives[path], step)
                 both.append(side.increment(before, state, self.ended))
             self._made[path] = both[0], both[1]
@@ -100,9 +100,9 @@ class Differentiation:
         self.bundle: Bundle | None = None
         self.mixtures: dict[tuple[str, ...], Direction | None] = {}
         self.finer: dict[tuple[str, float], Direction] = {}
-        self.told: set[str] = set()
+        self.reported: set[str] = set()
         self.doubts: list[str] = []
-        self.largest = 0.0  # of the forces of all increments: where a body has been let go, those of its own are round-off
+        self.largest = 0.0  # of the forces of all increments: where a body has been released, those of its own are round-off
         self.weight = weights_of(system)
         self.measures: dict[str, Measure] = {}
 
@@ -115,13 +115,13 @@ class Differentiation:
             If the residual beside the solution cannot be evaluated.
 
         """
-        self.reduced, self.doubts, led_from = reduced, [], self._carried()
+        self.reduced, self.doubts, extrapolated_from = reduced, [], self._carried()
         assert result.evaluation is not None
         self.largest = max(self.largest, result.evaluation.scale)
         neighbours, flat = self.differentiate(c, result, state)
         state = replace(state, derivatives=self._carried())
         counts = self._switched(c, result), self._at_kinks(c, result)
-        found = _Derivatives(flat, *counts, neighbours, c.state, led_from, state, c.ends_step, self.measures)
+        found = _Derivatives(flat, *counts, neighbours, c.state, extrapolated_from, state, c.ends_step, self.measures)
         return Derived(found, self.doubts)
 
     def _carried(self) -> dict[str, Mapping[str, Array]]:
@@ -140,10 +140,10 @@ class Differentiation:
         """
         assert self.reduced is not None
         assert result.evaluation is not None
-        lagged, c, system = c.lagged, replace(c, lagged=False) if c.lagged else c, self.system
+        picard_friction, c, system = c.picard_friction, replace(c, picard_friction=False) if c.picard_friction else c, self.system
         at = Solution(system, c, result.u, result.evaluation)
         # Newton's last matrix has its own branches; where it is for corrections, its values may be those of the free dofs alone
-        if at.e.data is None or lagged or self.reduced.factorisation.follows:
+        if at.e.data is None or picard_friction or self.reduced.factorisation.follows:
             at.e = system.evaluate(c, result.u, system.initial_multipliers(c.state), like=at.branches)
         columns = Columns(self.reduced, at.e, system.pattern)
         known = [d for d in self.directions if d.is_known(c)] if covers(c) else []
@@ -259,8 +259,8 @@ class Differentiation:
     def _proved(self, at: Solution, d: Direction, rest: float, reaction: Array) -> float:
         """What is left of the residual along a derivative, over the forces, for a change of the parameter by its size."""
         left, may = rest * d.parameter.size / at.e.scale, self._may_be_left(at, d)
-        if not rest <= may and not rest <= self._matters(at, d, reaction) and d.parameter.path not in self.told:
-            self.told.add(d.parameter.path)
+        if not rest <= may and not rest <= self._matters(at, d, reaction) and d.parameter.path not in self.reported:
+            self.reported.add(d.parameter.path)
             self.doubts.append(
                 f"step {at.c.plan.name!r}, time {at.c.time:.6g}: the derivative by {d.parameter.path} is not exact: along it "
                 f"{left:.1e} of the forces is left where there should be nothing; a corner of a law or of a tool's "

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 
 from prensa import analysis
-from prensa.analysis import belongs, told_before
+from prensa.analysis import belongs, report_preflight
 from prensa.checks.after.passages import Passages
 from prensa.errors import ArgumentError, take
 from prensa.linear.threads import threads_with_follower
@@ -60,7 +60,7 @@ def solve(
     derivatives
         Paths of parameters, as ``--set`` writes them: ``friction.mu``, ``bodies.ring.material.flow.K``, ``steps.0.move.die.y``.
         `Increment.derivative` then gives derivatives by them, at the same times. With more than one thread one of them finds
-        these while the run goes on, which is an increment ahead of what is told then.
+        these while the run goes on, which is an increment ahead of what is reported then.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def solve(
     system = base = problem if isinstance(problem, System) else discretise(problem)
     refuse(system, start, derivatives)
     if start is None:
-        told_before(system)
+        report_preflight(system)
     elif not belongs(start, system):
         system = system_of(start, system)
     policy, timer, messages, begin = policy or Policy(), timer or Timer(), Messages(system, monitor), start or system.initial()
@@ -108,8 +108,8 @@ def _refuse_to_move(guard: Guard | None, d: Direction) -> None:
 
 
 def refuse(system: System, start: State | None, derivatives: Sequence[str]) -> None:
-    """Tell what has no derivative."""
-    if system.courses is not None or system.more:
+    """Refuse what has no derivative."""
+    if system.plan_of is not None or system.more:
         raise ArgumentError(
             "derivatives: a system that is more than its description (of bricks, or with extensions) has no numbers to vary; "
             "solve a Problem"
@@ -221,7 +221,7 @@ class Differentiated(Followed):
             directions.append(there)
         messages = Messages(system, self.messages.monitor)
         rest = Differentiated(system, self.numerics, self.policy, messages, self.timer, directions)
-        rest.follower, rest.differentiation.told = self.follower, self.differentiation.told
+        rest.follower, rest.differentiation.reported = self.follower, self.differentiation.reported
         rest.differentiation.largest = self.differentiation.largest
         return rest
 
@@ -231,7 +231,7 @@ class Differentiated(Followed):
         """As `TimeStepping.commit`, with the derivatives of what it commits, unless somebody follows to find them."""
         state, increment = super().commit(c, control, result, spent, cutbacks)
         assert self.reduced is not None
-        find = partial(self.differentiation.of, c, result, state, self.reduced.apart())
+        find = partial(self.differentiation.of, c, result, state, self.reduced.detach())
         if self.follower is not None:
             self.follower.follow(increment, find)
             return state, increment

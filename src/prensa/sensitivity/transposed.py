@@ -2,7 +2,7 @@
 
 The transposes of the closed derivatives (`prensa.sensitivity.closed`), line by line in reverse: weights of the degrees of
 freedom, histories and contact points after an increment become those before it, and on the way weights of the arrays of the
-system (`Owed`). With λ = K⁻ᵀ (weights of the dofs) the residual has the weights −λ (Michaleris, Tortorelli and Vidal 1994).
+system (`Adjoints`). With λ = K⁻ᵀ (weights of the dofs) the residual has the weights −λ (Michaleris, Tortorelli and Vidal 1994).
 All arrays have the measures m as first axis.
 """
 
@@ -140,7 +140,7 @@ class Stage(NamedTuple):
         return np.asarray((above - below) / (2.0 * self.way))
 
 
-class Owed:
+class Adjoints:
     """Weights of the arrays of a system, as a run backwards finds them; see `prensa.sensitivity.change.Change`.
 
     ``curves``: whether anybody asks for those of flow curves.
@@ -243,7 +243,7 @@ class Backwards:
     double precision.
     """
 
-    def __init__(self, at: Converged, earlier: Sequence[Converged], e: Evaluation, pattern: Pattern, owed: Owed) -> None:
+    def __init__(self, at: Converged, earlier: Sequence[Converged], e: Evaluation, pattern: Pattern, owed: Adjoints) -> None:
         from scipy.sparse import csr_matrix
 
         self.at, self.reduced, self.e, self.common = at, at.reduced, e, owed.common(at.reduced)
@@ -330,14 +330,14 @@ class Backwards:
             self.common.nearby = Nearby(made, self.diagonal) if made is not None else None
             x = self._refined(part, made.transposed) if made is not None else None
             if x is None and reduced.symmetric:
-                x = self._refined(part, factors.again)
+                x = self._refined(part, factors.solve_with_factors)
             if x is not None:
                 return x
         matrix = matrix[self.common.places]
         x = factors.solve(matrix, part[:, 0])[:, None]
         if part.shape[1] > 1:
-            x = np.hstack([x, factors.again(part[:, 1:])])
-        return x + factors.again(part - self.part @ x) if reduced.equations else x
+            x = np.hstack([x, factors.solve_with_factors(part[:, 1:])])
+        return x + factors.solve_with_factors(part - self.part @ x) if reduced.equations else x
 
 
 def places_of(reduced: Reduced) -> Index | slice:
@@ -353,7 +353,7 @@ def places_of(reduced: Reduced) -> Index | slice:
     return np.asarray(numbered.data, dtype=np.int64)
 
 
-def back(system: System, at: Converged, after: Weights, owed: Owed, earlier: Sequence[Converged] = ()) -> Weights:
+def back(system: System, at: Converged, after: Weights, owed: Adjoints, earlier: Sequence[Converged] = ()) -> Weights:
     """Weights of the state before an increment from those of the state after it; adds to what is ``owed`` to the system.
 
     ``earlier``: the increments before it, in order.
@@ -371,7 +371,7 @@ def back(system: System, at: Converged, after: Weights, owed: Owed, earlier: Seq
     x[:, system.dofs.displacement.slice] = nodal.reshape(m, -1)
     points = [Points(system, at, k, f, after) for k, f in enumerate(e.contacts)]
     for p in points:
-        p.owe_motions(x)
+        p.vjp_motions(x)
     r = -columns.solve(x.T)
     motion = (x + (columns.whole @ r).T)[:, c.plan.fixed]
     before = Weights.none(system, m)
@@ -383,7 +383,7 @@ def back(system: System, at: Converged, after: Weights, owed: Owed, earlier: Seq
         _element(b, k, r, new, x_n, places, before.history[k], owed)
     _unfolding(system, c, at.u, r, owed)
     for k, p in enumerate(points):
-        before.contact[k] = p.owe(r, x_n, before.u, owed)
+        before.contact[k] = p.vjp(r, x_n, before.u, owed)
     before.u[:, system.dofs.displacement.slice] += x_n.reshape(m, -1)
     owed.X += x_n + places
     return before
@@ -393,7 +393,7 @@ def _nodal(system: System, x: Array) -> Array:
     return np.ascontiguousarray(x[:, system.dofs.displacement.slice]).reshape(len(x), -1, 2)
 
 
-def _prescribed(system: System, c: Context, motion: Array, r: Array, before: Weights, owed: Owed) -> None:
+def _prescribed(system: System, c: Context, motion: Array, r: Array, before: Weights, owed: Adjoints) -> None:
     """What motions and forces that a step prescribes are owed, and the places from which it starts."""
     stage = owed.stage(c)
     before.step_start[:, c.plan.fixed] += motion * stage.follows(c.time)
@@ -417,7 +417,7 @@ def _to_nodes(w: Array, cells: Index, out: Array) -> None:
 
 
 def _element(
-    b: Elements, k: int, r: Array, new: Array, x_n: Array, x: Array, old: Array, owed: Owed
+    b: Elements, k: int, r: Array, new: Array, x_n: Array, x: Array, old: Array, owed: Adjoints
 ) -> None:  # fmt: skip
     """What forces and histories of block number k owe."""
     cells, flow = b.block.cells, np.zeros((len(r), *b.block.volume.shape))
@@ -449,7 +449,7 @@ def _element(
         np.add.at(owed.flow[k].knots[out], piece, -w * slope)
 
 
-def _unfolding(system: System, c: Context, u: Array, r: Array, owed: Owed) -> None:
+def _unfolding(system: System, c: Context, u: Array, r: Array, owed: Adjoints) -> None:
     """What the forces that unfold elements owe to moduli and to the initial places, along which they are differenced."""
     du = system.displacement(u - c.state.u)
     for k, b in enumerate(system.blocks):
@@ -488,7 +488,7 @@ class Points:
         self.F = after.force[:, self.surface.dofs]
         self.F[:, :, : self.surface.of_master.start] = 0.0
 
-    def owe_motions(self, x: Array) -> None:
+    def vjp_motions(self, x: Array) -> None:
         """Add to weights x (m, ndof) what forces on tools, tractions and coordinates owe to the dofs of the increment."""
         f, s = self.f, self.surface
         q = self._motions(self.F, self.p, self.t)
@@ -511,7 +511,7 @@ class Points:
         x = self.f.stencils
         return x.act(x.n), x.act(x.e[:, 0])
 
-    def owe(self, r: Array, x_n: Array, u: Array, owed: Owed) -> ContactWeights:
+    def vjp(self, r: Array, x_n: Array, u: Array, owed: Adjoints) -> ContactWeights:
         """What its forces owe, weights of the residual being r (m, ndof); adds to x_n (m, n, 2) and u (m, ndof)."""
         f, s, scale, c = self.f, self.surface, self.scale, self.c
         F = self.F - r[:, s.dofs]
@@ -568,7 +568,7 @@ class Points:
         for out, w in zip(x_n, area):
             np.add.at(out, nodes, w[shares.point, None, None] * slopes)
 
-    def _touch(self, owed: Owed, g: Array, turn: Array, s: Array) -> None:
+    def _touch(self, owed: Adjoints, g: Array, turn: Array, s: Array) -> None:
         """Keep the points that owe something to the shape of their tool."""
         on = np.flatnonzero(np.any((g != 0) | (turn != 0) | (s != 0), axis=0))
         master = self.system.master(self.surface)

@@ -99,7 +99,7 @@ def approach(system: System, c: Context, policy: Policy = DEFAULT) -> Approach:
     notes = []
     for t, tool in enumerate(system.tools):
         dofs, d = system.dofs.tool.dofs(t), system.dofs.dimension
-        led = None if c.plan.control is None else c.plan.control.lead
+        led = None if c.plan.control is None else c.plan.control.control_dof
         force = np.array([c.plan.push[k](c.time) if k in c.plan.push and k != led else 0.0 for k in dofs.tolist()])
         if c.state.release is not None:
             force += c.plan.left(c.time) * c.state.release[dofs]

@@ -10,7 +10,7 @@ from prensa.linear.factorisations import SingularError
 from prensa.linear.multipliers import BlockedError
 from prensa.policy import Policy
 from prensa.solver.equilibrium import Equilibrium
-from prensa.solver.initial_overlap import emergence
+from prensa.solver.initial_overlap import overlap_stages
 from prensa.solver.newton import newton
 from prensa.solver.predictor import Guess, initial_guess
 from prensa.system.failure import Failure, Singular, Unsettled
@@ -44,12 +44,12 @@ def attempt(eq: Equilibrium, start: Array, was_cut: bool = True) -> NewtonResult
 
 
 def _other_ways(eq: Equilibrium, start: Array, failed: NewtonResult, was_cut: bool) -> Iterator[Solve]:
-    """What is tried after a failed attempt, in order; how that failed is what is told if these fail too.
+    """What is tried after a failed attempt, in order; how that failed is what is reported if these fail too.
 
     Where Newton's iteration could take contact steps wherever it wanted, an attempt that takes nothing else goes the same way
     nine times of ten: a shorter increment is cheaper, unless it has been cut before.
     """
-    if out := emergence(eq.system, eq.context, eq.policy):
+    if out := overlap_stages(eq.system, eq.context, eq.policy):
         yield partial(_emerge, eq, out, start)
     if failed.contact_changed(eq.policy) and (was_cut or not failed.affordable):
         yield partial(_by_contact, eq, start)
@@ -114,7 +114,9 @@ def _solve(eq: Equilibrium, start: Array, by_contact: bool, lam: Array, result: 
 
 
 def _emerge(eq: Equilibrium, path: list[Context], start: Array, lam: Array, result: NewtonResult) -> Failure | None:
-    """Solve the stages in which tools that start inside bodies come out of them (see `emergence`), and then the increment."""
+    """Solve the stages in which tools that start inside bodies come out of them (see `overlap_stages`), and then the
+    increment.
+    """
     rough = replace(eq.numerics, tolerance=eq.policy.overlap_stage_residual)
     for stage in path:
         at = replace(eq, context=stage, numerics=rough)

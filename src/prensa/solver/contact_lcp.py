@@ -112,7 +112,7 @@ def _step_of(
             found = _pressures(eq.policy, points.trial, S, ahead)
         else:
             found = tractions(eq.policy, points.trial, friction, rubbing[near], S, ahead)
-        step = None if found is None else alone + eq.reduced.again(forces.T @ found)
+        step = None if found is None else alone + eq.reduced.solve_with_factors(forces.T @ found)
     # they are not those of Newton's matrix, which finishing substitutions want
     eq.reduced.factorisation.begin()
     return None if step is None else ContactStep(step, decided)
@@ -153,7 +153,7 @@ def _rubbing(eq: Equilibrium, e: Evaluation, near: Flags) -> Flags | None:
     for s, f, law in zip(eq.context.surfaces, e.contacts, eq.context.laws):
         if law is None or law.frictionless or f.bound is None:
             continue
-        if s.exact or law.hardens or f.t.shape[1] != 1 or eq.context.lagged:
+        if s.exact or law.hardens or f.t.shape[1] != 1 or eq.context.picard_friction:
             return None
         rubbing[s.rows] = near[s.rows]
     return rubbing if rubbing.sum() <= eq.policy.few_candidates else None

@@ -47,7 +47,7 @@ def with_edges(eq: Equilibrium, e: Evaluation, lam: Array, step: Array) -> Array
         v = _beside_the_matrix(eq, alone[at], eq.reduced.responses(forces, slopes), acts[at])
         if v is None:
             break
-        found = step + eq.reduced.again(forces.T @ v)
+        found = step + eq.reduced.solve_with_factors(forces.T @ v)
         wrong = ((_trial(eq, e, lam, found) > 0) != acts) & ~np.isin(np.arange(len(acts)), at)
         if not wrong.any():
             break

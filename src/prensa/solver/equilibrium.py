@@ -28,7 +28,7 @@ class Reporter(NamedTuple):
     timed: Callable[[str], Any]
 
 
-class Foreseen(NamedTuple):
+class WarmStart(NamedTuple):
     """Dofs u (ndof,) to start from, between solutions; of the nearest one ``near`` (ndof,) and its ``closed`` points."""
 
     u: Array
@@ -50,7 +50,7 @@ class Equilibrium:
     """Whether bodies may flow, and steps may go far: supports hold each of them, or no attempt at the increment has failed."""
     keeps_matrix: bool = False
     """Whether the matrix at the solution is wanted: evaluations that are likely to be the last make it."""
-    foreseen: Foreseen | None = None
+    foreseen: WarmStart | None = None
     """What solutions of the same increment with other ends lead to expect; None where there are none."""
     may_turn: bool = False
     """Whether flow is expected to turn at the first iterate, as in the last increments; nothing but time depends on it."""
@@ -78,7 +78,7 @@ class Equilibrium:
         """Sum of the absolute free residuals; infinite where the residual could not be evaluated."""
         return np.inf if e.failed else self.reduced.norm(e.r)
 
-    def turns(self, relative: float, first: bool) -> bool:
+    def flow_direction_unreliable(self, relative: float, first: bool) -> bool:
         """Whether an iterate with such a ``relative`` residual is so far off that directions of flow are likely to be wrong.
 
         Where a node lands, the velocities behind it turn at once. The tangent at what was extrapolated resists a change of

@@ -25,7 +25,7 @@ class Ahead:
     def matrix(self) -> Reduced | None:
         """The matrix, waited for and handed over: it is held nowhere else.
 
-        None where bodies are condensed, or making it failed, which it will again where that is told.
+        None where bodies are condensed, or making it failed, which it will again where that is reported.
         """
         made, self._made = self._made, None
         return None if made is None or made.exception() is not None else made.result()

@@ -1,4 +1,4 @@
-"""Bodies that nothing holds yet are carried along by the tools that touch them, as rigid ones, until others stop them.
+"""Bodies that nothing holds yet approach as rigid bodies with the tools that touch them, until others stop them.
 
 A billet with room to the die under it, a sheet between binder and die: before it is clamped its stiffness says nothing of where
 it is, and the linear systems of a body that only one tool touches are singular. What moves it is no deformation: it goes as a
@@ -24,20 +24,20 @@ from prensa.system.system import System
 from prensa.types import Array, Index
 
 
-class Carried(NamedTuple):
+class RigidApproach(NamedTuple):
     """Where loose ``bodies`` have been carried: all degrees of freedom ``u`` (ndof,); None where they have nowhere to go.
 
-    ``afloat``: no tool presses them there. Otherwise they are clamped, and what forces have moved went ``through_air`` (ndof,)
+    ``floating``: no tool presses them there. Otherwise they are clamped, and what forces have moved went ``through_air`` (ndof,)
     to where it only just touched.
     """
 
     u: Array | None
     bodies: list[str]
-    afloat: bool
+    floating: bool
     through_air: Array | None = None
 
 
-def carried(system: System, c: Context, loose: list[Loose], policy: Policy = DEFAULT) -> Carried | None:
+def rigid_approach(system: System, c: Context, loose: list[Loose], policy: Policy = DEFAULT) -> RigidApproach | None:
     """Where the bodies that nothing holds go in an increment; None if there are none, or what happens to them is not known.
 
     loose: bodies that supports leave free to move (see `loose_bodies`). Those that tools press already are held by these. What
@@ -55,23 +55,23 @@ def carried(system: System, c: Context, loose: list[Loose], policy: Policy = DEF
         if u is None or not _near(system, c, unheld, u, policy):
             return None
         brought = any(float(system.stencils(s, u).g.min()) < 0.0 and g > 0.1 * clear for s, g in zip(c.surfaces, before))
-        return Carried(u, names, False, rigid.through_air(policy)) if brought else None
+        return RigidApproach(u, names, False, rigid.through_air(policy)) if brought else None
     rigid.pushers = [i for i, g in enumerate(before) if g < -0.1 * clear]
     if not rigid.pushers:
-        return Carried(None, names, True)
+        return RigidApproach(None, names, True)
     z = rigid.balanced(policy.max_rigid_steps) if all(abs(g) > 0.1 * clear for g in before) else None
     u = None if z is None else rigid.dofs(z)
     if u is None or not _near(system, c, unheld, u, policy):
         return None
     stops = [s for i, s in enumerate(c.surfaces) if s.body in names and i not in rigid.pushers]
-    return Carried(u, names, all(float(system.stencils(s, u).g.min()) > -clear for s in stops))
+    return RigidApproach(u, names, all(float(system.stencils(s, u).g.min()) > -clear for s in stops))
 
 
 class Met(NamedTuple):
-    """When bodies that are carried along first meet what stops them, and where they are then."""
+    """When bodies that approach as rigid bodies first meet what stops them, and where they are then."""
 
     time: float
-    there: Carried
+    there: RigidApproach
 
 
 def first_clamped(system: System, c: Context, loose: list[Loose], policy: Policy = DEFAULT) -> Met | None:
@@ -83,10 +83,10 @@ def first_clamped(system: System, c: Context, loose: list[Loose], policy: Policy
         return None
     now, end, length = c.state.clock.time, c.time, c.plan.t1 - c.plan.t0
 
-    def at(t: float) -> Carried | None:
-        return carried(system, replace(c, time=t), loose, policy)
+    def at(t: float) -> RigidApproach | None:
+        return rigid_approach(system, replace(c, time=t), loose, policy)
 
-    _, time = bisected(lambda t: (to := at(t)) is None or to.afloat, now, end)
+    _, time = bisected(lambda t: (to := at(t)) is None or to.floating, now, end)
     there = at(time)
     apart = time - now > policy.min_share_before_touch * (end - now) and end - time > policy.min_share_left * length
     return Met(time, there) if apart and there is not None and there.u is not None else None

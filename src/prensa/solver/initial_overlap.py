@@ -37,7 +37,7 @@ def starts_inside(system: System, state: State, policy: Policy) -> list[tuple[St
     return list(found.values())
 
 
-def emergence(system: System, c: Context, policy: Policy) -> list[Context]:
+def overlap_stages(system: System, c: Context, policy: Policy) -> list[Context]:
     """Contexts of an increment with the tools that start inside a body drawn back, less and less; none without need."""
     inside = starts_inside(system, c.state, policy)
     if not inside:

@@ -113,7 +113,7 @@ def observe(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> None:
     state.changed = int(np.count_nonzero(flipped if before is None else now != before))
     result.u = state.u
     if not state.iteration:
-        result.affordable, result.turned = affordable(eq, e), _turns(eq, state)
+        result.affordable, result.flow_direction_unreliable = affordable(eq, e), _turns(eq, state)
     result.residuals.append(state.relative)
     result.changes.append(state.changed if before is not None else len(now))
     eq.report.iteration(result, e)
@@ -243,7 +243,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
 
 def _turns(eq: Equilibrium, state: NewtonState) -> bool:
     """Whether the matrix at an iterate had better not be the tangent (see `Equilibrium.turns`)."""
-    return eq.turns(state.relative, state.iteration == 0)
+    return eq.flow_direction_unreliable(state.relative, state.iteration == 0)
 
 
 def _secant(eq: Equilibrium, state: NewtonState) -> float:

@@ -83,7 +83,7 @@ def _expected(eq: Equilibrium, u: Array, lam: Array, landed: Flags) -> tuple[Eva
     """
     if eq.may_turn:
         e = eq.evaluate(u, lam, secant=eq.secant)
-        if not e.failed and eq.turns(eq.norm(e) / e.scale, True):
+        if not e.failed and eq.flow_direction_unreliable(eq.norm(e) / e.scale, True):
             return e, True
     return eq.evaluate(u, lam, landed=landed), False
 

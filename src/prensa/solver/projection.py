@@ -14,7 +14,7 @@ import numpy as np
 from prensa.contact.stencil import Stencils
 from prensa.contact.surface import Surface
 from prensa.policy import DEFAULT, Policy
-from prensa.solver.equilibrium import Foreseen
+from prensa.solver.equilibrium import WarmStart
 from prensa.system.interaction import Context
 from prensa.system.system import Evaluation, System
 from prensa.types import Array, Flags
@@ -32,7 +32,7 @@ def to_gap(target: Array, where: Flags, stencils: Stencils) -> Array:
 
 
 def project_prediction(
-    system: System, c: Context, u: Array, policy: Policy = DEFAULT, like: Foreseen | None = None
+    system: System, c: Context, u: Array, policy: Policy = DEFAULT, like: WarmStart | None = None
 ) -> None:
     """Put extrapolated contact nodes of u (ndof,), in place, at their committed gap if closed, others out of the tool.
 

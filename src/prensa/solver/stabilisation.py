@@ -100,7 +100,7 @@ class Stabilisation:
         """Work of the viscous forces in an increment; no velocity changes within one."""
         return c.state.stability.viscosity * self.motion(c, du)
 
-    def told(self, energy: Energy, stability: Stability) -> list[str]:
+    def warnings(self, energy: Energy, stability: Stability) -> list[str]:
         """What there is to say of the viscous forces at the end of a step."""
         work = max(abs(energy.external), stability.work)
         if not energy.viscous > self.policy.viscous_warning_share * work:

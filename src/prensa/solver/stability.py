@@ -61,7 +61,7 @@ def softest_modes(system: System, reduced: Reduced, policy: Policy, exactly: boo
     forces = None
     for sweep in range(policy.max_mode_sweeps):
         basis = _begun(reduced, bodily, columns) if forces is None else np.linalg.qr(forces)[0]
-        answer = factors.exactly(basis, policy.mode_residual_share) if exactly else factors.again(basis)
+        answer = factors.exactly(basis, policy.mode_residual_share) if exactly else factors.solve_with_factors(basis)
         if answer is None or not np.isfinite(answer).all():
             return None
         forces = np.where(bodily[:, None], answer, 0.0)
@@ -78,7 +78,7 @@ def softest_modes(system: System, reduced: Reduced, policy: Policy, exactly: boo
             break
         negative = sure
     softest = vectors[:, int(np.argmax(np.abs(compliance)))]
-    if not exactly and not factors.tells((basis @ softest).real, (answer @ softest).real):
+    if not exactly and not factors.resolves_soft_modes((basis @ softest).real, (answer @ softest).real):
         return None
     stiffness = 1.0 / np.where(compliance == 0, np.inf, compliance).real
     at = int(np.argmin(np.where(negative, compliance.real, np.inf)) if negative.any() else np.argmax(compliance.real))
@@ -206,7 +206,7 @@ def looked(stability: Stability, state: State, result: NewtonResult, policy: Pol
     return stability._replace(since=0, rest=rest(state, result.softest, policy)), result.softest
 
 
-def told(c: Context, result: NewtonResult) -> list[str]:
+def stability_warnings(c: Context, result: NewtonResult) -> list[str]:
     """What there is to say of the stability of a converged increment."""
     place = f"step {c.plan.name!r}, time {c.time:.6g}"
     if result.beside:
@@ -267,7 +267,7 @@ def _failed(eq: Equilibrium, result: NewtonResult, short: bool, last: bool) -> N
     elif isinstance(reason, Singular):
         # an iterate that has jumped may hang on nothing; so does a body that comes free, but nothing turns before it does
         brief = eq.context.dt < eq.policy.min_share * (eq.context.plan.t1 - eq.context.plan.t0)
-        if brief and (modes := _led_on(eq)) is not None and _freed(eq, modes) is None:
+        if brief and (modes := _extrapolated_modes(eq)) is not None and _freed(eq, modes) is None:
             result.reason = LimitPoint(reason)
     return result
 
@@ -297,10 +297,10 @@ def _turning(eq: Equilibrium, result: NewtonResult, beside: bool) -> Modes | Non
     there = (_at(eq, eq.system.with_slaves(result.u + sign * step), result.lam) for sign in (1.0, -1.0))
     if any(at is not None and at.negative for at in there):
         return modes
-    return _led_on(eq)
+    return _extrapolated_modes(eq)
 
 
-def _led_on(eq: Equilibrium) -> Modes | None:
+def _extrapolated_modes(eq: Equilibrium) -> Modes | None:
     """The modes of the first state that the last increment leads on to and that has a negative one."""
     state = eq.context.state
     way = float(np.abs(eq.system.displacement(state.du)).max())
@@ -322,7 +322,8 @@ def _of(eq: Equilibrium, result: NewtonResult) -> Modes | None:
     factors, of double precision, take twice the room.
     """
     factors = eq.reduced.factorisation
-    if factors.factored and factors.may_tell and (modes := softest_modes(eq.system, eq.reduced, eq.policy)) is not None:
+    if factors.factored and factors.may_resolve_soft_modes and (modes := softest_modes(eq.system, eq.reduced,
+        eq.policy)) is not None:
         return modes
     if factors.factored and (modes := softest_modes(eq.system, eq.reduced, eq.policy, exactly=True)) is not None:
         return modes

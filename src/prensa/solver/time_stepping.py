@@ -18,7 +18,7 @@ from prensa.checks.during.distortion import Distortion
 from prensa.checks.during.folding import Folding
 from prensa.checks.during.penetration import inside, watches
 from prensa.checks.during.self_intersection import fold, hanging, outlines
-from prensa.checks.during.tool_balance import tips_over
+from prensa.checks.during.tool_balance import unbalanced_tool
 from prensa.checks.during.validity import Validity
 from prensa.errors import ArgumentError, SolveError, shown
 from prensa.linear.condensation import Condensation, condensed
@@ -35,13 +35,13 @@ from prensa.result.results import increment_of
 from prensa.solver.approach import approach, first_touch
 from prensa.solver.attempt import attempt, attempt_from
 from prensa.solver.diagnosis import hint, remedy, where
-from prensa.solver.equilibrium import Equilibrium, Foreseen, Reporter
+from prensa.solver.equilibrium import Equilibrium, Reporter, WarmStart
 from prensa.solver.first_matrix import Ahead
-from prensa.solver.floating_bodies import Carried, carried, first_clamped
+from prensa.solver.floating_bodies import RigidApproach, first_clamped, rigid_approach
 from prensa.solver.initial_overlap import starts_inside
 from prensa.solver.reporting import Messages
 from prensa.solver.stabilisation import Stabilisation
-from prensa.solver.stability import at_limit, judged, looked, told
+from prensa.solver.stability import at_limit, judged, looked, stability_warnings
 from prensa.solver.step_control import StepControl
 from prensa.solver.until import Outcome, Stopping
 from prensa.system.failure import (
@@ -60,7 +60,7 @@ from prensa.system.interaction import Context
 from prensa.system.matrix_symmetry import is_symmetric
 from prensa.system.outcome import NewtonResult
 from prensa.system.planning import plan_step
-from prensa.system.release import held_at, let_go, removed_tools, still_held
+from prensa.system.release import minimal_supports_in_words, release_forces, release_in_words, removed_tools
 from prensa.system.schedule import StepPlan
 from prensa.system.state import Clock, State
 from prensa.system.symmetry_planes import Guard, Nearing, extended, names_of, with_planes
@@ -120,7 +120,7 @@ class TimeStepping:
         self.ahead: Ahead | None = None  # who makes the matrix of the first step meanwhile
         self.condensed: Condensation | None = None
         self.last: Increment | None = None
-        self.turned = 0  # increments up to now, one after the other, at whose first iterates flow turned
+        self.unreliable_starts = 0  # increments up to now, one after the other, at whose first iterates flow turned
         self.passages = Passages(system)
         self.loose: list[Loose] = []  # bodies that the supports of the step leave free to move
         self.remeshes = False
@@ -199,7 +199,7 @@ class TimeStepping:
                 self.note_touch(state)
                 yield increment
         if len(steps):
-            self.messages.warn([*untouched_tools(self.system, self.passages.met, self.planes), *self.validity.told()])
+            self.messages.warn([*untouched_tools(self.system, self.passages.met, self.planes), *self.validity.warnings()])
 
     def note_touch(self, state: State) -> None:
         """Note the tools that have touched something by a committed state."""
@@ -244,13 +244,13 @@ class TimeStepping:
         problem, number = self.system.problem, plan.number
         if model.tools_removed(problem, number) and not model.tools_removed(problem, number - 1):
             state = removed_tools(self.system, state, plan)
-            if words := held_at(self.system, plan):
+            if words := minimal_supports_in_words(self.system, plan):
                 self.messages.note(state, plan, words)
             state = replace(state, clock=state.clock._replace(time=plan.t0))
         elif number:
-            released = let_go(self.system, state, plan)
+            released = release_forces(self.system, state, plan)
             self.messages.warn(table_jumps(self.system, state, plan))
-            state = replace(state, release=released, strings=None, clock=state.clock._replace(time=plan.t0))
+            state = replace(state, release=released, self_equilibrated=None, clock=state.clock._replace(time=plan.t0))
         return self.stopping.begin(state)
 
     def prepare(self, plan: StepPlan) -> None:
@@ -305,7 +305,7 @@ class TimeStepping:
             )
             result.reason = hopeless or result.reason
             if last or hopeless or (isinstance(result.reason, LimitPoint) and at_limit(c, self.policy)):
-                raise self.post_mortem(c, result, cutbacks)
+                raise self.diagnosis(c, result, cutbacks)
             cutbacks += 1
 
     def solved(
@@ -318,16 +318,16 @@ class TimeStepping:
         """
         # where an increment was cut, flow begins or turns, of which the last one knows nothing
         c = self.context(state, plan, end, BACKWARD_EULER if cutbacks else self.rule(state, plan, end))
-        to = carried(self.system, c, self.loose, self.policy) if self.loose and self.condensed is None else None
+        to = rigid_approach(self.system, c, self.loose, self.policy) if self.loose and self.condensed is None else None
         if to is not None:
             found = self.carry(c, to, cutbacks) if to.u is not None else None
             if found is not None:
                 spent.append(found[1].iterations)
                 return found
-            c = replace(c, afloat=to.bodies if to.afloat else ())
+            c = replace(c, floating=to.bodies if to.floating else ())
         start, air, notes = approach(self.system, c, self.policy)
         if notes:
-            c = replace(self.system.through_air(c, air), brought=True)
+            c = replace(self.system.through_air(c, air), brought_into_contact=True)
         for message in notes:
             self.messages.note(state, plan, message)
         most = self.most_cutbacks(state)
@@ -337,11 +337,11 @@ class TimeStepping:
             # before an increment that was asked for is cut: backward Euler damps more
             spent.append(result.iterations)
             again = self.system.through_air(self.context(state, plan, end), air)
-            c = replace(again, brought=c.brought, afloat=c.afloat)
+            c = replace(again, brought_into_contact=c.brought_into_contact, floating=c.floating)
             result = self.attempt(c, start, retry)
         if refusal := self.acceptance.refusal(c, result):
             result.converged, result.reason = False, refusal
-        if self.condensed is None and not c.afloat:  # linear bodies are stable, and those that nothing holds are neither
+        if self.condensed is None and not c.floating:  # linear bodies are stable, and those that nothing holds are neither
             last = cutbacks == most or control.exhausted(control.cut(c.dt))
             result = judged(self.equilibrium(c), result, self.acceptance, cutbacks, not last)
             if result.converged and not last and self.jumped_over(c, result):
@@ -351,30 +351,30 @@ class TimeStepping:
             known.append((c, result))
         return c, result
 
-    def carry(self, c: Context, to: Carried, cutbacks: int) -> Outcome | None:
+    def carry(self, c: Context, to: RigidApproach, cutbacks: int) -> Outcome | None:
         """Outcome of an increment from where bodies that nothing holds have been carried; None if no equilibrium is near.
 
         It ends where they first meet what stops them.
         """
         state, plan = c.state, c.plan
-        if not to.afloat and self.times is None:
+        if not to.floating and self.times is None:
             met = first_clamped(self.system, c, self.loose, self.policy)
             if met is not None:
                 who = " and ".join(to.bodies)
-                self.messages.note(state, plan, f"{who}, carried along, met what stops it at time {met.time:.6g}")
+                self.messages.note(state, plan, f"{who}, moved as a rigid body, met what stops it at time {met.time:.6g}")
                 c, to = replace(self.context(state, plan, met.time), touches=True), met.there
         c = self.system.through_air(c, to.through_air)
-        c = replace(c, brought=True, afloat=to.bodies if to.afloat else ())
+        c = replace(c, brought_into_contact=True, floating=to.bodies if to.floating else ())
         assert to.u is not None
         eq = self.equilibrium(c, uncut=not cutbacks)
         result = attempt_from(eq, to.u)
         if refusal := self.acceptance.refusal(c, result):
             result.converged, result.reason = False, refusal
-        if result.converged and not to.afloat:
+        if result.converged and not to.floating:
             result = judged(eq, result, self.acceptance, cutbacks, False)
         return (c, result) if result.converged else None
 
-    def between(self, state: State, known: list[Outcome], end: float) -> Foreseen | None:
+    def between(self, state: State, known: list[Outcome], end: float) -> WarmStart | None:
         """What is expected at a time of an increment between two ends that are known, its start included: on their line.
 
         None where no later end is known, and of condensed bodies, of which not all displacements are.
@@ -387,14 +387,15 @@ class TimeStepping:
         time, u = max(earlier, key=lambda other: other[0])
         assert result.evaluation is not None
         closed = np.concatenate([np.zeros(0, dtype=bool), *(f.p > 0 for f in result.evaluation.contacts)])
-        return Foreseen(result.u + (end - c.time) / (c.time - time) * (result.u - u), result.u, closed)
+        return WarmStart(result.u + (end - c.time) / (c.time - time) * (result.u - u), result.u, closed)
 
     def jumped_over(self, c: Context, result: NewtonResult) -> bool:
         """Whether an increment under viscous forces is too long for a jump: what these dissipate on the way is not seen then.
 
         At the end of a jump that a single increment takes there is hardly any motion left: forces and velocities of both ends
-        say little of the way between, and the ledger misses most of what is set free. A surface goes far in a jump; where it
-        does not, the ledger misses what comes from edges that are cut anew, of which shorter increments do not see more.
+        say little of the way between, and the energy balance misses most of what is set free. A surface goes far in a
+        jump; where it
+        does not, the energy balance misses what comes from edges that are cut anew, of which shorter increments do not see more.
         """
         if not self.stabilisation.forces(c) or result.evaluation is None:
             return False
@@ -439,7 +440,7 @@ class TimeStepping:
         and, unless second order is asked for, where points go on to begin and end to flow.
         """
         now, last = state.clock.time, state.dt_last
-        if not last > 0.0 or not self.second_order(plan) or plan.turns(now - last, now, end):
+        if not last > 0.0 or not self.second_order(plan) or plan.reverses(now - last, now, end):
             return BACKWARD_EULER
         if self.numerics.time_rule == "auto" and state.clock.unsteady * (end - now) > self.policy.unsteady_share:
             return BACKWARD_EULER
@@ -449,8 +450,8 @@ class TimeStepping:
         """Everything that an increment from a state to the time ``end`` needs, with plastic flow by a ``rule``."""
         c = self.system.context(state, plan, end, rule)
         viscous = self.stabilisation.forces(c)
-        lagged, threads = self.numerics.iteration == "paper", threads_of(self.numerics, self.system.ndof, self.policy)
-        return replace(c, lagged=lagged, interactions=[*c.interactions, *viscous], threads=threads)
+        picard_friction, threads = self.numerics.iteration == "paper", threads_of(self.numerics, self.system.ndof, self.policy)
+        return replace(c, picard_friction=picard_friction, interactions=[*c.interactions, *viscous], threads=threads)
 
     def equilibrium(self, c: Context, uncut: bool = False) -> Equilibrium:
         """The equations of an increment, condensed where the bodies are; ``uncut``: at the first attempt at it."""
@@ -459,13 +460,13 @@ class TimeStepping:
         reduced = self.reduced if self.condensed is None else self.condensed.reduced
         assert reduced is not None
         known = self.system.has_memory and self.system.dofs.dimension == 2  # rigid motions in space are not looked for
-        turning = self.turned >= self.policy.unreliable_starts
+        turning = self.unreliable_starts >= self.policy.unreliable_starts
         # a far step may let go of a body that only contact holds: once one has failed, steps are those of the tangent
         far = known and (uncut or not self.loose)
         return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, far, may_turn=turning)
 
     def attempt(
-        self, c: Context, start: Array, was_cut: bool, foreseen: Foreseen | None = None, uncut: bool = False
+        self, c: Context, start: Array, was_cut: bool, foreseen: WarmStart | None = None, uncut: bool = False
     ) -> NewtonResult:  # fmt: skip
         """Outcome of one attempt, on the condensed system where there is one; ``foreseen``: see `Equilibrium`."""
         eq = self.equilibrium(c, uncut)
@@ -494,7 +495,7 @@ class TimeStepping:
     ) -> tuple[State, Increment]:
         """The state that follows, the increment that led to it, and what there is to say of it."""
         assert result.evaluation is not None
-        self.turned = self.turned + 1 if result.turned else 0
+        self.unreliable_starts = self.unreliable_starts + 1 if result.flow_direction_unreliable else 0
         e = result.evaluation._replace(data=None)  # increments that are kept must not keep their matrices
         ended = c.ends_step
         grown = result.grown or growths(self.system.blocks, e.history, c.state.history)
@@ -510,7 +511,7 @@ class TimeStepping:
         # of condensed bodies the displacements are known at the end of a step
         if result.recover is None and (refusal := self.validity.look(state.u, state.history)):
             result.reason = refusal
-            raise self.post_mortem(c, result, cutbacks)
+            raise self.diagnosis(c, result, cutbacks)
         increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state, c, parse=parse)
         if c.stopped:
             self.messages.note(c.state, c.plan, f"step {c.plan.name!r} ends at time {c.time:.6g}: {c.stopped}")
@@ -524,8 +525,8 @@ class TimeStepping:
             residual = max(result.residual, self.numerics.tolerance)
             self.messages.warn(quality_warnings(self.system, c, e, residual))
             self.messages.warn(soft_springs(self.system, c.plan, state.u))
-            self.messages.warn(self.stabilisation.told(state.energy, state.stability))
-        self.messages.warn(told(c, result))
+            self.messages.warn(self.stabilisation.warnings(state.energy, state.stability))
+        self.messages.warn(stability_warnings(c, result))
         self.messages.accepted(c.state, c.plan, result, increment)
         return state, increment
 
@@ -569,17 +570,17 @@ class TimeStepping:
             return "No increment of this run had converged before."
         return f"The last good state is that of time {self.last.time:.6g} (increment {self.last.number})."
 
-    def post_mortem(self, c: Context, result: NewtonResult, cutbacks: int) -> SolveError:
+    def diagnosis(self, c: Context, result: NewtonResult, cutbacks: int) -> SolveError:
         """The error that says what failed, where, why, and what to try."""
         reason = result.reason
         assert reason is not None
-        if tipping := tips_over(self.system, c):
+        if tipping := unbalanced_tool(self.system, c):
             reason = tipping  # whatever came of it
         elif not isinstance(reason, FreeToMove | BeyondSmall):
             reason = unilaterally_supported(self.system, c) or reason
         eq = self.equilibrium(c)
         place = where(eq, reason, result)
-        self.messages.warn(self.validity.told())
+        self.messages.warn(self.validity.warnings())
         cut = f"The increment was cut {cutbacks} times without success."
         if self.times is not None:
             cut = "Its end is one of the times that were asked for, so it was not cut."
@@ -594,7 +595,7 @@ class TimeStepping:
         elif cutbacks < self.most_cutbacks(c.state):
             cut += " It is too short by now for another cut: the body jumps here, or nothing can go on."
         last = self.last_good()
-        if held := still_held(self.system, c.state, c.plan):
+        if held := release_in_words(self.system, c.state, c.plan):
             last += f" {held}"
         return SolveError(
             f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}{'; ' + place if place else ''}. {cut} "
@@ -633,11 +634,11 @@ def committed(
     difference, damping = old.damped_difference(du, c.dt, nodal)
     clock = Clock(step, old.clock.number + 1, c.time, dt, damping)
     return State(
-        u=result.u, du=du, dt_last=0.0 if ended or c.brought else c.dt, second_difference=difference,
+        u=result.u, du=du, dt_last=0.0 if ended or c.brought_into_contact else c.dt, second_difference=difference,
         history=e.history, contact=contact,
         lam=lam, energy=energy, work=work, clock=clock,
         step_start=step_start, release=None if c.time >= c.plan.t1 else old.release,
-        strings=None if c.time >= c.plan.t1 else old.strings, stability=stability,
+        self_equilibrated=None if c.time >= c.plan.t1 else old.self_equilibrated, stability=stability,
         ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched, softest=softest,
         remeshed=old.remeshed,
     )  # fmt: skip

@@ -37,7 +37,7 @@ class Look(NamedTuple):
 
 @dataclass(frozen=True)
 class Criterion:
-    """A quantity and its target; ``size``: what its tolerance is a share of; ``words``: what is told when it is met.
+    """A quantity and its target; ``size``: what its tolerance is a share of; ``words``: what is reported when it is met.
 
     A contact is the smallest gap of its points: it touches, and leaves, where that passes the tolerance.
     """

@@ -51,9 +51,9 @@ class Finding:
             change = "" if math.isnan(before) or value == 0 else f"   {100 * (value - before) / abs(value):+.3g} %"
             yield f"  {level.factor:>6g} ×  {value:.8g}{unit}{change}"
             before = value
-        yield f"  {self.told()}"
+        yield f"  {self.summary()}"
 
-    def told(self) -> str:
+    def summary(self) -> str:
         """What the results show, in a sentence."""
         c = self.convergence
         unit = f" {self.quantity.unit}" if self.quantity.unit else ""
@@ -180,7 +180,7 @@ def _shown(found: list[Finding], study: Study, quantity: Quantity) -> list[tuple
     """Captions and pictures of a measure for the page."""
     mine = [f for f in found if f.quantity == quantity]
     return [
-        (f"{f.kind.capitalize()}: {f.told()}", figure)
+        (f"{f.kind.capitalize()}: {f.summary()}", figure)
         for f in mine
         if (figure := convergence(np.array([v.size for v in f.levels]), [r.value(quantity.text) for r in f.rows],
                                   f.kind, quantity, f.convergence)) is not None

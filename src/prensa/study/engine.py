@@ -27,9 +27,9 @@ CONNECT = 10  # s, to a scheduler and for a first worker to be there
 
 
 class Engine(Protocol):
-    """Computes jobs; ``told``: itself in a line, ``workers``: how many cases it computes at the same time."""
+    """Computes jobs; ``summary``: itself in a line, ``workers``: how many cases it computes at the same time."""
 
-    told: str
+    summary: str
     workers: int
 
     def outcomes(self, jobs: Iterator[Job]) -> Iterator[tuple[Job, Outcome]]:
@@ -40,7 +40,7 @@ class Engine(Protocol):
 class Here:
     """One case after the other in this process."""
 
-    told, workers = "one case after the other in this process", 1
+    summary, workers = "one case after the other in this process", 1
 
     def outcomes(self, jobs: Iterator[Job]) -> Iterator[tuple[Job, Outcome]]:
         """Jobs with what became of them."""
@@ -51,8 +51,8 @@ class Here:
 class OnDask:
     """The workers of a Dask client."""
 
-    def __init__(self, client: Any, told: str, workers: int, sent: bool) -> None:
-        self._client, self.told, self.workers = client, told, workers
+    def __init__(self, client: Any, summary: str, workers: int, sent: bool) -> None:
+        self._client, self.summary, self.workers = client, summary, workers
         self._compute: Callable[[Job], Outcome] = compute
         if sent:
             from prensa.study.plugin import compute_with_files
@@ -95,7 +95,7 @@ class OnDask:
             result = future.result()
         except KilledWorker:
             return Outcome(
-                "lost", f"its workers were killed, time and again; they are {self.told}: does it need more memory?"
+                "lost", f"its workers were killed, time and again; they are {self.summary}: does it need more memory?"
             )
         except (CancelledError, OSError) as error:
             message = "the cluster has gone; what is finished is kept: give the same command again when it is back"
@@ -169,8 +169,8 @@ def _local(count: int, memory: str | None) -> Iterator[Engine]:
         except (OSError, RuntimeError, TimeoutError) as error:
             raise PrensaError(f"{count} worker processes could not be started ({error}); try --jobs 1") from error
         with cluster, Client(cluster) as client:
-            told = f"{count} process{'es' if count > 1 else ''} of one thread and {each / 2**30:.2g} GiB each"
-            yield OnDask(client, told, count, sent=False)
+            summary = f"{count} process{'es' if count > 1 else ''} of one thread and {each / 2**30:.2g} GiB each"
+            yield OnDask(client, summary, count, sent=False)
 
 
 def _dask_settings(configured: Any) -> Any:
@@ -227,10 +227,10 @@ def _remote(where: str, attachments: tuple[Attachment, ...]) -> Iterator[Engine]
             threads = sum(w["nthreads"] for w in workers)
             memories = {w["memory_limit"] for w in workers}
             each = f"{min(memories) / 2**30:.2g} GiB each" if min(memories) else "no limit of memory"
-            told = f"{len(workers)} worker{'s' if len(workers) > 1 else ''} with {each}"
+            summary = f"{len(workers)} worker{'s' if len(workers) > 1 else ''} with {each}"
             if threads > len(workers):
-                told += ", which compute one case at a time: start more of them with --nthreads 1"
-            yield OnDask(client, told, len(workers), sent=bool(attachments))
+                summary += ", which compute one case at a time: start more of them with --nthreads 1"
+            yield OnDask(client, summary, len(workers), sent=bool(attachments))
 
 
 @contextmanager

@@ -55,8 +55,8 @@ def write_page(study: Study, draw: Callable[[Study, Quantity], Drawn] | None = N
 def _factors(study: Study) -> Iterator[tuple[str, str, str]]:
     for f in study.plan.factors:
         if isinstance(f, Values):
-            told = ", ".join(f.texts[:12]) + (f", … ({len(f.texts)} values)" if len(f.texts) > 12 else "")
-            yield f.path, told, "fixed" if len(f.texts) == 1 else f"{len(f.texts)} values"
+            summary = ", ".join(f.texts[:12]) + (f", … ({len(f.texts)} values)" if len(f.texts) > 12 else "")
+            yield f.path, summary, "fixed" if len(f.texts) == 1 else f"{len(f.texts)} values"
         else:
             yield (
                 f.path,

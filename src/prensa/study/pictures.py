@@ -72,16 +72,16 @@ def _curve(study: Study, row: Row, name: str) -> tuple[Array, Array, str] | None
     if name not in table:
         return None
     tool = name.partition(".")[0]
-    x, told = table["time"], "time"
+    x, summary = table["time"], "time"
     if tool in study.problem.tools:
         ways = {c: table[f"{tool}.u{c}"] for c in "xy"}
         c = max(ways, key=lambda k: float(np.ptp(np.append(0.0, ways[k]))))
         if np.ptp(np.append(0.0, ways[c])) > 0:
-            x, told = np.abs(ways[c]), f"travel of {tool} in {c} ({study.problem.units.length})"
+            x, summary = np.abs(ways[c]), f"travel of {tool} in {c} ({study.problem.units.length})"
     if not len(x):
         return None
     keep = np.unique(np.linspace(0, len(x) - 1, MOST_POINTS).round().astype(int))
-    return x[keep], table[name][keep], told
+    return x[keep], table[name][keep], summary
 
 
 class _Colours:

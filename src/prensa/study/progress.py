@@ -1,4 +1,4 @@
-"""How far a study is: a bar with the time left on a terminal, lines elsewhere; what fails is told at once."""
+"""How far a study is: a bar with the time left on a terminal, lines elsewhere; what fails is reported at once."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class StudyProgress(Display):
             self._task = self._bar.add_task("computing", total=todo, left="–")
 
     def finished(self, point: Point, outcome: Outcome) -> None:
-        """Count one case; one that failed is told, also when asked to be quiet."""
+        """Count one case; one that failed is reported, also when asked to be quiet."""
         self._done += 1
         log.info("%s: %s", outcome.status, ", ".join(point.changes))
         if outcome.status != "completed":

@@ -113,7 +113,7 @@ class Source:
         take("sweep", "case", case, (str, Path, Case, Problem), "give a case file, a Case or a Problem")
         self._path = Path(case) if isinstance(case, str | Path) else None
         self._text = "" if isinstance(case, str | Path) else dump(case)
-        self.told = str(self._path or "")
+        self.summary = str(self._path or "")
         self.base = self.changed(())
         self.stem = self._path.stem if self._path else file_name(self.base.problem.name)
 
@@ -189,7 +189,7 @@ class Execution:
         return {
             "prensa": __version__,
             "name": self.source.base.problem.name,
-            "source": self.source.told,
+            "source": self.source.summary,
             "factors": {f.path: list(f.texts) if isinstance(f, Values) else f.text for f in self.plan.factors},
             "samples": self.plan.number_of_samples if self.plan.scattered else None,
             "sampling": self.plan.sampling,
@@ -225,7 +225,7 @@ class Execution:
         claim = (self.out / LOCK).read_text(encoding="utf-8")
         progress = StudyProgress(len(self.rows), len({r.key for r in self.rows}) - len(todo), len(todo), self.quiet)
         with progress, Timings(self.out) as timings:
-            progress.say(f"{len(self.rows)} cases, {len(todo)} to compute; {workers.told}")
+            progress.say(f"{len(self.rows)} cases, {len(todo)} to compute; {workers.summary}")
             for job, outcome in workers.outcomes(self._jobs(todo, claim)):
                 row = by_key[job.key]
                 if outcome.files is not None:

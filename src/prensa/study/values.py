@@ -255,8 +255,8 @@ def _numbers(arguments: list[str], where: str, form: str) -> tuple[list[float], 
         pairs[1] = (abs(pairs[0][0]) * pairs[1][0] / 100, pairs[0][1])
     units = {unit for _, unit in pairs}
     if len(units) > 1:
-        told = ", ".join(sorted(repr(u) if u else "none" for u in units))
-        raise PrensaError(f"{where}: the numbers have several units ({told}); give them all the same")
+        summary = ", ".join(sorted(repr(u) if u else "none" for u in units))
+        raise PrensaError(f"{where}: the numbers have several units ({summary}); give them all the same")
     return [v for v, _ in pairs], units.pop() if units else ""
 
 

@@ -22,7 +22,7 @@ from prensa.layout import DofMap
 from prensa.materials.material import material_of
 from prensa.model import problem as model
 from prensa.system.assembly import Block, make_pattern, slots_of
-from prensa.system.schedule import Prescribed, StepPlan, course
+from prensa.system.schedule import Prescribed, StepPlan, amplitude
 from prensa.system.system import System
 from prensa.tools.place import PlacedTool
 from prensa.tools.shapes.plane import HalfSpace
@@ -141,7 +141,7 @@ def discretise_bricks(problem: BricksUnderPlane) -> System:
     shape, description = HalfSpace(tuple(out.tolist())), cast(Any, problem)
     tool = PlacedTool("plane", shape, np.array(problem.at, dtype=np.float64), out, description)
     given: Any = problem
-    return System(given, {}, {"body": 0}, X, [block], [tool], [surface], pattern, dofs, courses=_plan)
+    return System(given, {}, {"body": 0}, X, [block], [tool], [surface], pattern, dofs, plan_of=_plan)
 
 
 def _depths(X: Array, faces: Index, volume: Array, nodes: Index) -> tuple[Array, Array]:
@@ -187,5 +187,5 @@ def _plan(system: System, number: int, step_start: Array) -> StepPlan:
             groups.append(Prescribed(dofs, step_start[dofs].copy(), None, (name, axis)))
     for dof, axis in zip(system.dofs.tool.dofs(0), system.dofs.tool.components):
         start, to = step_start[[dof]].copy(), step.move.get(axis)
-        groups.append(Prescribed(np.array([dof]), start, None if to is None else course(to, float(start[0]), t0, t1)))
+        groups.append(Prescribed(np.array([dof]), start, None if to is None else amplitude(to, float(start[0]), t0, t1)))
     return StepPlan(step.name, number, t0, t1, groups, {}, {}, {}, [problem.friction], step.increments)

@@ -65,7 +65,7 @@ class ContactInteraction:
             round_off,
             self._wanted(c, ask),
             area,
-            c.lagged,
+            c.picard_friction,
             turning,
             None if ask.foundation is None else ask.foundation[own],
             s.points,
@@ -85,7 +85,7 @@ class ContactInteraction:
             r = np.hstack([r, rows])
             out.violation = self._violation(f, rows, scale, ask.reach)
         parts = [Part(s.name, s.coupled, r, K if ask.stiffness else None)]
-        if f.stretched is not None and ask.stiffness and not c.lagged:
+        if f.stretched is not None and ask.stiffness and not c.picard_friction:
             parts.append(self._stretching(c, f, scale, ask.u))
         out.parts = parts
         return out
@@ -131,7 +131,7 @@ class ContactInteraction:
         if like is None:
             held = held._replace(bounded=held.tangential & (np.abs(t) > bound))
         slope, cut = np.where(held.bounded, np.sign(t) * by_p, 0.0), np.where(held.bounded, np.sign(t) * bound, t)
-        return Kept(held, p, cut, nothing if c.lagged else slope * share, -slope * pressure)
+        return Kept(held, p, cut, nothing if c.picard_friction else slope * share, -slope * pressure)
 
     def _held(self, c: Context, f: ContactForces, round_off: Array) -> Held | None:
         """Closed points whose gap and way are zero since supports prescribe them; None if there are none."""

@@ -157,7 +157,7 @@ def on_meshes(system: System, remeshed: Remeshed) -> System:
     pattern = _pattern(cells, surfaces, dofs, (), _sets(problem, meshes, offsets, dofs, surfaces))
     blocks = [_block(problem, name, cells[name], x, slots_of(cells[name], pattern, 2)) for name in problem.bodies]
     made = System(
-        problem, meshes, offsets, x, blocks, system.tools, surfaces, pattern, dofs, courses=system.courses,
+        problem, meshes, offsets, x, blocks, system.tools, surfaces, pattern, dofs, plan_of=system.plan_of,
         first=system.first or system, mirrors=system.mirrors,
     )  # fmt: skip
     return with_origins(made, remeshed)

@@ -121,13 +121,13 @@ class Context:
     ``weights`` and ``scales`` of the contacts on the committed configuration, friction ``laws`` and what their bounds depend
     on (``law_at``); ``x_n`` (n, d) node positions that increments refer to; ``depth`` (n,) thickness at the nodes at the last
     commit, None in axisymmetry; ``surfaces``: the contacts, their edges cut at sharp corners, and what is ``committed``
-    of their points; ``lagged``: the contact stiffness is the paper's symmetric one (see `forces`);
+    of their points; ``picard_friction``: the contact stiffness is the paper's symmetric one (see `forces`);
     ``interactions``: contacts, in the order of the description, then loads. ``threads`` that may answer for elements at once.
     ``stopped``: what ends the step here before its
     time, in words; '' if nothing does. ``watched`` (criteria,): values of what may end it. ``touches``: whether a prescribed
     tool first meets a body at the end of the increment. ``brought``: whether it begins elsewhere
     than where the last one ended, since tools or bodies are brought into contact first, and ``through_air`` (ndof,) the way on
-    which nothing resisted what forces brought there (None: there is none); ``afloat``: bodies that nothing holds at its end.
+    which nothing resisted what forces brought there (None: there is none); ``floating``: bodies that nothing holds at its end.
 
     ``supports``: see `Surface.supports`, by contact.
 
@@ -151,14 +151,14 @@ class Context:
     history: Sequence[Array]
     rule: TimeRule
     interactions: Sequence[Interaction] = ()
-    lagged: bool = False
+    picard_friction: bool = False
     threads: int = 1
     stopped: str = ""
     watched: Array = field(default_factory=lambda: np.zeros(0))
     touches: bool = False
-    brought: bool = False
+    brought_into_contact: bool = False
     through_air: Array | None = None
-    afloat: Sequence[str] = ()
+    floating: Sequence[str] = ()
 
     @property
     def ends_step(self) -> bool:

@@ -12,8 +12,8 @@ import numpy as np
 
 from prensa.system.control import Proportional
 from prensa.system.interaction import Context, Discretisation, Interaction, Part, Request, Response
-from prensa.system.schedule import BoundaryLoad, Course, StepPlan
-from prensa.system.self_equilibrated import Strings, per_block
+from prensa.system.schedule import Amplitude, BoundaryLoad, StepPlan
+from prensa.system.self_equilibrated import SelfEquilibrated, per_block
 from prensa.system.state import State
 from prensa.types import Array, Index
 
@@ -108,7 +108,7 @@ class BodyForce:
 
     system: Discretisation
     body: str
-    courses: tuple[Course, ...]
+    amplitudes: tuple[Amplitude, ...]
 
     def couplings(self) -> list[Index]:
         """None: it has no stiffness."""
@@ -117,7 +117,7 @@ class BodyForce:
     def respond(self, c: Context, ask: Request) -> Response:
         """See `Interaction`."""
         system = self.system
-        b = np.array([course(c.time) for course in self.courses])
+        b = np.array([amplitude(c.time) for amplitude in self.amplitudes])
         nodes = system.offsets[self.body] + np.arange(len(system.meshes[self.body].points))
         f = system.node_volumes(self.body)[:, None] * b
         return Response([Part(f"body force {self.body}", system.dofs.displacement.dofs(nodes), f)], external=True)
@@ -128,7 +128,7 @@ class ToolForce:
     """Force or moment on a tool along one of its motions."""
 
     dof: int
-    course: Course
+    amplitude: Amplitude
 
     def couplings(self) -> list[Index]:
         """None: it has no stiffness."""
@@ -137,7 +137,7 @@ class ToolForce:
     def respond(self, c: Context, ask: Request) -> Response:
         """See `Interaction`."""
         at = np.array([[self.dof]])
-        return Response([Part(f"tool force {self.dof}", at, np.array([[self.course(c.time)]]))], external=True)
+        return Response([Part(f"tool force {self.dof}", at, np.array([[self.amplitude(c.time)]]))], external=True)
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ class Spring:
 
     dof: int
     stiffness: float
-    mount: Course
+    mount: Amplitude
 
     def couplings(self) -> list[Index]:
         """With itself."""
@@ -179,10 +179,10 @@ class Release:
 
 
 def loads_of(system: Discretisation, plan: StepPlan, state: State) -> list[Interaction]:
-    """The loads, tool forces and springs of a step as interactions, and the forces of a state that it lets go."""
+    """The loads, tool forces and springs of a step as interactions, and the forces of a state that it releases."""
     out: list[Interaction] = [EdgeLoad(system, name, load) for name, load in plan.loads.items()]
-    out += [BodyForce(system, body, courses) for body, courses in plan.body_force.items()]
-    out += [ToolForce(dof, course) for dof, course in plan.push.items()]
+    out += [BodyForce(system, body, amplitudes) for body, amplitudes in plan.body_force.items()]
+    out += [ToolForce(dof, amplitude) for dof, amplitude in plan.push.items()]
     release = state.release
     if plan.control is not None:
         out = [Proportional(load) for load in out]
@@ -193,8 +193,8 @@ def loads_of(system: Discretisation, plan: StepPlan, state: State) -> list[Inter
     out += [Spring(dof, stiffness, mount) for dof, (stiffness, mount) in plan.springs.items()]
     if release is not None:
         out.append(Release(release))
-    if state.strings is not None:
-        out += [Strings(system, b, K) for b, K in zip(system.blocks, per_block(system, state.strings))]
+    if state.self_equilibrated is not None:
+        out += [SelfEquilibrated(system, b, K) for b, K in zip(system.blocks, per_block(system, state.self_equilibrated))]
     return out
 
 

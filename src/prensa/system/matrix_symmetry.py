@@ -27,7 +27,7 @@ def is_symmetric(system: System, plan: StepPlan) -> bool:
         and all(b.law.symmetric and (b.element.symmetric(b.mode) or _has_energy(b)) for b in system.blocks)
         and all(system.frictionless(d) for d in plan.friction)
         and not any(load.follower for load in plan.loads.values())
-        and (system.problem.contact_geometry == "current" or _tools_are_led(system, plan))
+        and (system.problem.contact_geometry == "current" or _tools_are_prescribed(system, plan))
     )
 
 
@@ -40,7 +40,7 @@ def _has_energy(b: Block) -> bool:
     return b.element.like_neo_hooke and b.law.fbar_has_energy and not b.mode.axisymmetric
 
 
-def _tools_are_led(system: System, plan: StepPlan) -> bool:
+def _tools_are_prescribed(system: System, plan: StepPlan) -> bool:
     """Whether every unknown of the tools in contact is prescribed."""
     dofs = [system.master(s).dofs for s in system.surfaces]
     return bool(np.isin(np.concatenate(dofs), plan.fixed).all()) if dofs else True

@@ -46,7 +46,7 @@ class NewtonResult:
     linear: Array | None = None
     softest: Array | None = None
     rested: bool = False
-    turned: bool = False
+    flow_direction_unreliable: bool = False
     grown: Sequence[Array | None] = ()
 
     def contact_changed(self, policy: Policy) -> bool:

@@ -13,17 +13,17 @@ from prensa.model.seconds import duration_of
 from prensa.system.control import FACTOR
 from prensa.system.minimal_supports import found_supports
 from prensa.system.schedule import (
+    Amplitude,
     BoundaryLoad,
     Control,
-    Course,
     Prescribed,
     StepPlan,
     Table,
-    course,
+    amplitude,
     cranked,
     integrated,
     way,
-    zero_course,
+    zero_amplitude,
 )
 from prensa.system.system import System
 from prensa.types import Array, Index
@@ -43,7 +43,7 @@ class Ends:
         """Whether it did so before its time was over."""
         return self.of(number) < number + 1.0
 
-    def cut(self, c: Course, number: int) -> Course:
+    def cut(self, c: Amplitude, number: int) -> Amplitude:
         """A course of step *number* as it is afterwards."""
         return c.held(self.of(number)) if self.early(number) else c
 
@@ -59,14 +59,14 @@ def plan_step(system: System, number: int, step_start: Array, ends: Array | None
         If an unknown is prescribed twice with different values.
 
     """
-    if system.courses is not None:
-        return system.courses(system, number, step_start)
+    if system.plan_of is not None:
+        return system.plan_of(system, number, step_start)
     p, step = system.problem, system.problem.steps[number]
     ended = Ends(ends)
     gone = model.tools_removed(p, number)
     groups = _support_groups(system, number, step_start, ended)
-    push: dict[int, Course] = {}
-    springs: dict[int, tuple[float, Course]] = {}
+    push: dict[int, Amplitude] = {}
+    springs: dict[int, tuple[float, Amplitude]] = {}
     for t, name in enumerate(p.tools):
         for dof, key in zip(system.dofs.tool.dofs(t).tolist(), system.dofs.tool.components):
             force = None if gone else _push(p, name, key, number)
@@ -74,7 +74,7 @@ def plan_step(system: System, number: int, step_start: Array, ends: Array | None
             if stiffness is not None:
                 springs[dof] = stiffness, _mount(p, name, key, number, ended)
             elif force is not None:
-                push[dof] = course(force, _push_before(p, name, key, number, ended), float(number), float(number + 1))
+                push[dof] = amplitude(force, _push_before(p, name, key, number, ended), float(number), float(number + 1))
                 if (led := getattr(step.control.get(name), key, None)) is not None:
                     groups.append(
                         Prescribed(np.array([dof]), step_start[[dof]].copy(), way(led, float(number), number + 1.0))
@@ -93,7 +93,7 @@ def plan_step(system: System, number: int, step_start: Array, ends: Array | None
     )  # fmt: skip
 
 
-def _control(system: System, push: dict[int, Course], groups: list[Prescribed], step_start: Array) -> Control | None:
+def _control(system: System, push: dict[int, Amplitude], groups: list[Prescribed], step_start: Array) -> Control | None:
     """The displacement control of a step, whose ``groups`` it adds the factor to where there is none; None without."""
     field = system.dofs.fields.get(FACTOR)
     if field is None:
@@ -134,7 +134,7 @@ def _support_groups(system: System, number: int, step_start: Array, ends: Ends) 
     groups: list[Prescribed] = []
     taken = np.zeros(system.ndof, dtype=bool)
 
-    def add(dofs: Index, c: Course | None, support: tuple[str, str] | None = None) -> None:
+    def add(dofs: Index, c: Amplitude | None, support: tuple[str, str] | None = None) -> None:
         dofs = system.master_dofs(dofs)
         dofs = dofs[~taken[dofs]]
         taken[dofs] = True
@@ -146,7 +146,7 @@ def _support_groups(system: System, number: int, step_start: Array, ends: Ends) 
         dofs = system.dofs.displacement.dof(system.boundary_nodes(name), axis)
         goes_on = isinstance(value, tuple) and not relative and not any(ends.early(k) for k in range(since, number))
         held = value == "held" or (since < number and not goes_on)
-        add(dofs, None if held else way(value, t0, t1) if relative else course(value, 0.0, t0, t1), (name, axis))
+        add(dofs, None if held else way(value, t0, t1) if relative else amplitude(value, 0.0, t0, t1), (name, axis))
     add(system.dofs.displacement.dof(system.axis_nodes, "x"), None)
     return groups
 
@@ -172,27 +172,27 @@ def _tool_group(step: model.Step, name: str, key: str, dof: int, step_start: Arr
     return Prescribed(np.array([dof]), step_start[[dof]].copy(), c)
 
 
-def _absolute(step: model.Step, tool: str, key: str, start: float, t0: float) -> Course | None:
+def _absolute(step: model.Step, tool: str, key: str, start: float, t0: float) -> Amplitude | None:
     """Course of a component of a tool, or of its mount, that begins a step at *start*; None where nothing moves it."""
     kinds = (step.move, step.velocity, step.crank)
     move, speed, crank = (getattr(kind.get(tool), key, None) for kind in kinds)
     if move is not None:
-        return course(move, start, t0, t0 + 1.0)
+        return amplitude(move, start, t0, t0 + 1.0)
     if speed is not None:
         return integrated(speed, start, t0, t0 + 1.0, duration_of(step))
     return None if crank is None else cranked(crank, start, t0, t0 + 1.0)
 
 
-def _mount(p: model.Problem, tool: str, key: str, number: int, ends: Ends) -> Course:
+def _mount(p: model.Problem, tool: str, key: str, number: int, ends: Ends) -> Amplitude:
     """Course in step *number* of the mount of a tool: what its steps move, held where not mentioned."""
-    now = zero_course()
+    now = zero_amplitude()
     for k, step in enumerate(p.steps[: number + 1]):
         start, t0 = now(float(k)), float(k)
         if (by := getattr(step.by.get(tool), key, None)) is not None:
             onward = way(by, t0, t0 + 1.0)
-            now = Course(onward.times, start + onward.values)
+            now = Amplitude(onward.times, start + onward.values)
         else:
-            now = _absolute(step, tool, key, start, t0) or Course(np.array([t0]), np.array([start]))
+            now = _absolute(step, tool, key, start, t0) or Amplitude(np.array([t0]), np.array([start]))
         now = now.joined(start, t0, t0 + 1.0, step.increments)
         if k < number:
             now = ends.cut(now, k)
@@ -207,21 +207,21 @@ def _push_before(p: model.Problem, tool: str, key: str, number: int, ends: Ends)
     t0 = number - 1.0
     # where a ramp begins matters if it is not gone to its end
     start = _push_before(p, tool, key, number - 1, ends) if ends.early(number - 1) else 0.0
-    return course(before, start, t0, t0 + 1.0)(ends.of(number - 1))
+    return amplitude(before, start, t0, t0 + 1.0)(ends.of(number - 1))
 
 
 def _push(p: model.Problem, tool: str, key: str, number: int) -> float | Table | None:
     return getattr(p.steps[number].push.get(tool), "m" if key == "rz" else key, None)
 
 
-def _history(sources: list[tuple[int, float | Table | None]], number: int, ends: Ends) -> Course:
+def _history(sources: list[tuple[int, float | Table | None]], number: int, ends: Ends) -> Amplitude:
     """Course in step *number* of a quantity given by successive entries (step, value); held where not mentioned."""
-    now = zero_course()
+    now = zero_amplitude()
     for k in range(number + 1):
         t0 = float(k)
         for since, value in sources:
             if max(since, 0) == k and value is not None:
-                now = course(value, now(t0), t0, t0 + 1.0)
+                now = amplitude(value, now(t0), t0, t0 + 1.0)
         if k < number:
             now = ends.cut(now, k)
     return now
@@ -250,7 +250,7 @@ def _loads(system: System, number: int, ends: Ends) -> dict[str, BoundaryLoad]:
     return out
 
 
-def _body_forces(p: model.Problem, number: int, ends: Ends) -> dict[str, tuple[Course, Course]]:
+def _body_forces(p: model.Problem, number: int, ends: Ends) -> dict[str, tuple[Amplitude, Amplitude]]:
     out = {}
     for body in p.bodies:
         entries = [(-1, p.body_force[body])] if body in p.body_force else []
@@ -264,7 +264,7 @@ def _body_forces(p: model.Problem, number: int, ends: Ends) -> dict[str, tuple[C
 
 
 def _fading(p: model.Problem, number: int, ends: Ends) -> list[FrictionLaw | None]:
-    """Friction of the contacts in a step; what the step before bore beyond it is let go."""
+    """Friction of the contacts in a step; what the step before bore beyond it is released."""
     now: list[FrictionLaw | None] = _friction(p, 0)
     for k in range(1, number + 1):
         before = [

@@ -1,4 +1,4 @@
-"""What a step lets go: forces that supports, tools and loads carry at its start beyond those that it asks for.
+"""What a step releases: forces that supports, tools and loads carry at its start beyond those that it asks for.
 
 A jump of forces is in no equilibrium that an increment, however short, comes near to, and its way depends on the iteration.
 So whatever changes between two steps starts from the force that it carries: the difference is kept as dead forces, which go
@@ -13,7 +13,7 @@ import numpy as np
 
 from prensa.system.planning import plan_step
 from prensa.system.schedule import StepPlan
-from prensa.system.self_equilibrated import string_forces, strings_of
+from prensa.system.self_equilibrated import self_equilibrated_forces, self_equilibrated_stiffness
 from prensa.system.state import State
 from prensa.system.system import System
 from prensa.types import Array, Index
@@ -21,16 +21,16 @@ from prensa.types import Array, Index
 NOTHING = 1e-8  # share of the outer forces below which there is nothing to let go: the residual of a converged state
 
 
-def let_go(system: System, state: State, plan: StepPlan) -> Array | None:
+def release_forces(system: System, state: State, plan: StepPlan) -> Array | None:
     """Forces (ndof,) carried in the committed state in which the step before ended, less those of a plan at its start.
 
-    What is left of those that the step before was letting go, which ended early, is among them.
+    What is left of those that the step before was release, which ended early, is among them.
 
     Zero where it prescribes a tool's motion, and where a tool begins to roll; None if there is nothing to let go.
     """
     before = plan_step(system, plan.number - 1, state.step_start, state.ends)
     carried = system.external(system.context(state, before, state.clock.time), state.u)
-    asked = system.external(system.context(replace(state, release=None, strings=None), plan, plan.t0), state.u)
+    asked = system.external(system.context(replace(state, release=None, self_equilibrated=None), plan, plan.t0), state.u)
     if before.control is not None:  # what its factor has come to is not known any more, what acts on free dofs is
         carried = np.where(np.isin(np.arange(system.ndof), before.held), carried, state.work)
     out = carried - asked
@@ -44,10 +44,10 @@ def let_go(system: System, state: State, plan: StepPlan) -> Array | None:
 def removed_tools(system: System, state: State, plan: StepPlan) -> State:
     """The committed state at the start of the step in which the tools are removed, in a system without them.
 
-    The forces that the bodies need for equilibrium beyond what is asked, those of the contacts among them, are let go. What the
+    The forces that the bodies need for equilibrium beyond what is asked, those of the contacts among them, are released. What the
     springs of contacts and tools had stored leaves with the tools.
     """
-    alone = replace(state, release=None, strings=None)
+    alone = replace(state, release=None, self_equilibrated=None)
     c = replace(system.context(alone, plan, plan.t0), dt=1.0)
     e = system.evaluate(c, state.u, state.lam, stiffness=False)
     missing = system.to_masters(e.r)
@@ -58,10 +58,10 @@ def removed_tools(system: System, state: State, plan: StepPlan) -> State:
     for s in system.removed:
         if s.exact:
             release[s.unknowns] = work[s.unknowns] = 0.0
-    strings = None
+    self_equilibrated = None
     if system.problem.kinematics == "finite" and not system.axisymmetric:  # elsewhere dead forces stay in balance too
-        strings = strings_of(system, state)
-        release -= string_forces(system, state.u, strings)
+        self_equilibrated = self_equilibrated_stiffness(system, state)
+        release -= self_equilibrated_forces(system, state.u, self_equilibrated)
     u = state.u.copy()
     for s in system.removed:
         if s.exact:
@@ -73,11 +73,11 @@ def removed_tools(system: System, state: State, plan: StepPlan) -> State:
     contact = replace(contact, closed=np.zeros_like(contact.closed), traction=np.zeros_like(contact.traction))
     return replace(
         state, u=u, step_start=u, lam=np.zeros_like(state.lam), contact=contact, work=work, energy=energy,
-        release=release, strings=strings,
+        release=release, self_equilibrated=self_equilibrated,
     )  # fmt: skip
 
 
-def held_at(system: System, plan: StepPlan) -> str:
+def minimal_supports_in_words(system: System, plan: StepPlan) -> str:
     """Where released bodies are held for want of other supports, in words; '' if they are nowhere."""
     field, parts = system.dofs.displacement, []
     for g in plan.groups:
@@ -106,7 +106,7 @@ def _rolling(system: System, state: State, plan: StepPlan) -> list[int]:
 
     Such a tool was held for want of a word; the moment that it has belongs to the points that it leaves behind as it rolls.
     """
-    if system.dofs.dimension != 2 or system.courses is not None:
+    if system.dofs.dimension != 2 or system.plan_of is not None:
         return []
     now, earlier = system.problem.steps[plan.number], system.problem.steps[: plan.number]
     way = np.zeros(system.ndof)
@@ -124,8 +124,8 @@ def _rolling(system: System, state: State, plan: StepPlan) -> list[int]:
     return out
 
 
-def still_held(system: System, state: State, plan: StepPlan) -> str:
-    """What a step lets go, in words, and how much of it the committed state still carries; '' if nothing."""
+def release_in_words(system: System, state: State, plan: StepPlan) -> str:
+    """What a step releases, in words, and how much of it the committed state still carries; '' if nothing."""
     if state.release is None:
         return ""
     parts, at_start = [], replace(state, u=state.step_start, clock=state.clock._replace(time=plan.t0))
@@ -143,6 +143,6 @@ def still_held(system: System, state: State, plan: StepPlan) -> str:
         return ""
     gone = 100.0 * (1.0 - plan.left(state.clock.time))
     return (
-        f"The step lets go of {', '.join(parts)}, of which {gone:.3g} % had gone at the last good state: what else acts on the "
+        f"The step releases {', '.join(parts)}, of which {gone:.3g} % had gone at the last good state: what else acts on the "
         "bodies and tools must balance the rest."
     )

@@ -17,7 +17,7 @@ STILL = 1e-9  # of its values: what changes by less stays
 
 
 @dataclass(frozen=True)
-class Course:
+class Amplitude:
     """A function of time through (times, values), held before the first and after the last time.
 
     ``ramp``: given by its end alone; what follows it starts from wherever it is. ``relative``: values are the way from there.
@@ -39,7 +39,7 @@ class Course:
         """Value at time t."""
         return float(np.interp(t, self.times, self.values))
 
-    def joined(self, start: float, t0: float, t1: float, increments: int | None) -> Course:
+    def joined(self, start: float, t0: float, t1: float, increments: int | None) -> Amplitude:
         """The same over the step t0 … t1 from *start* on, which comes to it over the first increment."""
         missing = start - self(t0)
         if missing == 0.0:
@@ -47,16 +47,16 @@ class Course:
         there = meeting(t0, t1, increments, self.stops)
         t = np.union1d(self.times, [t0, there])
         left = np.clip((there - t) / (there - t0), 0.0, 1.0)
-        return Course(t, np.interp(t, self.times, self.values) + missing * left, corners=np.union1d(self.stops, [there]))
+        return Amplitude(t, np.interp(t, self.times, self.values) + missing * left, corners=np.union1d(self.stops, [there]))
 
-    def held(self, t: float) -> Course:
+    def held(self, t: float) -> Amplitude:
         """The same up to time t, and its value there ever after."""
         before = self.times < t
-        return Course(np.append(self.times[before], t), np.append(self.values[before], self(t)))
+        return Amplitude(np.append(self.times[before], t), np.append(self.values[before], self(t)))
 
 
 @dataclass(frozen=True)
-class Cranked(Course):
+class Cranked(Amplitude):
     """The way of a crank from where it begins, between its times: exact at all times, with an increment's end at dead centre."""
 
     crank: Crank | None = None
@@ -69,12 +69,12 @@ class Cranked(Course):
         until = float(np.clip(t, self.times[0], self.times[-1]))
         return self.start + self.crank.way(until - self.begins)
 
-    def held(self, t: float) -> Course:
+    def held(self, t: float) -> Amplitude:
         """The same up to time t, and its value there ever after."""
         return replace(self, times=np.array([self.times[0], t]))
 
 
-def cranked(crank: Crank, start: float, t0: float, t1: float) -> Course:
+def cranked(crank: Crank, start: float, t0: float, t1: float) -> Amplitude:
     """Course of a tool that a crank drives over the step t0 … t1."""
     centre = crank.dead_centre
     corners = np.array([] if centre is None else [t0 + centre * (t1 - t0)])
@@ -86,38 +86,38 @@ Table = tuple[tuple[float, float], ...]
 """Pairs (global time, value)."""
 
 
-def tabulated(table: Table) -> Course:
+def tabulated(table: Table) -> Amplitude:
     """Course of a table of (global time, value)."""
-    return Course(*np.array(table, dtype=np.float64).T)
+    return Amplitude(*np.array(table, dtype=np.float64).T)
 
 
-def course(value: float | Table, start: float, t0: float, t1: float) -> Course:
+def amplitude(value: float | Table, start: float, t0: float, t1: float) -> Amplitude:
     """Course of a number (ramp from start over the step t0 … t1) or a table (global time)."""
     if isinstance(value, tuple):
         return tabulated(value)
-    return Course(np.array([t0, t1]), np.array([start, float(value)]), ramp=True)
+    return Amplitude(np.array([t0, t1]), np.array([start, float(value)]), ramp=True)
 
 
-def way(value: float | Table, t0: float, t1: float) -> Course:
+def way(value: float | Table, t0: float, t1: float) -> Amplitude:
     """Course of the way from wherever a thing is at t0: a number (ramp over the step t0 … t1) or a table (global time)."""
-    c = course(value, 0.0, t0, t1)
-    return Course(c.times, c.values, relative=True)
+    c = amplitude(value, 0.0, t0, t1)
+    return Amplitude(c.times, c.values, relative=True)
 
 
-def integrated(value: float | Table, start: float, t0: float, t1: float, seconds: float = 1.0) -> Course:
+def integrated(value: float | Table, start: float, t0: float, t1: float, seconds: float = 1.0) -> Amplitude:
     """Displacement course of a velocity per second, over a step of so many *seconds*.
 
     Constant over the step, or a table of (time, velocity) integrated exactly.
     """
     if not isinstance(value, tuple):
-        return Course(np.array([t0, t1]), np.array([start, start + float(value) * (t1 - t0) * seconds]))
+        return Amplitude(np.array([t0, t1]), np.array([start, start + float(value) * (t1 - t0) * seconds]))
     tv, v = np.array(value, dtype=np.float64).T
     # the integral of a piecewise linear velocity is quadratic: sample it finely between its own points
     given = tv[(tv > t0) & (tv < t1)]
     t = np.unique(np.concatenate([np.linspace(t0, t1, 513), given]))
     rate = np.interp(t, tv, v)
     covered = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t))])
-    return Course(t, start + covered * seconds, corners=given)
+    return Amplitude(t, start + covered * seconds, corners=given)
 
 
 @dataclass
@@ -131,26 +131,26 @@ class Prescribed:
 
     dofs: Index
     start: Array
-    course: Course | None = None
+    amplitude: Amplitude | None = None
     support: tuple[str, str] | None = None
     found: bool = False
 
     def at(self, t: float, t0: float, t1: float, there: float) -> Array:
         """Values (k,) at time t; ``there``: time at which what lay elsewhere has come to its table."""
-        if self.course is None:
+        if self.amplitude is None:
             return self.start
         s = min(max((t - t0) / (t1 - t0), 0.0), 1.0)
-        if self.course.ramp:
+        if self.amplitude.ramp:
             # a ramp brings every unknown from where it is to the target
-            return (1.0 - s) * self.start + s * self.course.values[1]
-        way = self.start + self.course(t) if self.course.relative else np.full(len(self.dofs), self.course(t))
+            return (1.0 - s) * self.start + s * self.amplitude.values[1]
+        way = self.start + self.amplitude(t) if self.amplitude.relative else np.full(len(self.dofs), self.amplitude(t))
         return way if t >= there else way + (there - t) / (there - t0) * self.missing(t0)
 
     def missing(self, t0: float) -> Array:
         """Way (k,) from where a table begins at t0 to where the unknowns are then; zero of what begins wherever they are."""
-        if self.course is None or self.course.ramp:
+        if self.amplitude is None or self.amplitude.ramp:
             return np.zeros(len(self.dofs))
-        return np.full(len(self.dofs), -self.course(t0)) if self.course.relative else self.start - self.course(t0)
+        return np.full(len(self.dofs), -self.amplitude(t0)) if self.amplitude.relative else self.start - self.amplitude(t0)
 
 
 @dataclass(frozen=True)
@@ -159,10 +159,10 @@ class BoundaryLoad:
 
     edges: Index
     follower: bool
-    pressure: Course
-    shear: Course
-    tx: Course
-    ty: Course
+    pressure: Amplitude
+    shear: Amplitude
+    tx: Amplitude
+    ty: Amplitude
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ class Control:
     All that the step changes of its loads is multiplied by what the factor has grown by since its ``start``.
     """
 
-    lead: int
+    control_dof: int
     factor: int
     start: float
 
@@ -191,19 +191,19 @@ class StepPlan:
     t0: float
     t1: float
     groups: list[Prescribed]
-    push: dict[int, Course]
+    push: dict[int, Amplitude]
     loads: dict[str, BoundaryLoad]
-    body_force: dict[str, tuple[Course, Course]]
+    body_force: dict[str, tuple[Amplitude, Amplitude]]
     friction: list[FrictionLaw | None]
     increments: int | None
-    springs: dict[int, tuple[float, Course]] = field(default_factory=dict)
+    springs: dict[int, tuple[float, Amplitude]] = field(default_factory=dict)
     released: list[Prescribed] = field(default_factory=list)
     control: Control | None = None
     seconds: float = 1.0
     fixed: Index = field(init=False)
 
     def __post_init__(self) -> None:
-        stops = [g.course.stops for g in self.groups if g.course is not None and not g.course.ramp]
+        stops = [g.amplitude.stops for g in self.groups if g.amplitude is not None and not g.amplitude.ramp]
         self._there = meeting(self.t0, self.t1, self.increments, np.concatenate([np.zeros(0), *stops]))
         dofs = np.concatenate([g.dofs for g in self.groups]) if self.groups else np.zeros(0, dtype=np.int64)
         self._order = np.argsort(dofs, kind="stable")
@@ -218,10 +218,10 @@ class StepPlan:
     @property
     def held(self) -> Index:
         """Prescribed degrees of freedom with a reaction: all of ``fixed`` but the lead, whose force is given."""
-        return self.fixed if self.control is None else self.fixed[self.fixed != self.control.lead]
+        return self.fixed if self.control is None else self.fixed[self.fixed != self.control.control_dof]
 
     def left(self, t: float) -> float:
-        """Share (1 … 0) that is left at time t of what the step lets go."""
+        """Share (1 … 0) that is left at time t of what the step releases."""
         return min(max((self.t1 - t) / (self.t1 - self.t0), 0.0), 1.0)
 
     def friction_at(self, t: float) -> list[FrictionLaw | None]:
@@ -239,12 +239,12 @@ class StepPlan:
 
     def given(self, t: float) -> Array:
         """Values of all that is given at time t: motions, tool forces, loads, body forces."""
-        courses = [*self.push.values()]
-        courses += [c for load in self.loads.values() for c in (load.pressure, load.shear, load.tx, load.ty)]
-        courses += [c for pair in self.body_force.values() for c in pair]
-        return np.append(self.motion(t), [c(t) for c in courses])
+        amplitudes = [*self.push.values()]
+        amplitudes += [c for load in self.loads.values() for c in (load.pressure, load.shear, load.tx, load.ty)]
+        amplitudes += [c for pair in self.body_force.values() for c in pair]
+        return np.append(self.motion(t), [c(t) for c in amplitudes])
 
-    def turns(self, last: float, now: float, end: float) -> bool:
+    def reverses(self, last: float, now: float, end: float) -> bool:
         """Whether anything given goes back, stops, or goes less than half as fast from *now* to *end* as from *last* on."""
         a, b, c = self.given(last), self.given(now), self.given(end)
         before, after = (b - a) / (now - last), (c - b) / (end - now)
@@ -257,7 +257,7 @@ class StepPlan:
 
     @cached_property
     def _corners(self) -> Array:
-        times = [g.course.stops for g in self.groups if g.course is not None]
+        times = [g.amplitude.stops for g in self.groups if g.amplitude is not None]
         times += [c.stops for c in self.push.values()]
         times += [c.stops for _, c in self.springs.values()]
         for load in self.loads.values():
@@ -277,6 +277,6 @@ def meeting(t0: float, t1: float, increments: int | None, stops: Array) -> float
     return float(min([first, *stops[stops > t0 + 1e-9 * (t1 - t0)]]))
 
 
-def zero_course() -> Course:
+def zero_amplitude() -> Amplitude:
     """Zero at all times."""
-    return Course(np.zeros(1), np.zeros(1))
+    return Amplitude(np.zeros(1), np.zeros(1))

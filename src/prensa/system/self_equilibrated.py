@@ -1,4 +1,4 @@
-"""Stresses that are let go: forces in equilibrium with themselves whatever the shape of the body.
+"""Stresses that are released: forces in equilibrium with themselves whatever the shape of the body.
 
 The forces r_a of an element on its nodes have neither resultant nor moment. Strings between its nodes bear them: a symmetric
 matrix K (a, a) without resultant, K 1 = 0, with K x = r, the one of least norm (the symmetric Procrustes problem, Higham 1988).
@@ -20,7 +20,7 @@ from prensa.system.state import State
 from prensa.types import Array, Index
 
 
-def strings_of(system: Discretisation, state: State) -> Array:
+def self_equilibrated_stiffness(system: Discretisation, state: State) -> Array:
     """Matrices (elements, a, a) of all blocks in a committed state, flattened together."""
     x = system.positions(state.u)
     return np.concatenate(
@@ -28,18 +28,18 @@ def strings_of(system: Discretisation, state: State) -> Array:
     )
 
 
-def string_forces(system: Discretisation, u: Array, strings: Array) -> Array:
+def self_equilibrated_forces(system: Discretisation, u: Array, self_equilibrated: Array) -> Array:
     """Forces (ndof,) of strings at degrees of freedom u (ndof,)."""
     out, x = np.zeros(system.ndof), system.positions(u)
-    for b, K in zip(system.blocks, per_block(system, strings)):
+    for b, K in zip(system.blocks, per_block(system, self_equilibrated)):
         np.add.at(out, system.dofs.displacement.dofs(b.cells), np.matmul(K, x[b.cells]))
     return out
 
 
-def per_block(system: Discretisation, strings: Array) -> list[Array]:
+def per_block(system: Discretisation, self_equilibrated: Array) -> list[Array]:
     """Matrices (m, a, a) of each block."""
     sizes = [(len(b), b.cells.shape[1], b.cells.shape[1]) for b in system.blocks]
-    parts = np.split(strings, np.cumsum([m * a * a for m, a, _ in sizes])[:-1])
+    parts = np.split(self_equilibrated, np.cumsum([m * a * a for m, a, _ in sizes])[:-1])
     return [part.reshape(size) for part, size in zip(parts, sizes)]
 
 
@@ -65,7 +65,7 @@ def _matrices(x: Array, r: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Strings:
+class SelfEquilibrated:
     """The strings of one body, let go linearly over the step."""
 
     system: Discretisation

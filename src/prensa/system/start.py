@@ -78,7 +78,7 @@ class Earlier:
         return None
 
     def begin(self, system: System) -> State:
-        """State at time 0 of the new system, with the forces to be let go."""
+        """State at time 0 of the new system, with the forces to be released."""
         new = system.undeformed()
         u, contact, lam = self._moved(self.state.u, system), new.contact, new.lam.copy()
         history = list(new.history)
@@ -105,7 +105,7 @@ class Earlier:
         """The state with its forces and energies, and what has to be added so that nothing jumps at time 0.
 
         The weights of the contact points move on with the committed shape: a contact that goes on begins its next increment
-        with that jump in any run, and it is no force that is let go.
+        with that jump in any run, and it is no force that is released.
         """
         plan, e, c = _at_rest(system, state, 0, state.step_start, 0.0)
         number = min(self.state.clock.step, len(self.system.problem.steps) - 1)

@@ -56,7 +56,7 @@ class Clock(NamedTuple):
 
 
 class Energy(NamedTuple):
-    """The ledger: work of the loads, what is stored, what is dissipated, and what does not add up."""
+    """The energy balance: work of the loads, what is stored, what is dissipated, and what does not add up."""
 
     external: float = 0.0
     elastic: float = 0.0
@@ -95,7 +95,8 @@ class State:
     one (elements, points, h) array per block, flattened together; ``contact`` the contact points; ``lam`` (points, 1 + t)
     normal and tangential multipliers; ``work`` (ndof,) forces of the last committed increment; ``step_start`` (ndof,) the
     degrees of freedom at the start of the present step; ``release`` (ndof,) forces carried at that time beyond those that the
-    step asks for, which it lets go linearly; None if there are none; ``strings`` the same of tools that are gone, as matrices
+    step asks for, which it releases linearly; None if there are none; ``self_equilibrated`` the same of tools that are
+    gone, as matrices
     of the elements (see `system/self_equilibrated.py`);
     ``stability`` of the last equilibrium; ``ends`` (steps,) times at which the steps so far ended, and ``watched`` (criteria,)
     values of what may end the present one; ``softest`` (modes,): stiffnesses of the softest modes when they were last looked at;
@@ -117,7 +118,7 @@ class State:
     clock: Clock
     step_start: Array
     release: Array | None = None
-    strings: Array | None = None
+    self_equilibrated: Array | None = None
     stability: Stability = UNKNOWN
     derivatives: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
     ends: Array = field(default_factory=lambda: np.zeros(0))
@@ -197,7 +198,7 @@ class State:
                 values[f.name] = Remeshed.from_arrays(arrays)
             elif f.name == "dt_last":
                 values[f.name] = float(arrays[f.name])
-            elif f.name in ("release", "strings", "made_from") and f.name not in arrays:
+            elif f.name in ("release", "self_equilibrated", "made_from") and f.name not in arrays:
                 values[f.name] = None
             elif f.name in NAMED:
                 kind: Any = NAMED[f.name]

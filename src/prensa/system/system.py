@@ -31,7 +31,7 @@ from prensa.system.failure import ElementFailed, NotEvaluated
 from prensa.system.interaction import Branches, Context, Interaction, Overrides, Part, Request
 from prensa.system.loads import loads_of
 from prensa.system.schedule import StepPlan
-from prensa.system.self_equilibrated import string_forces
+from prensa.system.self_equilibrated import self_equilibrated_forces
 from prensa.system.state import Clock, Energy, Recovered, State
 from prensa.system.ties import Ties
 from prensa.system.time_integration import BACKWARD_EULER, TimeRule
@@ -101,7 +101,7 @@ class BodyForces(Protocol):
 
 @dataclass
 class System:
-    """The discretised problem. ``courses`` (system, step, start of the step) → plan of a step, if the description has none.
+    """The discretised problem. ``plan_of`` (system, step, start of the step) → plan of a step, if the description has none.
 
     ``gone``: whether its tools are, and ``removed`` the contacts that they had; their rows in the state stay. ``first``: the
     system on the meshes of the description, where this one is on others. ``mirrors``: how many of its tools, the last ones, stand
@@ -121,7 +121,7 @@ class System:
     beginning: State | None = None
     bodies: BodyForces | None = None
     more: Sequence[Interaction] = ()
-    courses: Callable[[System, int, Array], StepPlan] | None = None
+    plan_of: Callable[[System, int, Array], StepPlan] | None = None
     gone: bool = False
     removed: Sequence[Surface] = ()
     first: System | None = None
@@ -317,15 +317,15 @@ class System:
         return self.beginning or self.undeformed()
 
     def being_released(self, state: State, plan: StepPlan) -> Array:
-        """Forces (ndof,) in a committed state that its step is letting go."""
+        """Forces (ndof,) in a committed state that its step releases."""
         out = np.zeros(self.ndof) if state.release is None else state.release.copy()
-        if state.strings is not None:
-            out += string_forces(self, state.u, state.strings)
+        if state.self_equilibrated is not None:
+            out += self_equilibrated_forces(self, state.u, state.self_equilibrated)
         return plan.left(state.clock.time) * out
 
     @property
     def release(self) -> Array | None:
-        """Forces (ndof,) of an earlier run that the first step lets go, or None."""
+        """Forces (ndof,) of an earlier run that the first step releases, or None."""
         return None if self.beginning is None else self.beginning.release
 
     def undeformed(self) -> State:

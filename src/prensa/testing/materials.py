@@ -192,16 +192,16 @@ def _answer(law: Law, h: Array, old: Array, dt: float) -> Out:
 
 
 def _at_rest(law: Law, n: int) -> Array:
-    virgin = np.zeros((n, law.size))
+    undeformed = np.zeros((n, law.size))
     for part in law.fields.values():
-        virgin[:, part.columns] = part.initial
-    return virgin
+        undeformed[:, part.columns] = part.initial
+    return undeformed
 
 
 def _law_wrong(law: Law, finite: bool, space: str, strain: float, dt: float, rng: np.random.Generator) -> Iterator[str]:
     n, c = 60, law.layout.components
-    virgin, E = _at_rest(law, n), law.E
-    old = _answer(law, rng.normal(size=(n, c)) * 0.7 * strain, virgin, dt).new
+    undeformed, E = _at_rest(law, n), law.E
+    old = _answer(law, rng.normal(size=(n, c)) * 0.7 * strain, undeformed, dt).new
     h = rng.normal(size=(n, c)) * np.where(np.arange(n) % 2, strain, strain / 300)[:, None]
     kept = old.copy()
     base = _answer(law, h, old, dt)
@@ -215,7 +215,7 @@ def _law_wrong(law: Law, finite: bool, space: str, strain: float, dt: float, rng
     alone = _answer(law, h[n // 2 :], old[n // 2 :], dt)
     if not np.allclose(alone.P, base.P[n // 2 :], rtol=1e-10, atol=1e-12 * E):
         yield "the answer of a point depends on the other points"
-    rest = _answer(law, np.zeros((n, c)), virgin, dt)
+    rest = _answer(law, np.zeros((n, c)), undeformed, dt)
     if np.abs(rest.P).max() > 1e-10 * E:
         yield f"the undeformed body has a stress, {np.abs(rest.P).max():.3g}"
     told = E * (1 - law.nu) / ((1 + law.nu) * (1 - 2 * law.nu)) if space != "plane stress" else E / (1 - law.nu**2)
@@ -227,7 +227,7 @@ def _law_wrong(law: Law, finite: bool, space: str, strain: float, dt: float, rng
     if law.plastic:
         yield from _flow_wrong(law, old, base)
     else:
-        yield from _elastic_wrong(law, finite, strain, dt, virgin, rng)
+        yield from _elastic_wrong(law, finite, strain, dt, undeformed, rng)
 
 
 def _stiffness_wrong(law: Law, h: Array, old: Array, dt: float, base: Out) -> Iterator[str]:
@@ -292,21 +292,21 @@ def _flow_wrong(law: Law, old: Array, base: Out) -> Iterator[str]:
 
 
 def _elastic_wrong(
-    law: Law, finite: bool, strain: float, dt: float, virgin: Array, rng: np.random.Generator
+    law: Law, finite: bool, strain: float, dt: float, undeformed: Array, rng: np.random.Generator
 ) -> Iterator[str]:
-    n, c = len(virgin), law.layout.components
+    n, c = len(undeformed), law.layout.components
     h, more = rng.normal(size=(2, n, c)) * 0.7 * strain
-    P = _answer(law, h, virgin, dt).P
+    P = _answer(law, h, undeformed, dt).P
     d, worst = 1e-5, 0.0
     for k in range(c):
         step = d * np.eye(c)[k]
-        up, down = (law.energy(_answer(law, h + sign * step, virgin, dt).new) for sign in (1.0, -1.0))
+        up, down = (law.energy(_answer(law, h + sign * step, undeformed, dt).new) for sign in (1.0, -1.0))
         worst = max(worst, float(np.abs((up - down) / (2 * d) - P[:, k]).max()))
     if law.symmetric and worst > 1e-5 * np.abs(P).max() + 1e-9 * law.E:
         yield f"its stress is not the derivative of its energy: off by {worst / np.abs(P).max():.1e}"
     f = _gradient(law, more) @ _gradient(law, h) - np.eye(3)
-    whole = _answer(law, _components(law, f) if finite else h + more, virgin, dt)
-    halves = _answer(law, more, _answer(law, h, virgin, dt).new, dt)
+    whole = _answer(law, _components(law, f) if finite else h + more, undeformed, dt)
+    halves = _answer(law, more, _answer(law, h, undeformed, dt).new, dt)
     a, b = law.cauchy(whole.new), law.cauchy(halves.new)
     if np.abs(a - b).max() > 1e-8 * np.abs(a).max():
         yield f"two steps of an elastic body give another stress than the whole: off by {np.abs(a - b).max():.2g}"

@@ -33,7 +33,7 @@ def column(E_scale: float, element: str, bend: float, layers: int, stabilise: st
     )  # fmt: skip
 
 
-@case("column beyond its buckling load", suite="bodies", told=("the bodies buckle",))
+@case("column beyond its buckling load", suite="bodies", expected_warnings=("the bodies buckle",))
 def columns(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Bent by 2 % of its thickness, by a millionth, or straight, a column follows the elastica, not the straight path beyond."""
     reference = elastica_clamped(SHORTENING, E=1e5 / (1 - 0.3**2), length=COLUMN_LENGTH, thickness=1.0)
@@ -114,19 +114,20 @@ def steady(increments: list[pr.Increment]) -> tuple[float, float, float]:
 
 @case(
     "ironing over its limit points", suite="bodies", slow=True,
-    told=("viscous forces of 'stabilise' have dissipated", "folds over itself"),  # an element of the triangles does in a jump
+    expected_warnings=("viscous forces of 'stabilise' have dissipated", "folds over itself"),
+        # an element of the triangles does in a jump
 )  # fmt: skip
 def ironed(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
-    """The static path ends where friction lets go at once, which is told; viscous forces carry the block on to the end.
+    """The static path ends where friction releases at once, which is reported; viscous forces carry the block on to the end.
 
     There the work of the die is what is stored and dissipated, and its force does not depend on the mesh.
     """
-    told: object = None
+    reported: object = None
     try:
         *_, last = pr.solve(ironing((60, 16), pr.Exact(), "off", E_scale, mu_scale))
     except SolveError as error:
-        told = error.reason
-    yield row("without viscous forces: told as a limit point (1: yes)", 1.0, float(isinstance(told, LimitPoint)), 1e-12)
+        reported = error.reason
+    yield row("without viscous forces: told as a limit point (1: yes)", 1.0, float(isinstance(reported, LimitPoint)), 1e-12)
     found = {}
     for n, rule in (((60, 16), pr.Exact()), ((40, 11), pr.Penalty())):
         increments = list(pr.solve(ironing(n, rule, "auto", E_scale, mu_scale)))
@@ -134,7 +135,7 @@ def ironed(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
         work = last.energy["external"]
         found[n] = steady(increments)
         yield row(f"{mesh}: time at the end", 2.0, last.time, 1e-12)
-        yield row(f"{mesh}: work that the ledger misses / work", 0.0, last.energy["imbalance"] / work, LEDGER, "absolute")
+        yield row(f"{mesh}: energy imbalance / work", 0.0, last.energy["imbalance"] / work, LEDGER, "absolute")
         yield row(f"{mesh}: dissipated by viscous forces / work", 0.0, last.energy["viscous"] / work, 0.1, "absolute")
         yield row(f"{mesh}: steady force along, from energies", found[n][2], found[n][0], 2 * LEDGER)
     for axis, name in enumerate(("along", "down")):
@@ -142,5 +143,5 @@ def ironed(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     *_, last = pr.solve(ironing((30, 8), pr.Penalty(), "auto", E_scale, mu_scale, "t6"))
     work = last.energy["external"]
     yield row("six-noded triangles: time at the end", 2.0, last.time, 1e-12)
-    yield row("six-noded triangles: work that the ledger misses / work", 0.0, last.energy["imbalance"] / work, 0.05, "absolute")
+    yield row("six-noded triangles: energy imbalance / work", 0.0, last.energy["imbalance"] / work, 0.05, "absolute")
     yield row("six-noded triangles: dissipated by viscous forces / work", 0.0, last.energy["viscous"] / work, 0.0, "report")

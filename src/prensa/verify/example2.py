@@ -73,7 +73,7 @@ def half_space(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     yield from balance.rows()
 
 
-@case("example 2, layer pressure", suite="contact", told=("times longer than wide",))
+@case("example 2, layer pressure", suite="contact", expected_warnings=("times longer than wide",))
 def layer_pressure(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Away from its edges the ring on a wide disc has the pressure of the infinite layer within 1 %."""
     balance = Balance()

@@ -53,7 +53,7 @@ def dragged(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
         )
 
 
-@case("tube in a round cavity", suite="tools", told=("tools.hole: it starts 0.01 inside 'tube.outer'",))
+@case("tube in a round cavity", suite="tools", expected_warnings=("tools.hole: it starts 0.01 inside 'tube.outer'",))
 def jacket(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Pressure on a tube forced into a rigid hole that is too small (Lamé: Timoshenko and Goodier, art. 28), order 2."""
     a, b, e, nu, E = 2.0, 5.0, 0.01, 0.3, 1000.0 * E_scale

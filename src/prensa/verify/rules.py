@@ -178,7 +178,7 @@ def outcome(problem: pr.Problem, balance: Balance | None = None, delta: float = 
     return Pressed(inc.contacts["block.top-cylinder"], layer_line(R=R, H=H, E=E, nu=NU, delta=delta))
 
 
-@case("integration rules and penalties", suite="rules", slow=True, told=("beta = 1e+05: iterations suffer",))
+@case("integration rules and penalties", suite="rules", slow=True, expected_warnings=("beta = 1e+05: iterations suffer",))
 def rules_and_penalties(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Point pressures oscillate under all rules but the nodal one as β grows; nodal forces are right under all of them."""
     balance = Balance()

@@ -80,7 +80,7 @@ def drawing(length: float, rows: int, E: float, travel: float = 2.0) -> pr.Probl
 
 @case("strip drawing (Hill)", suite="forming", slow=True)
 def hill(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
-    """Means over a passage within 3 % of the slip-line field, steady to 0.5 %; the step of the forces as foretold."""
+    """Means over a passage within 3 % of the slip-line field, steady to 0.5 %; the step of the forces as predicted."""
     exact = ref.wedge_drawing(alpha=WEDGE_ANGLE, H=1.0, k=K)
     for over_yield in (290.0, 5800.0):
         balance = Balance()
@@ -115,7 +115,7 @@ def rolling(length: float, rows: int, E: float, mu: float, turn: float = 0.15) -
     )  # fmt: skip
 
 
-@case("strip rolling (Karman)", suite="forming", slow=True, told=("elements lie in the contact, forces step by",))
+@case("strip rolling (Karman)", suite="forming", slow=True, expected_warnings=("elements lie in the contact, forces step by",))
 def karman(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Means over a passage: force within 3 % and torque within 1.5 % of the slab, steady to 0.5 %."""
     for over_yield in (290.0, 5800.0):

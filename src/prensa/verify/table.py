@@ -2,7 +2,7 @@
 
 A case is a function that yields `Row`s; ``@case`` puts it on the list, and its module is imported only when the list is
 asked for. A case that raises becomes a failing row, so that the table is always complete. So does a warning that a case gives
-and does not declare with ``told``: these are good problems, of which nothing else may be told.
+and does not declare with ``expected_warnings``: these are good problems, of which nothing else may be reported.
 """
 
 from __future__ import annotations
@@ -77,14 +77,14 @@ def row(quantity: str, reference: float, ours: float, tolerance: float = 0.0, ki
 class Case:
     """A case of the table: ``function(E_scale=1, mu_scale=1)`` yields its rows; ``slow`` ones take over ten seconds.
 
-    ``told``: parts of the warnings that its runs are meant to give.
+    ``expected_warnings``: parts of the warnings that its runs are meant to give.
     """
 
     name: str
     suite: str
     slow: bool
     function: Callable[..., Iterable[Row]]
-    told: tuple[str, ...] = ()
+    expected_warnings: tuple[str, ...] = ()
 
     @property
     def title(self) -> str:
@@ -100,7 +100,7 @@ class Case:
             except Exception as error:  # whatever goes wrong in one case must not hide the others
                 reason = f"did not converge: {str(error) or type(error).__name__}"
                 rows.append(Row(self.name, reason, math.nan, math.nan, note=type(error).__name__))
-        rows += (replace(r, case=self.name) for r in not_meant(warnings, self.told))
+        rows += (replace(r, case=self.name) for r in not_meant(warnings, self.expected_warnings))
         if not rows:
             rows.append(Row(self.name, "did not converge: the case gave no row", math.nan, math.nan))
         return rows
@@ -126,15 +126,15 @@ class _Hearing(logging.Handler):
         self.given.append(record.getMessage())
 
 
-def not_meant(warnings: Iterable[str], told: Iterable[str]) -> Iterator[Row]:
-    """A failing row for each of the warnings that has none of the parts that are meant to be told."""
+def not_meant(warnings: Iterable[str], reported: Iterable[str]) -> Iterator[Row]:
+    """A failing row for each of the warnings that has none of the parts that are meant to be reported."""
     for warning in dict.fromkeys(warnings):
-        if not any(part in warning for part in told):
+        if not any(part in warning for part in reported):
             yield Row("", f"told: {warning}", math.nan, math.nan, note="warning")
 
 
-def case(name: str, *, suite: str, slow: bool = False, told: tuple[str, ...] = ()) -> Callable[[Function], Function]:
-    """Put a function that yields rows on the list; ``told``: parts of the warnings that its runs are meant to give.
+def case(name: str, *, suite: str, slow: bool = False, expected_warnings: tuple[str, ...] = ()) -> Callable[[Function], Function]:
+    """Put a function that yields rows on the list; ``expected_warnings``: parts of the warnings that its runs are meant to give.
 
     Raises
     ------
@@ -147,7 +147,7 @@ def case(name: str, *, suite: str, slow: bool = False, told: tuple[str, ...] = (
         known = _CASES.get(name)
         if known is not None and known.function.__module__ != function.__module__:
             raise ValueError(f"two verification cases are called {name!r}")
-        _CASES[name] = Case(name, suite, slow, function, told)
+        _CASES[name] = Case(name, suite, slow, function, expected_warnings)
         return function
 
     return register
@@ -246,8 +246,8 @@ def manual(rows: list[Row]) -> str:
     """A page in Markdown: the rows by suite and case, each case with what it says of itself."""
     known = cases()
     passed = sum(r.passed for r in rows)
-    told = f"Written by `prensa verify --out`: {passed} of {len(rows)} rows within their tolerances."
-    lines = ["# Verification table", "", told]
+    reported = f"Written by `prensa verify --out`: {passed} of {len(rows)} rows within their tolerances."
+    lines = ["# Verification table", "", reported]
     suite = ""
     by_case: dict[str, list[Row]] = {}
     for r in rows:
@@ -294,12 +294,12 @@ def main(
         progress.print(f"{k:3d}/{len(chosen)} {c.name:<42} {verdict}  {seconds:.1f} s", highlight=False, soft_wrap=True)
     rows = [r for c in chosen for r in found[c.name]]
     failed = sum(not r.passed for r in rows)
-    told = f"{len(chosen)} cases, {len(rows)} rows, {failed} failed, {time.perf_counter() - begin:.0f} s"
+    reported = f"{len(chosen)} cases, {len(rows)} rows, {failed} failed, {time.perf_counter() - begin:.0f} s"
     if json:
         print(as_json(rows))
     else:
         _print_table(rows, console)
-        console.print(told, highlight=False)
+        console.print(reported, highlight=False)
     if out:
         write(rows, out)
         progress.print(f"written to {out}", highlight=False)

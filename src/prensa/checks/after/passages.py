@@ -43,7 +43,8 @@ def passing_of(system: System, e: Evaluation, before: Array, after: Array) -> di
 def jump_of(c: Context, state: State) -> float:
     """Share of an increment after which its forces jumped, as its work says, when it led to a state; nan if they did not.
 
-    The ledger's external work has forces in the middle of those at both ends; what is stored and dissipated is that of the ways,
+    The energy balance's external work has forces in the middle of those at both ends; what is stored and dissipated is
+    that of the ways,
     which the bodies have gone whenever the forces jumped. Their difference, the imbalance, says when: with f before and after,
     on prescribed ways d, Δimbalance = (τ − ½) (f₁ − f₀)·d. A time beyond the increment is that of no single jump: the farther it
     is, the nearer to the middle is what is taken.
@@ -98,7 +99,7 @@ class Passages:
             columns += [f"fixed.{name}.{c}" for name in held for c in ("fx", "fy")]
             for column in (*columns, f"{s.name}.pressure", f"{s.name}.elements"):
                 self._owners.setdefault(column, []).append(s.name)
-        self._step, self._told = "", set[str]()
+        self._step, self._reported = "", set[str]()
         self._rows: list[Row] = []
 
     @property
@@ -123,7 +124,7 @@ class Passages:
     def restore(self, step: str, row: Mapping[str, float], ended: bool) -> None:
         """Take over what was written of an earlier increment: values by column, ``<contact>.passages`` and ``jump`` among them.
 
-        ``ended``: it was the last one of the step, whose warnings have been told.
+        ``ended``: it was the last one of the step, whose warnings have been reported.
         """
         count = {name: float(row[f"{name}.passages"]) for name in self.count}
         self._add(step, count, row, float(row.get("jump", np.nan)))
@@ -173,7 +174,7 @@ class Passages:
     def warnings(self) -> Iterator[str]:
         """What there is to say at the end of a step, once, of contacts through which few elements pass."""
         for name, (tool, steps) in self._contacts.items():
-            if not steps or name in self._told or (before := self._window(name, 2.0)) is None:
+            if not steps or name in self._reported or (before := self._window(name, 2.0)) is None:
                 continue
             now = self._window(name)
             assert now is not None
@@ -188,5 +189,5 @@ class Passages:
                 and seen - drift >= max(RIPPLE_SHARE, RIPPLE_PREDICTION_RATIO * STAIR / lying) * size
                 and drift <= SETTLED_SHARE * seen
             ):
-                self._told.add(name)
+                self._reported.add(name)
                 yield f"contact {name}: {sentence(lying, (seen - drift) / size)}"

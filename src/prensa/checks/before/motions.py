@@ -14,7 +14,7 @@ from prensa.errors import Notice
 from prensa.model.feed import ends_early
 from prensa.model.problem import Step
 from prensa.system.planning import plan_step
-from prensa.system.schedule import Course, StepPlan, Table, tabulated
+from prensa.system.schedule import Amplitude, StepPlan, Table, tabulated
 from prensa.system.state import State
 from prensa.system.system import System
 from prensa.types import Array, Flags
@@ -42,7 +42,7 @@ def motions(system: System) -> Iterator[Notice]:
         yield from _never_there(system, plan, at_start, known)
         known &= np.isin(np.arange(system.ndof), plan.fixed)
         for g in plan.groups:  # which is at a given place in the end, wherever it was
-            known[g.dofs] |= g.course is not None and not g.course.relative
+            known[g.dofs] |= g.amplitude is not None and not g.amplitude.relative
         if ends_early(system.problem.steps[number]):  # which may end it anywhere on the way
             known[plan.fixed] &= plan.values(plan.t1) == at_start[plan.fixed]
         begun, at_start, before = at_start, at_start.copy(), plan
@@ -91,9 +91,10 @@ def _beginnings(
 def _jumps(system: System, plan: StepPlan) -> Iterator[str]:
     """Sentences on tables of displacement that begin elsewhere than where their tool or support has come to.
 
-    plan: with the true start of its step. What `motions` foretold, which knows it where nothing was driven by force, is left out.
+    plan: with the true start of its step. What `motions` predicted, which knows it where nothing was driven by force,
+    is left out.
     """
-    if system.courses is not None:  # the description has no tables
+    if system.plan_of is not None:  # the description has no tables
         return
     here = dict(zip(plan.fixed.tolist(), plan.values(plan.t0).tolist()))
     missing = {int(dof): way for g in plan.groups for dof, way in zip(g.dofs, g.missing(plan.t0).tolist())}
@@ -115,27 +116,27 @@ def _jumps(system: System, plan: StepPlan) -> Iterator[str]:
 
 
 def table_jumps(system: System, state: State, plan: StepPlan) -> Iterator[str]:
-    """Sentences on tables that do not begin a step with what is carried then, or where tools are: the difference is let go."""
+    """Sentences on tables that do not begin a step with what is carried then, or where tools are: the difference is released."""
     yield from _jumps(system, plan)
     before = plan_step(system, plan.number - 1, state.step_start, state.ends)
     ended = state.clock.time
-    for dof, course in plan.push.items():
+    for dof, amplitude in plan.push.items():
         tool, component = (int(v) for v in system.dofs.tool.split(np.asarray(dof)))
         key = "m" if system.dofs.tool.components[component] == "rz" else system.dofs.tool.components[component]
-        yield from _jump(f"push.{system.tools[tool].name}.{key}", course, float(state.work[dof]), plan)
+        yield from _jump(f"push.{system.tools[tool].name}.{key}", amplitude, float(state.work[dof]), plan)
     for name, load in plan.loads.items():
         for key in ("pressure", "shear", "tx", "ty"):
             old = getattr(before.loads[name], key)(ended) if name in before.loads else 0.0
             yield from _jump(f"loads.{name}.{key}", getattr(load, key), old, plan)
-    for body, courses in plan.body_force.items():
-        for i, course in enumerate(courses):
+    for body, amplitudes in plan.body_force.items():
+        for i, amplitude in enumerate(amplitudes):
             old = before.body_force[body][i](ended) if body in before.body_force else 0.0
-            yield from _jump(f"body_force.{body}.{'xyz'[i]}", course, old, plan)
+            yield from _jump(f"body_force.{body}.{'xyz'[i]}", amplitude, old, plan)
 
 
-def _jump(path: str, course: Course, carried: float, plan: StepPlan) -> Iterator[str]:
-    asked = course(plan.t0)
-    if not course.ramp and abs(asked - carried) > DIFFERS * max(abs(asked), abs(carried)):
+def _jump(path: str, amplitude: Amplitude, carried: float, plan: StepPlan) -> Iterator[str]:
+    asked = amplitude(plan.t0)
+    if not amplitude.ramp and abs(asked - carried) > DIFFERS * max(abs(asked), abs(carried)):
         yield (
             f"step {plan.name!r}, {path}: the table has {asked:.6g} at time {plan.t0:g}, where {carried:.6g} is carried; the "
             f"difference goes linearly to 0 over the step (let the table begin with {carried:.6g})"
@@ -252,10 +253,10 @@ def _unchanged(plan: StepPlan, before: StepPlan) -> bool:
     """Whether supports, forces and loads of a step are those with which the one before ended, and stay so."""
 
     def levels(p: StepPlan, t: float) -> Array:
-        courses = [p.push[dof] for dof in sorted(p.push)]
-        courses += [c for _, ld in sorted(p.loads.items()) for c in (ld.pressure, ld.shear, ld.tx, ld.ty)]
-        courses += [c for _, pair in sorted(p.body_force.items()) for c in pair]
-        return np.array([c(t) for c in courses])
+        amplitudes = [p.push[dof] for dof in sorted(p.push)]
+        amplitudes += [c for _, ld in sorted(p.loads.items()) for c in (ld.pressure, ld.shear, ld.tx, ld.ty)]
+        amplitudes += [c for _, pair in sorted(p.body_force.items()) for c in pair]
+        return np.array([c(t) for c in amplitudes])
 
     same = np.array_equal(plan.fixed, before.fixed) and list(plan.springs) == list(before.springs)
     if not same or plan.loads.keys() != before.loads.keys() or plan.body_force.keys() != before.body_force.keys():

@@ -23,7 +23,7 @@ from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array
 
-FORETOLD = 2.0  # elements that pass before anything is foretold
+PREDICTED_FROM = 2.0  # elements that pass before anything is predicted
 STEEP = 0.5  # share of a motion along the surface's normal from which it presses more than it slides
 
 
@@ -39,7 +39,7 @@ class _Track:
         self.passed, self.lying = 0.0, 0.0
 
 
-def foretold(system: System, moments: Iterable[tuple[StepPlan, Array]]) -> Iterator[Notice]:
+def few_passages(system: System, moments: Iterable[tuple[StepPlan, Array]]) -> Iterator[Notice]:
     """Notices on contacts through which few elements will pass; ``moments``: plans, and the bodies at rest (ndof,).
 
     Bodies go as rigid ones, as far as supports lead them, or with the rolls that have friction where no support holds them.
@@ -64,7 +64,7 @@ def foretold(system: System, moments: Iterable[tuple[StepPlan, Array]]) -> Itera
         last = u
     for s in wanted:
         t = tracks[s.name]
-        if t.passed >= FORETOLD and t.lying > 0 and t.lying * WORTH_SAYING <= STAIR:
+        if t.passed >= PREDICTED_FROM and t.lying > 0 and t.lying * WORTH_SAYING <= STAIR:
             yield Notice(f"contacts.{system.surfaces.index(s)}", sentence(t.lying))
 
 

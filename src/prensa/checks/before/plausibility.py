@@ -25,7 +25,7 @@ THICK_SHEET = 2.0  # thickness of a sheet in plane stress over the largest exten
 OFF_LINE = 1e-3  # of its half breadth, by which a tool may lie off the line that it crosses
 
 
-def doubts(system: System) -> Iterator[Notice]:
+def plausibility_warnings(system: System) -> Iterator[Notice]:
     """Warnings of what was likely meant otherwise."""
     yield from _new_sizes(system)
     yield from _mounts(system)
@@ -132,11 +132,11 @@ def _off_centre(system: System) -> Iterator[Notice]:
     """
     p = system.problem
     not_lines = {s.partition(".")[0] for n in p.no_contact if n.against == SYMMETRY for s in n.surface}
-    told: set[str] = set()
+    reported: set[str] = set()
     for s in system.surfaces:
         tool = system.master(s).tool
         own = p.tools.get(tool.name)
-        if own is None or tool.name in told or s.body in not_lines or _across(p, tool.name):
+        if own is None or tool.name in reported or s.body in not_lines or _across(p, tool.name):
             continue
         if tool.shape.half_space or tool.shape.cavity or not own.mirrored(True, tool.direction):
             continue
@@ -145,7 +145,7 @@ def _off_centre(system: System) -> Iterator[Notice]:
         for at in sorted({0.0} if system.axisymmetric else lines):
             x = float(tool.at[0] + system.master(s).place(system.initial().u)[0])
             if OFF_LINE * half < abs(x - at) < (1.0 - OFF_LINE) * half:
-                told.add(tool.name)
+                reported.add(tool.name)
                 where = "the axis" if system.axisymmetric else f"the line of symmetry of {s.body!r}, x = {at:g},"
                 yield Notice(
                     f"tools.{tool.name}.at" if own.at is not None else f"tools.{tool.name}",

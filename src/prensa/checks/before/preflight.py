@@ -14,8 +14,8 @@ import numpy as np
 from prensa.checks.before.feeding import feeding
 from prensa.checks.before.motions import motions
 from prensa.checks.before.overlap import neighbours, overlaps
-from prensa.checks.before.passages_ahead import foretold
-from prensa.checks.before.plausibility import doubts
+from prensa.checks.before.passages_ahead import few_passages
+from prensa.checks.before.plausibility import plausibility_warnings
 from prensa.checks.during.penetration import Watch, engulfed, inside, watches
 from prensa.contact.surface import Surface
 from prensa.errors import Notice
@@ -65,7 +65,7 @@ def preflight(system: System) -> list[Notice]:
     found = [
         *_without_effect(system), *_remeshing(system), *_flow_curves(system), *_tables(system), *_lengths(system),
         *_pushes(system), *_shapes(system),
-        *motions(system), *feeding(system), *doubts(system), *beginning,
+        *motions(system), *feeding(system), *plausibility_warnings(system), *beginning,
         *([] if any(n.fatal for n in beginning) else _passage(system, watched)), *modes(system),
     ]  # fmt: skip
     return sorted(found, key=lambda n: not n.fatal)
@@ -118,7 +118,7 @@ def staircase(system: System) -> list[Notice]:
     """
     if remeshing_of(system.problem) is not None:
         return []
-    return list(foretold(system, ((m.plan, m.u) for m in _moments(system))))
+    return list(few_passages(system, ((m.plan, m.u) for m in _moments(system))))
 
 
 # ------------------------------------------------------------------------------------------------ materials and tables
@@ -597,7 +597,7 @@ def _passage(system: System, watched: list[Watch]) -> Iterator[Notice]:
     known = np.ones(len(system.surfaces), dtype=bool)
     moved = {name for name, body in system.problem.bodies.items() if _driven(system, name)}
     pressed: dict[tuple[int, int], Pressed] = {}
-    told: dict[str, Notice] = {}
+    reported: dict[str, Notice] = {}
     for m in _moments(system):
         x = system.positions(m.u)
         for i, s in enumerate(system.surfaces):
@@ -608,10 +608,10 @@ def _passage(system: System, watched: list[Watch]) -> Iterator[Notice]:
             nearest[i] = min(nearest[i], float(pairs.g.min()))
             _held(system, s, i, m, x, pressed)
         for notice in _crossing(system, m, x):
-            told.setdefault(notice.path, notice)
+            reported.setdefault(notice.path, notice)
         at_rest = set(system.problem.bodies) - moved - _touched(system, nearest, known)
         for notice in _entered(system, watched, m, at_rest):
-            told.setdefault(notice.path, notice)
+            reported.setdefault(notice.path, notice)
     for i, s in enumerate(system.surfaces):
         if nearest[i] <= 0 or not known[i]:
             moved.add(s.body)
@@ -628,7 +628,7 @@ def _passage(system: System, watched: list[Watch]) -> Iterator[Notice]:
                 f"tool {s.against!r} never touches {'+'.join(s.description.surface)!r} in any step: it {gap}; "
                 "check where it is placed, the sign and the size of its motion",
             )
-    yield from told.values()
+    yield from reported.values()
     worst = _worst(pressed)
     for (number, k), most in worst.items():
         if k < 0 and not system.master(system.surfaces[number]).shape.half_space:

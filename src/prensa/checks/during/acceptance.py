@@ -94,7 +94,7 @@ class Acceptance:
         """A corner that jumped beyond 180°; None if there is none.
 
         A corner of 180° is no fold: a free side that rolls onto a die makes such elements, and they answer well. One that
-        passes 180° little by little is told (`Folding`). One that jumps there in a single increment belongs to another,
+        passes 180° little by little is reported (`Folding`). One that jumps there in a single increment belongs to another,
         impossible solution.
         """
         if self.system.dofs.dimension != 2:  # bricks have det f > 0 at their points, and no more is asked of them yet
@@ -213,7 +213,7 @@ def lost_support(system: System, c: Context, e: Evaluation) -> LostSupport | Non
     Its place means nothing then. The matrix need not be singular for that: stresses that stay inside resist a turn.
     """
     for body in system.problem.bodies:
-        if body in c.afloat:
+        if body in c.floating:
             continue
         own = contacts_of(system, body)
         closed = any(were_closed(c.state, system.surfaces[i]) for i in own)

@@ -28,7 +28,7 @@ class Folding:
 
     def __init__(self, system: System, policy: Policy, corners: Corners) -> None:
         self.system, self.policy, self.corners = system, policy, corners
-        self.told: set[str] = set()
+        self.reported: set[str] = set()
         """Supports that sides were told to be past, '' of what folds elsewhere."""
         self.since: dict[tuple[str, int], int] = {}
         """Number of the increment in which a side of an element (its body, its number) was first found past a support."""
@@ -64,7 +64,7 @@ class Folding:
         for block, element in folded:
             nodes = block.cells[element]
             past = past_support(self.system, c.plan.fixed, block.body, nodes, u)
-            if past is not None and past.support not in self.told:
+            if past is not None and past.support not in self.reported:
                 self._tell(block, element, past.support, _beyond(past))
             if past is not None and past.share > ALLOWED:
                 first = since[block.body, element] = self.since.get((block.body, element), now)
@@ -72,14 +72,14 @@ class Folding:
                     x, y = self.system.positions(u)[nodes].mean(axis=0).tolist()
                     reason = PastSupport(element, block.body, x, y, past, now - first)
         self.since = since
-        if not self.told:
+        if not self.reported:
             block, element = folded[0]
             self._tell(block, element, "", self._cause(c, block, element))
         return reason
 
     def _tell(self, block: Block, element: int, support: str, words: str) -> None:
-        """Tell of an element, and note that it was told of the support that its side is past, '' of none."""
-        self.told.add(support)
+        """Tell of an element, and note that it was said of the support that its side is past, '' of none."""
+        self.reported.add(support)
         x, y = self.system.X[block.cells[element]].mean(axis=0)[:2].tolist()
         log.warning("%s folds over itself: %s", place_of(CornerInverted(element, block.body, x, y)), words)
 

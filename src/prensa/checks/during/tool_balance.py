@@ -18,7 +18,7 @@ TIP_FORCE_SHARE = 1e-6
 """Share of a tool's force from which it counts as not borne."""
 
 
-def tips_over(system: System, c: Context) -> TipsOver | None:
+def unbalanced_tool(system: System, c: Context) -> TipsOver | None:
     """The first tool whose force nothing that it could rest on balances in an increment; None if there is none.
 
     Pressures of any size, with friction up to a coefficient of ``TIP_FRICTION_LIMIT``, are tried at all points that are near,

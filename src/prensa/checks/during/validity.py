@@ -94,7 +94,7 @@ class Validity:
                 if most > end * (1 + 1e-9):
                     self.rubbed[s.name, name] = end, max(most, self.rubbed.get((s.name, name), (0.0, 0.0))[1])
 
-    def told(self) -> Iterator[str]:
+    def warnings(self) -> Iterator[str]:
         """Sentences about the largest of what was seen."""
         for body, d in self.seen.items():
             if max(d.strain, d.rotation) > SMALL_STRAIN_WARNING:
@@ -158,11 +158,11 @@ class Validity:
         det, volume = _area(X + moved, corners) / self._areas[block.body], self._volumes[block.body]
         if self.system.axisymmetric:
             det *= 1.0 + moved[:, 0].take(corners).sum(axis=0) / X[:, 0].take(corners).sum(axis=0)
-        told = max(VOLUME_LOSS_LIMIT, self.squeezed.get(block.body, 0.0))
-        kept = float(volume[1.0 - det <= told].sum())
+        reported = max(VOLUME_LOSS_LIMIT, self.squeezed.get(block.body, 0.0))
+        kept = float(volume[1.0 - det <= reported].sum())
         if kept < (1.0 - SMALL_STRAIN_VOLUME_SHARE) * float(volume.sum()):  # most increments need no sorting
             lost = _exceeded(1.0 - det, volume, SMALL_STRAIN_VOLUME_SHARE)
-            if lost > told:
+            if lost > reported:
                 self.squeezed[block.body] = lost
 
     def _gpa(self) -> float:
