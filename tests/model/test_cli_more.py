@@ -43,7 +43,7 @@ def test_starters_are_commented_cases_that_load(kind, tmp_path, monkeypatch):
 
 
 def test_the_schema_accepts_every_example_and_no_unknown_key():
-    """What editors are reported is what is read: all examples hold, a typing error at any depth does not."""
+    """What editors are told is what is read: all examples hold, a typing error at any depth does not."""
     jsonschema = pytest.importorskip("jsonschema")
     validator = jsonschema.Draft202012Validator(json.loads(prensa("schema").output))
     assert validator.schema == json_schema()

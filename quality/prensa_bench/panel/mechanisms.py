@@ -299,7 +299,7 @@ TIMELY = (
         (replaced(time_stepping, time_stepping.rigid_approach, _nothing),),
     ),
     Mechanism(
-        "emergence",
+        "overlap_stages",
         "Bodies are pressed in stages out of tools that start inside them.",
         (replaced(attempt, attempt.overlap_stages, _none_of_them),),
     ),

@@ -1,6 +1,6 @@
 """Derivatives by random parameters of random problems, against differences of whole runs at the same times.
 
-Runs beside, with a parameter a little larger or smaller, know nothing of derivatives. Where a point lands or releases just then
+Runs beside, with a parameter a little larger or smaller, know nothing of derivatives. Where a point lands or opens just then
 a force has a corner over the parameter, and the derivative is that of one side: each side is a difference of its own. How good a
 difference is tells the one with another step.
 """

@@ -94,9 +94,9 @@ def lengths(system: Geometry, s: Surface, x: Array) -> Array:
 def sentence(lying: float, seen: float | None = None) -> str:
     """What there is to say of a contact with so few elements in it; seen: step of its force over the mean, if there is one."""
     few = max(round(lying), 1)
-    reported = f"{100 * STAIR / few:.0f} %" + (f" (here {100 * seen:.0f} %)" if seen is not None else "")
+    step = f"{100 * STAIR / few:.0f} %" + (f" (here {100 * seen:.0f} %)" if seen is not None else "")
     return (
-        f"about {few} element{'s' if few > 1 else ''} lie{'' if few > 1 else 's'} in the contact, forces step by {reported} as "
+        f"about {few} element{'s' if few > 1 else ''} lie{'' if few > 1 else 's'} in the contact, forces step by {step} as "
         "nodes pass; shorten the elements along the motion ('grade' with 'x_between' or 'y_between'), and take the means over "
         "a passage (passages.csv), which are steady"
     )

@@ -209,7 +209,7 @@ def modes_left(X, u, alpha, H, Hn, N, dN, at, axisymmetric, finite, w, P, A, r, 
     """Forces r (e, m) on the modes and K = ∂r/∂α (e, m, m), for which they are sought; arguments as in `integrate`.
 
     noise (e, m): stresses, and the round-off of A times strains, that a zero of r is made of. H, Hn (e, q, 5): F − I now and as
-    committed, both of which the strains come of: a body released has none left, but the round-off of that which it had.
+    committed, both of which the strains come of: a released body has none left, but the round-off of those it had.
     """
     m = alpha.shape[1]
     G0, inverse0, H0 = np.empty((4, 2)), np.empty((2, 2)), np.empty(5)

@@ -670,8 +670,8 @@ def krylov(A: csc_matrix, solve: Solve, b: Array, most: int, share: float, outli
             for z, factor in zip(Z, _backwards(R, g)):
                 x += factor * z
             return x if length(b - A @ x) <= 2.0 * share * size else None
-        reported = j + 1 - outliers
-        if j and reported > 0 and reported * math.log(share) < (most + 1 - outliers) * math.log(left):
+        counted = j + 1 - outliers
+        if j and counted > 0 and counted * math.log(share) < (most + 1 - outliers) * math.log(left):
             return None
         V.append(w / beyond)
     return None

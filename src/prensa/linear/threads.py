@@ -50,9 +50,9 @@ def _free_threads(policy: Policy) -> int:
     if os.environ.get("PYTEST_CURRENT_TEST") is not None or multiprocessing.parent_process() is not None:
         return 1
     most = policy.max_auto_threads
-    reported = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0]
-    if reported.isdigit() and int(reported) > 0:
-        most = min(most, int(reported))
+    given = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0]
+    if given.isdigit() and int(given) > 0:
+        most = min(most, int(given))
     return max(1, min(most, free_cores())) if most > 1 else 1
 
 

@@ -388,10 +388,9 @@ class Problem:
     ``contacts`` left out (or empty): every tool against the outline of every body; ``no_contact``: what tools may go through.
     ``stabilise``: viscous forces on the velocities of the nodes carry bodies over limit points, where they snap or buckle:
     ``auto``, or the share of the work that they may dissipate (``auto``: 2e-4); ``off`` without. What they do dissipate is in
-    the energy balance, and reported when it is more than 1 % of the work. ``measures``: numbers that are wanted of
-    every increment, by
-    names of their own, such as ``bore: ring.left.x at y=0``. ``remesh``: bodies that flow plastically get new meshes where
-    theirs wear out: ``auto``, or a `Remesh`; ``off`` without.
+    the energy balance, and reported when it is more than 1 % of the work. ``measures``: numbers that are wanted of every
+    increment, by names of their own, such as ``bore: ring.left.x at y=0``. ``remesh``: bodies that flow plastically get new
+    meshes where theirs wear out: ``auto``, or a `Remesh`; ``off`` without.
     """
 
     name: str

@@ -286,7 +286,7 @@ class Remeshing:
         for share in self.policy.size_factors[max(failures - 1, 0) :]:
             try:
                 with stepping.timer("remeshing"):
-                    following, there, reported = self._tried(stepping, state, share)
+                    following, there, balance = self._tried(stepping, state, share)
             except PrensaError as error:
                 problem = str(error)
                 log.info("no new mesh at time %.6g: %s", state.clock.time, problem)
@@ -296,7 +296,7 @@ class Remeshing:
             elements = sum(len(m.cells) for m in there.remeshed.meshes.values())
             following.messages.note(
                 there, present_plan(following.system, there), f"remeshing {there.remeshed.count} ({why}): {elements} elements, "
-                f"shape measure {there.remeshed.shape:.2f}; {reported}",
+                f"shape measure {there.remeshed.shape:.2f}; {balance}",
             )  # fmt: skip
             return following, there
         log.warning("time %.6g: a new mesh was due (%s) and none could be had: %s", state.clock.time, why, problem)
@@ -348,8 +348,8 @@ def balanced(stepping: Stepping, state: State) -> tuple[State, str]:
     if not result.converged:
         assert result.reason is not None
         raise RemeshingError(f"the state finds no equilibrium on its new mesh: {sentence(result.reason)}")
-    reported = f"out of balance by {first.residuals[0]:.1g}, {result.iterations} iterations{how}"
-    return _committed(system, state, eq.context, result), reported
+    balance = f"out of balance by {first.residuals[0]:.1g}, {result.iterations} iterations{how}"
+    return _committed(system, state, eq.context, result), balance
 
 
 def _let_go(eq: Equilibrium, state: State) -> NewtonResult:

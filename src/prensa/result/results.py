@@ -166,16 +166,16 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
         slides = f.slip | system.frictionless(law)
         status = np.where(f.p > 0, np.where(slides, 2, 1), 0).astype(np.int8)
         p, t = f.p * f.weight / weight, _tangential(f.area[:, None] * f.t / weight[:, None])
-        reported = _together(s, _Nodal(weight, p, t, f.kappa, status)) if s.points.one_a_node else _at_nodes(s, f, area, status)
+        nodal = _together(s, _Nodal(weight, p, t, f.kappa, status)) if s.points.one_a_node else _at_nodes(s, f, area, status)
         if s.points.rule.projected:
-            p, t = ((s.points.N * v[s.points.slots]).sum(axis=1) for v in (reported.pressure, reported.shear))
+            p, t = ((s.points.N * v[s.points.slots]).sum(axis=1) for v in (nodal.pressure, nodal.shear))
         out[s.name] = ContactState(
             surface="+".join(s.description.surface), tool=s.against, body=s.body,
-            node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=pairs.g, pressure=reported.pressure,
-            shear=reported.shear, slip=reported.slip, status=reported.status, weight=reported.weight,
+            node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=pairs.g, pressure=nodal.pressure,
+            shear=nodal.shear, slip=nodal.slip, status=nodal.status, weight=nodal.weight,
             force=s.points.to_nodes(f.vectors), pressure_from_stress=from_stress,
             pressure_smoothed=_pressure_of(smooth, nodes, pairs.n),
-            error=np.where(reported.status > 0, np.abs(reported.pressure - from_stress), 0.0),
+            error=np.where(nodal.status > 0, np.abs(nodal.pressure - from_stress), 0.0),
             area=float(system.touching(s, where, depth, f.p > 0).sum()),
             points=PointValues(s.X, s.points.at(x), f.g, p, t, f.kappa, status, weight, state.contact.speed[s.rows]),
         )  # fmt: skip
@@ -192,22 +192,22 @@ class _Nodal(NamedTuple):
     status: Bytes
 
 
-def _together(s: Surface, reported: _Nodal) -> _Nodal:
+def _together(s: Surface, nodal: _Nodal) -> _Nodal:
     """The values of points as those of their nodes; the two points of a quadratic edge at the axis are reported as one.
 
     That on the axis has a twelfth of the other's area: what nodal forces of quadratic elements are off by would be ten times the
     share of its pressure that it is of others.
     """
     if not len(pairs := s.points.pairs_at_axis):
-        return reported
-    share = reported.weight[pairs] / reported.weight[pairs].sum(axis=1, keepdims=True)
-    pressure, shear, slip = (v.copy() for v in (reported.pressure, reported.shear, reported.slip))
+        return nodal
+    share = nodal.weight[pairs] / nodal.weight[pairs].sum(axis=1, keepdims=True)
+    pressure, shear, slip = (v.copy() for v in (nodal.pressure, nodal.shear, nodal.slip))
     for v in (pressure, shear, slip):
         v[pairs] = (share * v[pairs]).sum(axis=1, keepdims=True)
-    own = reported.status[pairs]
-    status = reported.status.copy()
+    own = nodal.status[pairs]
+    status = nodal.status.copy()
     status[pairs] = np.where((own == 1).any(axis=1), 1, own.max(axis=1))[:, None]
-    return _Nodal(reported.weight, pressure, shear, slip, status)
+    return _Nodal(nodal.weight, pressure, shear, slip, status)
 
 
 def _at_nodes(s: Surface, f: ContactForces, area: Array, status: Bytes) -> _Nodal:

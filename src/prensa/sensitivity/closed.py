@@ -115,7 +115,7 @@ class Bundle:
 
     def is_of(self, directions: Sequence[Direction]) -> bool:
         """Whether it is what these carry now: after a step of differences, where forces are released, it is out of date."""
-        handed_on = (isinstance(d.carried, RigidApproach) and d.carried.arrays is self.arrays for d in directions)
+        handed_on = (isinstance(d.carried, LaneOfArrays) and d.carried.arrays is self.arrays for d in directions)
         return self.directions == tuple(directions) and all(handed_on)
 
     def mixed(self, shares: Array) -> Arrays:
@@ -133,10 +133,10 @@ class Bundle:
         for number, group in enumerate(self.changes.groups):
             own = {f"history_{b}": groups[number] for b, groups in enumerate(self.histories)}
             for lane in range(group.size):
-                self.directions[group.first + lane].carried = RigidApproach(self.arrays, group.first + lane, own, lane)
+                self.directions[group.first + lane].carried = LaneOfArrays(self.arrays, group.first + lane, own, lane)
 
 
-class RigidApproach(Mapping[str, Array]):
+class LaneOfArrays(Mapping[str, Array]):
     """What one of many directions carries: direction number k of ``arrays``, and the ``lane`` of histories that it has there.
 
     Parts are taken when they are asked for: most are in none but the last increment.

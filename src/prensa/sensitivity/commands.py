@@ -76,11 +76,11 @@ class Gradients:
 
 
 def asked(
-    case: Case, of: Sequence[str], by: Sequence[str], step: str | None, every: bool, reported: Callable[[str], None]
+    case: Case, of: Sequence[str], by: Sequence[str], step: str | None, every: bool, report: Callable[[str], None]
 ) -> Gradients:
     """Derivatives of measures ``of`` a case ``by`` parameters at the end of a step, or in ``every`` increment up to there.
 
-    Only the end: backwards (`gradient`), or forwards where something cannot be followed backwards, and then ``reported`` why.
+    Only the end: backwards (`gradient`), or forwards where something cannot be followed backwards, and then ``report`` says why.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def asked(
         try:
             found = gradient(case.problem, list(of), list(by), case.numerics, step)
         except OnlyForwards as reason:
-            reported(f"{str(reason).rpartition(';')[0]}: followed forwards instead, with a cost for each parameter")
+            report(f"{str(reason).rpartition(';')[0]}: followed forwards instead, with a cost for each parameter")
         else:
             slopes = {name: dict(zip(by, row)) for name, row in zip(of, found.slopes.tolist())}
             values = dict(zip(of, found.values.tolist()))

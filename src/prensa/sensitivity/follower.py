@@ -52,8 +52,8 @@ class Follower:
                 while len(self._behind) > 1:
                     yield self._next()
             while self._behind:
-                reported, last = self._behind[0][0], self._next()
-                if isinstance(error, SolveError) and error.last is reported:
+                first, last = self._behind[0][0], self._next()
+                if isinstance(error, SolveError) and error.last is first:
                     error.last = last
                 yield last
             if error is not None:

@@ -118,16 +118,16 @@ def steady(increments: list[pr.Increment]) -> tuple[float, float, float]:
         # an element of the triangles does in a jump
 )  # fmt: skip
 def ironed(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
-    """The static path ends where friction releases at once, which is reported; viscous forces carry the block on to the end.
+    """The static path ends where sticking ends all at once, which is reported; viscous forces carry the block on to the end.
 
     There the work of the die is what is stored and dissipated, and its force does not depend on the mesh.
     """
-    reported: object = None
+    reason: object = None
     try:
         *_, last = pr.solve(ironing((60, 16), pr.Exact(), "off", E_scale, mu_scale))
     except SolveError as error:
-        reported = error.reason
-    yield row("without viscous forces: told as a limit point (1: yes)", 1.0, float(isinstance(reported, LimitPoint)), 1e-12)
+        reason = error.reason
+    yield row("without viscous forces: told as a limit point (1: yes)", 1.0, float(isinstance(reason, LimitPoint)), 1e-12)
     found = {}
     for n, rule in (((60, 16), pr.Exact()), ((40, 11), pr.Penalty())):
         increments = list(pr.solve(ironing(n, rule, "auto", E_scale, mu_scale)))

@@ -126,10 +126,10 @@ class _Hearing(logging.Handler):
         self.given.append(record.getMessage())
 
 
-def not_meant(warnings: Iterable[str], reported: Iterable[str]) -> Iterator[Row]:
-    """A failing row for each of the warnings that has none of the parts that are meant to be reported."""
+def not_meant(warnings: Iterable[str], expected: Iterable[str]) -> Iterator[Row]:
+    """A failing row for each of the warnings that has none of the expected parts."""
     for warning in dict.fromkeys(warnings):
-        if not any(part in warning for part in reported):
+        if not any(part in warning for part in expected):
             yield Row("", f"told: {warning}", math.nan, math.nan, note="warning")
 
 
@@ -246,8 +246,8 @@ def manual(rows: list[Row]) -> str:
     """A page in Markdown: the rows by suite and case, each case with what it says of itself."""
     known = cases()
     passed = sum(r.passed for r in rows)
-    reported = f"Written by `prensa verify --out`: {passed} of {len(rows)} rows within their tolerances."
-    lines = ["# Verification table", "", reported]
+    summary = f"Written by `prensa verify --out`: {passed} of {len(rows)} rows within their tolerances."
+    lines = ["# Verification table", "", summary]
     suite = ""
     by_case: dict[str, list[Row]] = {}
     for r in rows:
@@ -294,12 +294,12 @@ def main(
         progress.print(f"{k:3d}/{len(chosen)} {c.name:<42} {verdict}  {seconds:.1f} s", highlight=False, soft_wrap=True)
     rows = [r for c in chosen for r in found[c.name]]
     failed = sum(not r.passed for r in rows)
-    reported = f"{len(chosen)} cases, {len(rows)} rows, {failed} failed, {time.perf_counter() - begin:.0f} s"
+    summary = f"{len(chosen)} cases, {len(rows)} rows, {failed} failed, {time.perf_counter() - begin:.0f} s"
     if json:
         print(as_json(rows))
     else:
         _print_table(rows, console)
-        console.print(reported, highlight=False)
+        console.print(summary, highlight=False)
     if out:
         write(rows, out)
         progress.print(f"written to {out}", highlight=False)

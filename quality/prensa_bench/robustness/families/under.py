@@ -38,7 +38,7 @@ class Block:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What a `Drawn` is said of the block."""
+        """What the judges of a `Drawn` need to know of the block."""
         m = self.metal
         mu = {"block.top-tool": self.mu}
         return {"tools": {"tool": self.tool}, "mu": mu, "E": m.E, "nu": m.nu, "strength": m.strength}

@@ -1,4 +1,4 @@
-"""Elements that fold over themselves: told once each way, and the end of a run where a contact is missing for good.
+"""Elements that fold over themselves: reported once each way, and the end of a run where a contact is missing for good.
 
 An element whose free side goes past the support beside it meets nothing there. What keeps it from passing through itself
 is no metal, and forces from then on are those of a body that has room where it has none: the run has its answer.
@@ -78,7 +78,7 @@ class Folding:
         return reason
 
     def _tell(self, block: Block, element: int, support: str, words: str) -> None:
-        """Tell of an element, and note that it was said of the support that its side is past, '' of none."""
+        """Warn of an element, and note the support that its side is past, '' for none."""
         self.reported.add(support)
         x, y = self.system.X[block.cells[element]].mean(axis=0)[:2].tolist()
         log.warning("%s folds over itself: %s", place_of(CornerInverted(element, block.body, x, y)), words)

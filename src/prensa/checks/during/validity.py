@@ -158,11 +158,11 @@ class Validity:
         det, volume = _area(X + moved, corners) / self._areas[block.body], self._volumes[block.body]
         if self.system.axisymmetric:
             det *= 1.0 + moved[:, 0].take(corners).sum(axis=0) / X[:, 0].take(corners).sum(axis=0)
-        reported = max(VOLUME_LOSS_LIMIT, self.squeezed.get(block.body, 0.0))
-        kept = float(volume[1.0 - det <= reported].sum())
+        known = max(VOLUME_LOSS_LIMIT, self.squeezed.get(block.body, 0.0))
+        kept = float(volume[1.0 - det <= known].sum())
         if kept < (1.0 - SMALL_STRAIN_VOLUME_SHARE) * float(volume.sum()):  # most increments need no sorting
             lost = _exceeded(1.0 - det, volume, SMALL_STRAIN_VOLUME_SHARE)
-            if lost > reported:
+            if lost > known:
                 self.squeezed[block.body] = lost
 
     def _gpa(self) -> float:
