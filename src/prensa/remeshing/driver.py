@@ -342,7 +342,7 @@ def balanced(stepping: Stepping, state: State) -> tuple[State, str]:
     if not result.converged:
         result, how = attempt_from(eq, state.u), ", with flow"
     if not result.converged:
-        result, how = _let_go(eq, state), ", released in parts"
+        result, how = _released_in_parts(eq, state), ", released in parts"
     if not result.converged:
         result, how = attempt(eq, state.u, True), ", with contacts that stiffen"
     if not result.converged:
@@ -352,7 +352,7 @@ def balanced(stepping: Stepping, state: State) -> tuple[State, str]:
     return _committed(system, state, eq.context, result), balance
 
 
-def _let_go(eq: Equilibrium, state: State) -> NewtonResult:
+def _released_in_parts(eq: Equilibrium, state: State) -> NewtonResult:
     """Equilibrium from that with the forces added that are missing at first, which go in parts."""
     forces = eq.evaluate(state.u, eq.system.initial_multipliers(state), stiffness=False).r
     forces[eq.reduced.fixed] = 0.0

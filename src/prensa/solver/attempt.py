@@ -50,7 +50,7 @@ def _other_ways(eq: Equilibrium, start: Array, failed: NewtonResult, was_cut: bo
     nine times of ten: a shorter increment is cheaper, unless it has been cut before.
     """
     if out := overlap_stages(eq.system, eq.context, eq.policy):
-        yield partial(_emerge, eq, out, start)
+        yield partial(_by_stages, eq, out, start)
     if failed.contact_changed(eq.policy) and (was_cut or not failed.affordable):
         yield partial(_by_contact, eq, start)
     if eq.reduced.equations and eq.numerics.line_search and was_cut and failed.contact_changed(eq.policy):
@@ -113,7 +113,7 @@ def _solve(eq: Equilibrium, start: Array, by_contact: bool, lam: Array, result: 
     return _augment(eq, guess, by_contact, lam, result)
 
 
-def _emerge(eq: Equilibrium, path: list[Context], start: Array, lam: Array, result: NewtonResult) -> Failure | None:
+def _by_stages(eq: Equilibrium, path: list[Context], start: Array, lam: Array, result: NewtonResult) -> Failure | None:
     """Solve the stages in which tools that start inside bodies come out of them (see `overlap_stages`), and then the
     increment.
     """

@@ -42,7 +42,7 @@ class NewtonState:
     iterate (at the first: have opened or closed since the increment began), ``settled``: none of them has opened or closed.
     ``best``: the iterate to which the line search goes back.
     ``came_by``: the last step, if its factors are at hand; ``least``: least residual up to each iteration. ``secant``: whether
-    the matrix of the evaluation is the one for iterates where flow turns (see `Equilibrium.turns`).
+    the matrix of the evaluation is the one for iterates where flow turns (see `Equilibrium.flow_direction_unreliable`).
     """
 
     u: Array
@@ -242,7 +242,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
 
 
 def _turns(eq: Equilibrium, state: NewtonState) -> bool:
-    """Whether the matrix at an iterate had better not be the tangent (see `Equilibrium.turns`)."""
+    """Whether the matrix at an iterate had better not be the tangent (see `Equilibrium.flow_direction_unreliable`)."""
     return eq.flow_direction_unreliable(state.relative, state.iteration == 0)
 
 

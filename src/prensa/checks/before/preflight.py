@@ -721,7 +721,7 @@ def _overconstrained(system: System, s: Surface, i: int, most: Pressed, candidat
         return Notice(
             _path_of(system, i),
             f"{where} is held along the normal of tool {tool!r}, which presses it in by {depth:.4g} until time {t:.4g}: it can "
-            f"obey only one of them; {_let_go(system, s, most)}",
+            f"obey only one of them; {_advice_to_release(system, s, most)}",
             True,
         )
     return Notice(
@@ -732,7 +732,7 @@ def _overconstrained(system: System, s: Surface, i: int, most: Pressed, candidat
     )
 
 
-def _let_go(system: System, s: Surface, most: Pressed) -> str:
+def _advice_to_release(system: System, s: Surface, most: Pressed) -> str:
     """What to do about a node of a contact surface that a support holds: by the support, which may be one beside the surface."""
     mesh, own = system.meshes[s.body], most.node - system.offsets[s.body]
     beside: dict[str, model.Fixed] = {}
