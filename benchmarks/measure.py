@@ -161,7 +161,7 @@ def of_elastic(unknowns: str, increments: str, whole: str = "") -> dict[str, Any
 
 def on_new_meshes(problem: pr.Problem) -> tuple[float, float, list[pr.Increment], int]:
     """Seconds of a run and of its remeshings, its increments and the most elements that it had."""
-    from prensa.timer.timer import Timer
+    from prensa.timer import Timer
 
     timer, begun, most = Timer(time.process_time), time.process_time(), 0
     increments = []

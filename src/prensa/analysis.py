@@ -24,7 +24,7 @@ from prensa.system.discretise import discretise
 from prensa.system.state import State
 from prensa.system.symmetry_planes import guard_of, system_of
 from prensa.system.system import System
-from prensa.timer.timer import Timer
+from prensa.timer import Timer
 
 log = logging.getLogger("prensa")
 

@@ -23,7 +23,7 @@ from prensa.solver.time_stepping import TimeStepping
 from prensa.system.discretise import discretise, of_state
 from prensa.system.state import State
 from prensa.system.system import System
-from prensa.timer.timer import Timer
+from prensa.timer import Timer
 from prensa.verify.balance import imbalance
 
 ALUMINIUM = pr.J2(E=70e3, nu=0.33, flow=pr.Swift(K=200.0, e0=0.01, n=0.2))

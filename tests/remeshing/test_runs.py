@@ -21,7 +21,7 @@ from prensa.output.run import run
 from prensa.remeshing.transfer import utilisation
 from prensa.system.discretise import discretise
 from prensa.system.element_sizes import size_field
-from prensa.timer.timer import Timer
+from prensa.timer import Timer
 
 ALUMINIUM = pr.J2(E=70e3, nu=0.33, flow=pr.Swift(K=200.0, e0=0.01, n=0.2))
 

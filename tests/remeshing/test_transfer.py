@@ -20,7 +20,7 @@ from prensa.system.assembly import Block
 from prensa.system.discretise import discretise
 from prensa.system.state import State
 from prensa.system.system import System
-from prensa.timer.timer import Timer
+from prensa.timer import Timer
 
 J2 = pr.J2(E=200e3, nu=0.3, flow=pr.Ludwik(s0=250.0, K=500.0, n=0.3))
 

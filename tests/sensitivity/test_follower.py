@@ -16,7 +16,7 @@ from prensa.model.schema import loads
 from prensa.policy import Policy
 from prensa.result.increment import Increment
 from prensa.sensitivity import direct, increments
-from prensa.timer.timer import Timer
+from prensa.timer import Timer
 from rings import FLOW, ring
 
 FOLLOWED = Policy(pipeline_from_dofs=0)

@@ -17,7 +17,7 @@ from prensa.solver.equilibrium import Equilibrium, Reporter
 from prensa.solver.newton import newton
 from prensa.solver.predictor import Guess
 from prensa.system.outcome import NewtonResult
-from prensa.timer.timer import Timer
+from prensa.timer import Timer
 
 ENFORCEMENTS = [pr.Penalty(), pr.Augmented(), pr.Exact()]
 FRICTION = [None, pr.Coulomb(0.2)]

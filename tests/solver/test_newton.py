@@ -173,7 +173,7 @@ def test_steps_may_go_far_until_one_has_failed():
     """A block that nothing but contact holds: at the first attempt at an increment; one that stands on its support: always."""
     from prensa.linear.rigid_modes import loose_bodies
     from prensa.solver.time_stepping import Messages, TimeStepping
-    from prensa.timer.timer import Timer
+    from prensa.timer import Timer
 
     metal = pr.J2(E=1e3, nu=0.3, flow=pr.Voce(s0=1.0, Q=1.0, b=10.0))
     for held, expected in ({"b.left": "x"}, (True, False)), ({"b.bottom": "xy"}, (True, True)):

@@ -38,7 +38,7 @@ from prensa.solver.time_stepping import at_rest
 from prensa.system.discretise import discretise
 from prensa.system.state import State
 from prensa.system.system import System
-from prensa.timer.timer import Timer
+from prensa.timer import Timer
 
 log = logging.getLogger("prensa")
 

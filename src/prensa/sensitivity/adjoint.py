@@ -34,7 +34,7 @@ from prensa.system.planning import plan_step
 from prensa.system.state import State
 from prensa.system.symmetry_planes import guard_of
 from prensa.system.system import System
-from prensa.timer.timer import Timer
+from prensa.timer import Timer
 from prensa.types import Array
 
 

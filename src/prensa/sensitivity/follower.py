@@ -11,7 +11,7 @@ from prensa.linear.threads import ONE_OF_BLAS
 from prensa.result.increment import Increment
 from prensa.sensitivity.increments import Derived
 from prensa.solver.reporting import Messages
-from prensa.timer.timer import Timer
+from prensa.timer import Timer
 
 
 class Follower:

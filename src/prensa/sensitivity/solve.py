@@ -30,7 +30,7 @@ from prensa.system.outcome import NewtonResult
 from prensa.system.state import State
 from prensa.system.symmetry_planes import Guard, extended_derivatives, guard_of, system_of
 from prensa.system.system import System
-from prensa.timer.timer import Timer
+from prensa.timer import Timer
 
 
 def solve(

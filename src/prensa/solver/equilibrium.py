@@ -63,8 +63,8 @@ class Equilibrium:
             return self.reduced.assembly.evaluate(self.context, u, lam, stiffness, **overrides)
 
     @property
-    def helped(self) -> bool:
-        """Whether the iteration may have what helps it: it is Newton's, with its line search."""
+    def globalised(self) -> bool:
+        """Whether line search and the other globalisation measures are allowed: they are Newton's."""
         return self.numerics.line_search and self.numerics.iteration != "paper"
 
     @cached_property

@@ -66,7 +66,7 @@ from prensa.system.state import Clock, State
 from prensa.system.symmetry_planes import Guard, Nearing, extended, names_of, with_planes
 from prensa.system.system import Evaluation, System
 from prensa.system.time_integration import BACKWARD_EULER, TimeRule, all_follow, growths, unsteadiness
-from prensa.timer.timer import Timer
+from prensa.timer import Timer
 from prensa.types import Array
 
 log = logging.getLogger("prensa")
