@@ -9,7 +9,7 @@ import pytest
 
 import prensa as pr
 from prensa.elements import derivatives, plane
-from prensa.elements.derivatives import SIMD_LANES, Along, At, Variant, shapes_of
+from prensa.elements.derivatives import BATCH, Along, At, Variant, shapes_of
 from prensa.elements.element import Chunk, Mode, element_of, workspace
 from prensa.materials import hencky_j2
 from prensa.materials.hardening import TABLE, Table
@@ -85,14 +85,14 @@ def plain(at: At, x_n: Any, x: Any, committed: Any, p: Any) -> tuple[Any, Any, A
 def directions(at: At) -> Along:
     rng = np.random.default_rng(5)
     h, f = at.variant.fields, at.flow
-    p = at.p[:, None] * rng.standard_normal((len(at.p), SIMD_LANES))
+    p = at.p[:, None] * rng.standard_normal((len(at.p), BATCH))
     p[2:4] = 0.0
-    table = rng.standard_normal((len(f.knots), SIMD_LANES)), rng.standard_normal((*f.coefficients.shape, SIMD_LANES))
+    table = rng.standard_normal((len(f.knots), BATCH)), rng.standard_normal((*f.coefficients.shape, BATCH))
     if at.variant.kind == TABLE:  # plain functions find no roots of complex tables: those are compared with differences elsewhere
         p[4:] = 0.0
         table = table[0] * 0.0, table[1] * 0.0
-    x_n, x = rng.standard_normal((2, N, at.variant.nodes, 2, SIMD_LANES))
-    return Along(x_n, x, 1e-2 * rng.standard_normal((N, at.variant.points, h, SIMD_LANES)), p, *table)
+    x_n, x = rng.standard_normal((2, N, at.variant.nodes, 2, BATCH))
+    return Along(x_n, x, 1e-2 * rng.standard_normal((N, at.variant.points, h, BATCH)), p, *table)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.4])
@@ -110,10 +110,10 @@ def test_derivatives_are_those_of_the_functions(kind: str, space: str, cauchy: b
     assert np.abs(value[1] - new).max() <= 1e-12 * np.abs(new).max()
     if curve is not None:
         assert (at.new[..., 4] != at.old[..., 4]).mean() > 0.3
-    volume, dnew = np.random.default_rng(6).random((N, v.points)), np.empty((N, v.points, v.fields, SIMD_LANES))
+    volume, dnew = np.random.default_rng(6).random((N, v.points)), np.empty((N, v.points, v.fields, BATCH))
     forces = derivatives.forces_along(at, d)
     energy = derivatives.history_along(at, d, volume, dnew)
-    for j in range(SIMD_LANES):
+    for j in range(BATCH):
         start = (a + 1j * STEP * b[..., j] for a, b in zip((at.x_n, at.x, at.committed, at.p), d))
         exact = [a.imag / STEP for a in plain(at, *start)]
         assert np.abs(forces[..., j].reshape(N, -1) - exact[0]).max() <= 1e-12 * np.abs(exact[0]).max()
@@ -126,7 +126,7 @@ def test_derivatives_are_those_of_the_functions(kind: str, space: str, cauchy: b
     w, weights = rng.standard_normal((N, v.points, v.fields)) * 1e5, rng.standard_normal((N, v.dofs))
     found = derivatives.back(at, w, weights)
     pairs = ((found.x_n, d.x_n), (found.x, d.x), (found.committed, d.committed), (found.p, d.p))
-    for j in range(SIMD_LANES):
+    for j in range(BATCH):
         left = np.vdot(weights, forces[..., j]) + np.vdot(w, dnew[..., j])
         assert left == pytest.approx(sum(np.vdot(a, b[..., j]) for a, b in pairs), rel=1e-10)
     alone = derivatives.back(at, w, 0.0 * weights).x

@@ -132,7 +132,7 @@ def test_where_it_is_not_asked_for():
     shaken = u + 1e-3 * np.random.default_rng(1).normal(size=len(u)) * np.isin(np.arange(len(u)), eq.reduced.free)
     assert eliminated(eq, shaken, lam, eq.evaluate(shaken, lam)) is None
     alone = replace(eq, numerics=replace(eq.numerics, line_search=False))
-    assert not alone.helped
+    assert not alone.globalised
     for eq in (alone, held(block(pr.NeoHooke(1000.0, 0.3))), held(block(pr.NeoHooke(1000.0, 0.3), "q4_enhanced"))):
         lam, bent = eq.system.initial_multipliers(eq.context.state), eq.context.state.u.copy()
         eq.system.displacement(bent)[80] += 0.05

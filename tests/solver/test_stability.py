@@ -15,7 +15,7 @@ from prensa.policy import Policy
 from prensa.reference.buckling import elastica_clamped
 from prensa.result.increment import Increment
 from prensa.solver.equilibrium import Equilibrium, Reporter
-from prensa.solver.jump import Drag, goes_by_itself
+from prensa.solver.jump import Drag, is_path_independent
 from prensa.solver.stabilisation import Viscous, nodal_volumes
 from prensa.solver.stability import looked, softest_modes
 from prensa.system import failure
@@ -276,9 +276,9 @@ def test_what_has_a_memory_does_not_jump_by_itself(way, may):
         return Equilibrium(system, c, reduced, pr.Numerics(), POLICY, Reporter(print, print))
 
     problem = _crown(**way)
-    assert goes_by_itself(equations(problem)) == may
+    assert is_path_independent(equations(problem)) == may
     pushed = replace(problem, steps=(pr.Step("press", push={"tool": pr.Push(y=-1.0)}),))
-    assert not goes_by_itself(equations(pushed))
+    assert not is_path_independent(equations(pushed))
 
 
 def test_the_matrix_of_the_drag_is_exact():

@@ -190,7 +190,7 @@ def forces(
 def _normal(
     g, s, lam, k_n, h, round_off, closed, coordinate, want, foundation, p, touching, rests, lam_T, ds, slope
 ):  # fmt: skip
-    """Pressures p (k,) at gaps g (k,), which points resist, and which are open by no more than round-off.
+    """Active set of the normal contact: pressures p (k,) at gaps g (k,), which points resist, which are open by round-off only.
 
     ``closed``: committed flags; ``want``: branches as of `forces`. slope (k,): derivative of p by λ_n. Besides lam_T (k, t), the
     tangential multipliers, and ds (k, t), the ways since the last commit.

@@ -33,7 +33,7 @@ from prensa.materials.hencky_j2 import (
 from prensa.materials.j2 import CURVE_AT, TABLES, metal
 from prensa.types import Array
 
-SIMD_LANES = 4
+BATCH = 4
 """Directions at a time: they share what there is of values, and more would not stay in registers."""
 
 

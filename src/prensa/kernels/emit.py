@@ -2,7 +2,7 @@
 
 A kernel reads numbers of rows (points, or elements with points of their own), computes, and writes numbers of the same rows.
 Eight rows go side by side through explicit SIMD instructions, so that neither a loop vectoriser nor an inference of types sees
-graphs of thousands of operations. Rows that there are not, beyond the last one, are that one again: what a row answers depends
+graphs of thousands of operations. A last, incomplete group is padded by repeating the last row: what a row answers depends
 neither on its place nor on threads. A product that is added to something is always added in one operation, whatever else is
 computed beside it: a residual has the same bits with and without its tangent. No flag of fast arithmetic is set, which would
 leave that to the compiler; no-NaN and no-infinity would delete the tests by which points fail.

@@ -1,4 +1,4 @@
-"""Between arrays that have the numbers of a point side by side and scratch that has those of many points side by side.
+"""SIMD transposition between array-of-structures and structure-of-arrays layout, eight points at a time.
 
 Kernels that answer for many points at once take a quantity of all of them as one row of their scratch. Numbers that are carried
 there and back one by one take up to half of such a kernel's time. Here eight points go at a time: eight numbers of each are one

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.elements.derivatives import SIMD_LANES
+from prensa.elements.derivatives import BATCH
 from prensa.elements.kinds.isoparametric import Isoparametric
 from prensa.elements.kinds.q4_fbar import Q4Bar
 from prensa.materials.flow_curve import FlowParameters
@@ -51,7 +51,7 @@ class Change(NamedTuple):
 
 
 class Group(NamedTuple):
-    """``size`` directions, `SIMD_LANES` or fewer, from the ``first`` on, which go through the kernels of elements together.
+    """``size`` directions, `BATCH` or fewer, from the ``first`` on, which go through the kernels of elements together.
 
     By block ``p`` (9, s), changes of the numbers of a metal (see `prensa.materials.j2.numbers`), and ``tables``, those of the
     knots (k, s) and coefficients (k − 1, 4, s) of its flow curve.
@@ -87,7 +87,7 @@ class Changes(NamedTuple):
         none = [np.zeros((*v.shape, 0)) for v in each[0].volume]
         volume = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.volume for ch in last))) if last else tuple(none)
         scale = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.scale for ch in each)))
-        groups = tuple(_group(each[first : first + SIMD_LANES], first, curves) for first in range(0, len(each), SIMD_LANES))
+        groups = tuple(_group(each[first : first + BATCH], first, curves) for first in range(0, len(each), BATCH))
         return cls(tuple(each), X, volume, np.stack([ch.at for ch in each], axis=-1), scale, groups)
 
     def places(self, own: slice, nodes: int) -> Array:

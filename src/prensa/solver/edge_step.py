@@ -61,7 +61,7 @@ def applies(eq: Equilibrium, e: Evaluation) -> bool:
     """
     loads = eq.context.interactions[len(eq.context.surfaces) :]
     led = eq.tools_are_moved and all(isinstance(load, Release) for load in loads)
-    if not (led and eq.helped and e.contacts) or len(eq.reduced.free) > eq.policy.edge_max_unknowns:
+    if not (led and eq.globalised and e.contacts) or len(eq.reduced.free) > eq.policy.edge_max_unknowns:
         return False
     return not eq.reduced.equations and eq.reduced.factorisation.factored
 

@@ -50,7 +50,7 @@ class Equilibrium:
     """Whether bodies may flow, and steps may go far: supports hold each of them, or no attempt at the increment has failed."""
     keeps_matrix: bool = False
     """Whether the matrix at the solution is wanted: evaluations that are likely to be the last make it."""
-    foreseen: WarmStart | None = None
+    warm_start: WarmStart | None = None
     """What solutions of the same increment with other ends lead to expect; None where there are none."""
     may_turn: bool = False
     """Whether flow is expected to turn at the first iterate, as in the last increments; nothing but time depends on it."""
@@ -63,8 +63,8 @@ class Equilibrium:
             return self.reduced.assembly.evaluate(self.context, u, lam, stiffness, **overrides)
 
     @property
-    def helped(self) -> bool:
-        """Whether the iteration may have what helps it: it is Newton's, with its line search."""
+    def globalised(self) -> bool:
+        """Whether line search and the other globalisation measures are allowed: they are Newton's."""
         return self.numerics.line_search and self.numerics.iteration != "paper"
 
     @cached_property

@@ -1,4 +1,4 @@
-"""A jump of bodies that remember nothing: overdamped motion from where their path ends to the next stable equilibrium.
+"""Snap-through of bodies without history: overdamped motion from where their path ends to the next stable equilibrium.
 
 What is elastic and smooth has a potential, and its equilibria depend on where the tools are alone. Where none of them
 follows on the last one, the bodies go on by themselves. They are let do so at standing tools, against viscous forces, by implicit
@@ -21,8 +21,8 @@ from prensa.system.system import Evaluation, System
 from prensa.types import Array
 
 
-def goes_by_itself(eq: Equilibrium) -> bool:
-    """Whether the way to an equilibrium is no part of it: elastic bodies, smooth contacts, and nothing but ways drives them.
+def is_path_independent(eq: Equilibrium) -> bool:
+    """Whether the equilibrium does not depend on the path: elastic bodies, smooth contacts, and all motions prescribed.
 
     Beyond a limit *force* a body goes as far as it takes to bear the force elsewhere: that is for the user to decide on.
     """

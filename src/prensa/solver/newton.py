@@ -140,7 +140,7 @@ def terminate(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Eval
         return Diverged()
     least = state.least
     least.append(min(state.norm, least[-1]) if least else state.norm)
-    if eq.helped and len(least) > policy.max_nonimproving and least[-1] == least[0]:
+    if eq.globalised and len(least) > policy.max_nonimproving and least[-1] == least[0]:
         return Stagnated(state.relative)
     if len(least) > policy.stagnation_iterations + 2 and least[-1] > policy.stagnation_ratio * least[-1 -
         policy.stagnation_iterations]:

@@ -67,7 +67,7 @@ def applies(eq: Equilibrium) -> bool:
     An iteration that was asked for without what helps it is left out.
     """
     system, reduced = eq.system, eq.reduced
-    if not eq.helped:
+    if not eq.globalised:
         return False
     plain = isinstance(reduced.assembly, Whole) and type(reduced.restriction) is Selected and not reduced.equations
     flows = system.dofs.dimension == 2 and any(b.law.plastic for b in system.blocks)

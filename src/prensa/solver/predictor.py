@@ -1,4 +1,8 @@
-"""First iterate of an increment: the last increments extrapolated, or the committed state moved by the linearised system."""
+"""Predictor: the first iterate of an increment.
+
+In order: a warm start from other ends of the same increment, the last increments extrapolated, or the committed state moved by
+the linearised system.
+"""
 
 from __future__ import annotations
 
@@ -35,17 +39,17 @@ class Guess:
 def initial_guess(eq: Equilibrium, start: Array, lam: Array) -> Guess:
     """The extrapolation where it is good, else the answer of the linearised system; start (ndof,): the committed state."""
     values = eq.context.plan.values(eq.context.time)
-    guess = _foreseen(eq, values, lam) or _extrapolated(eq, start, values, lam)
+    guess = _warm_started(eq, values, lam) or _extrapolated(eq, start, values, lam)
     return guess if guess is not None else _linearised(eq, start, values, lam)
 
 
-def _foreseen(eq: Equilibrium, values: Array, lam: Array) -> Guess | None:
+def _warm_started(eq: Equilibrium, values: Array, lam: Array) -> Guess | None:
     """What other ends of the same increment lead to expect; None if there are none, or they are of another branch than this."""
-    if eq.foreseen is None:
+    if eq.warm_start is None:
         return None
-    u = eq.foreseen.u.copy()
+    u = eq.warm_start.u.copy()
     u[eq.reduced.fixed] = values
-    project_prediction(eq.system, eq.context, u, eq.policy, eq.foreseen)
+    project_prediction(eq.system, eq.context, u, eq.policy, eq.warm_start)
     u[eq.reduced.fixed] = values
     u = eq.system.with_slaves(u)
     e = eq.evaluate(u, lam)

@@ -23,7 +23,7 @@ from prensa.linear.reduction import Reduced
 from prensa.policy import Policy
 from prensa.solver.attempt import attempt_from
 from prensa.solver.equilibrium import Equilibrium
-from prensa.solver.jump import goes_by_itself, jump
+from prensa.solver.jump import is_path_independent, jump
 from prensa.system.failure import Diverged, Jumped, LimitPoint, NotConverged, Singular, Stagnated, ToolRunaway, Unstable
 from prensa.system.interaction import Context
 from prensa.system.outcome import NewtonResult
@@ -100,7 +100,7 @@ def _begun(reduced: Reduced, bodily: Flags, columns: int) -> Array:
 
 # ------------------------------------------------------------------------------------------------------ what follows from it
 def judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbacks: int, may_cut: bool) -> NewtonResult:
-    """The outcome of an attempt with its stability: refused, replaced by one beside it, told; or a limit point.
+    """The outcome of an attempt with its stability: rejected, replaced by a nearby stable solution, reported, or a limit point.
 
     An unstable equilibrium is refused as long as shorter increments may find the stable one, which an imperfection leads
     to. Then a stable one is looked for beside it: perfect structures have no other way to leave theirs. Where there is none
@@ -109,7 +109,7 @@ def judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbac
     """
     found = _judged(eq, result, acceptance, cutbacks, may_cut)
     ends = isinstance(found.reason, LimitPoint) and (at_limit(eq.context, eq.policy) or not may_cut)
-    if found.converged or not ends or not goes_by_itself(eq):
+    if found.converged or not ends or not is_path_independent(eq):
         return found
     return _jump(eq, found.iterations, acceptance) or found
 

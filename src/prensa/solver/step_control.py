@@ -1,4 +1,7 @@
-"""How long increments are: the first of a step, the next after one that converged or failed, and where they have to end."""
+"""Step control: the length of increments (time steps).
+
+That is the first of a step, the next after one that converged or failed, and where they have to end.
+"""
 
 from __future__ import annotations
 

@@ -466,17 +466,17 @@ class TimeStepping:
         return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, far, may_turn=turning)
 
     def attempt(
-        self, c: Context, start: Array, was_cut: bool, foreseen: WarmStart | None = None, uncut: bool = False
+        self, c: Context, start: Array, was_cut: bool, warm_start: WarmStart | None = None, uncut: bool = False
     ) -> NewtonResult:  # fmt: skip
-        """Outcome of one attempt, on the condensed system where there is one; ``foreseen``: see `Equilibrium`."""
+        """Outcome of one attempt, on the condensed system where there is one; ``warm_start``: see `Equilibrium`."""
         eq = self.equilibrium(c, uncut)
         if self.condensed is not None:
             return self.condensed.attempt(
                 lambda reduced: attempt(replace(eq, reduced=reduced), start, was_cut), c, start, self.timer
             )
-        if foreseen is None:
+        if warm_start is None:
             return attempt(eq, start, was_cut)
-        result = attempt(replace(eq, foreseen=foreseen), start, was_cut=False)
+        result = attempt(replace(eq, warm_start=warm_start), start, was_cut=False)
         if result.converged:
             return result
         again = attempt(eq, start, was_cut)

@@ -1,4 +1,4 @@
-"""Reading of ``checkpoint.h5``: the case and its last committed state, for a resume and for cases that start from a run.
+"""Checkpoints for a restart, ``checkpoint.h5``: the case and its last committed state, to resume or to start another case from.
 
 Layout of the file: attributes ``format``, ``version`` (of the layout), ``prensa`` (of the package), ``input_hash`` (of
 the case) and ``state_hash`` (of the arrays); data set ``case`` (YAML text); group ``state`` (one data set per array of
