@@ -242,7 +242,7 @@ def test_the_tangent_of_kept_multipliers_is_exact(friction, step):
     u[c.plan.fixed] = c.plan.values(c.time)
     way[free] = np.random.default_rng(1).standard_normal(len(free))
     e = system.evaluate(c, u, system.initial_multipliers(inc.state))
-    assert e.contacts[0].kept is not None
+    assert e.contacts[0].redundant is not None
     K = csc_matrix((e.data, system.pattern.indices, system.pattern.indptr), (system.ndof, system.ndof))
     ends = [system.evaluate(c, u + s * 1e-7 * way, inc.state.lam, stiffness=False).r for s in (1, -1)]
     change = (K @ way)[free]

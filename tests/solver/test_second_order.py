@@ -28,7 +28,7 @@ def forces(problem: pr.Problem, numerics: pr.Numerics, **policy: Any) -> dict[fl
 def test_errors_in_time_of_upsetting(space: str, mu: float) -> None:
     """Increments nearly twice as long, and errors at 10, 20 and 30 % less than a quarter of those of backward Euler."""
     problem = upsetting((8, 6), mu, space=space, reductions=(0.1, 0.2, 0.3))
-    exact = forces(problem, BDF2, plastic=0.001)
+    exact = forces(problem, BDF2, plastic_strain_increment=0.001)
     first = forces(problem, EULER)
     for rule in (BDF2, AUTO):
         second = forces(problem, rule)
@@ -128,7 +128,7 @@ def test_increments_after_a_node_has_landed_are_short() -> None:
 def test_increments_follow_the_tolerance() -> None:
     """Differences of the two orders stay near what is asked for, and a force is nearer the converged one for it."""
     problem = upsetting((6, 4), 0.1, reductions=(0.1, 0.2))
-    exact = forces(problem, BDF2, plastic=0.001)
+    exact = forces(problem, BDF2, plastic_strain_increment=0.001)
     states = [i.state for i in pr.solve(problem, WITHIN)]
     spent = [s.clock.unsteady * s.dt_last for s in states if s.clock.dt > 0.0]
     assert float(np.median(spent)) < 1.1 * 0.01 < float(np.max(spent))

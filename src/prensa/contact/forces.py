@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.contact.integration import Points
-from prensa.contact.kept import Held, Kept
 from prensa.contact.record import ContactRecord
+from prensa.contact.redundant import RedundantMultipliers, RedundantPoints
 from prensa.contact.stencil import Response, Stencils, assemble
 from prensa.friction.law import At, FrictionLaw
 from prensa.friction.return_map import BRANCH, DECIDE, OPEN, SLIDING, STUCK, return_map
@@ -28,15 +28,15 @@ NEARBY = 8  # flag of a branch: a point resists that is open by less than `TOUCH
 TOUCH = 1e-10  # gap over element depth below which a point touches where an increment starts
 
 
-class Branches(NamedTuple):
+class ContactSets(NamedTuple):
     """Which points are ``closed`` and which of those ``slip`` (k,): the sides of the kinks of contact and friction.
 
-    ``held``: whose multipliers supports leave undetermined; None if nobody's.
+    ``redundant``: whose multipliers supports leave undetermined; None if nobody's.
     """
 
     closed: Flags
     slip: Flags
-    held: Held | None = None
+    redundant: RedundantPoints | None = None
 
     @property
     def wanted(self) -> Bytes:
@@ -53,7 +53,7 @@ class ContactForces(NamedTuple):
     ``rests`` (k,): closed, or open by no more than round-off.
     bound (k, 2): what friction can bear per area and its derivative by p; None without friction.
     ``points``: those of the increment, which differ from the surface's where edges are cut.
-    ``kept``: what multipliers are that supports leave undetermined; None if there are none.
+    ``redundant``: what multipliers are that supports leave undetermined; None if there are none.
     """
 
     stencils: Stencils
@@ -71,7 +71,7 @@ class ContactForces(NamedTuple):
     stretched: Array | None = None
     bound: Array | None = None
     points: Points | None = None
-    kept: Kept | None = None
+    redundant: RedundantMultipliers | None = None
 
     @property
     def g(self) -> Array:
@@ -79,9 +79,9 @@ class ContactForces(NamedTuple):
         return self.stencils.g
 
     @property
-    def branches(self) -> Branches:
+    def active_sets(self) -> ContactSets:
         """The sides on which the points are, and on which K has them."""
-        return Branches(self.dp[:, 0] > 0, self.slip, self.kept and self.kept.held)
+        return ContactSets(self.dp[:, 0] > 0, self.slip, self.redundant and self.redundant.points)
 
     @property
     def vectors(self) -> Array:
@@ -241,8 +241,8 @@ def with_stretched_bounds(K: Array, f: ContactForces, points: Points, share: Arr
     assert f.stretched is not None
     m = K.shape[1]
     falls = (f.stretched - f.t)[:, 0]
-    if f.kept is not None:
-        falls = np.where(f.kept.held.tangential, f.kept.falls, falls)
+    if f.redundant is not None:
+        falls = np.where(f.redundant.points.tangential, f.redundant.falls, falls)
     falls = falls / f.area * share * f.weight * scale.unit / scale.k_t
     out = np.zeros((len(K), m + 1, m + 1))
     out[:, :m, :m] = K
@@ -262,8 +262,8 @@ def multiplier_rows(f: ContactForces, lam: Array, scale: Scale) -> tuple[Array, 
     w, c = f.weight, scale.unit
     stiff = np.stack([scale.k_n, *[scale.k_t] * (n - 1)], axis=1)
     values, dR = np.hstack([f.p[:, None], f.t]), np.concatenate([f.dp[:, None], f.dt], axis=1)
-    if f.kept is not None:
-        f.kept.put(values, dR)
+    if f.redundant is not None:
+        f.redundant.put(values, dR)
     R = (w * c)[:, None] * ((values - lam) / stiff)
     K = np.empty((len(w), q + n, q + n))
     K[:, :q, :q] = f.K

@@ -11,8 +11,8 @@ import numpy as np
 from prensa.contact.cut import Corners
 from prensa.contact.forces import Scale
 from prensa.contact.integration import Points
-from prensa.contact.kept import Supports
 from prensa.contact.masters import RigidMaster
+from prensa.contact.redundant import Supports
 from prensa.layout import DofMap, Field
 from prensa.mesh.mesh import Mesh
 from prensa.model import problem as model

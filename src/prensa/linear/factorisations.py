@@ -274,7 +274,7 @@ def available(choice: str) -> list[str]:
     return [*order, "superlu"]
 
 
-class Kept(NamedTuple):
+class KeptFactors(NamedTuple):
     """Factors that outlive those that come after them; ``scale``: see `Factorisation`."""
 
     factors: _Lasting
@@ -395,9 +395,9 @@ class Factorisation:
         scale = self.scale if b.ndim == 1 else self.scale[:, None]
         return scale * np.asarray(self._solve(scale * b))
 
-    def kept(self) -> Kept | None:
+    def kept(self) -> KeptFactors | None:
         """The last factors, to keep them; None where later ones take their place, or they are symmetric, which are cheap."""
-        return Kept(self._solve, self.scale) if isinstance(self._solve, _Lasting) else None
+        return KeptFactors(self._solve, self.scale) if isinstance(self._solve, _Lasting) else None
 
     def detach(self) -> Factorisation:
         """The same with the factors at hand; what the two do to theirs from here on is their own, in threads of their own too.
@@ -754,7 +754,7 @@ class DenseFactors:
         """As `Factorisation.apart`."""
         return copy(self)
 
-    def kept(self) -> Kept | None:
+    def kept(self) -> KeptFactors | None:
         """None: nobody goes backwards with dense factors."""
         return None
 

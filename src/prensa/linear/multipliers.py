@@ -40,7 +40,7 @@ def determined(e: Evaluation, b: Array, equations: list[Equations], policy: Poli
     Where supports hold the node along the normal, the equation must be met (else `BlockedError`). Where they hold it
     along the tangent, or along both while the normal takes the one dof left, a node that moves against the tool cannot
     stick: its multiplier is put beyond the bound. (What one that does not move keeps, its equation says itself: see
-    `prensa.contact.kept`.) Everywhere else the diagonal is small and only shares what redundant constraints carry together;
+    `prensa.contact.redundant`.) Everywhere else the diagonal is small and only shares what redundant constraints carry together;
     Newton's order does not feel it.
     """
     assert e.data is not None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol, Unpack
 import numpy as np
 
 from prensa.linear.constraints import Tied
-from prensa.linear.factorisations import Factorisation, Kept, running
+from prensa.linear.factorisations import Factorisation, KeptFactors, running
 from prensa.linear.multipliers import Equations, determined
 from prensa.linear.threads import threads_of
 from prensa.model import problem as model
@@ -130,7 +130,7 @@ class Factors(Protocol):
     def coarse(self, matrix: Array) -> bool:
         """Factors of a matrix in single precision for use `again`, unchecked; whether there are any."""
 
-    def kept(self) -> Kept | None:
+    def kept(self) -> KeptFactors | None:
         """The last factors, to keep them for the transpose of their matrix; None where that is not possible."""
 
     def detach(self) -> Factors:

@@ -32,7 +32,7 @@ from prensa.solver.time_stepping import Due, fresh_mesh
 from prensa.system.discretise import on_meshes
 from prensa.system.element_sizes import section_area, size_field
 from prensa.system.failure import BeyondSmall, FreeToMove, MetalInside, sentence
-from prensa.system.interaction import Branches, Context, Overrides, Part, Request, Response
+from prensa.system.interaction import ActiveSets, Context, Overrides, Part, Request, Response
 from prensa.system.outcome import NewtonResult
 from prensa.system.schedule import StepPlan
 from prensa.system.state import State
@@ -79,13 +79,13 @@ class AtRest:
     def __init__(self, assembly: Assembly, system: System) -> None:
         self.assembly = assembly
         flows = tuple(np.zeros(b.volume.size, dtype=bool) if b.law.plastic else None for b in system.blocks)
-        self.like, self.stick = Branches((), flows), np.ones(sum(len(s.points) for s in system.surfaces), dtype=bool)
+        self.active_sets, self.stick = ActiveSets((), flows), np.ones(sum(len(s.points) for s in system.surfaces), dtype=bool)
 
     def evaluate(
         self, c: Context, u: Array, lam: Array, stiffness: bool = True, **overrides: Unpack[Overrides]
     ) -> Evaluation:  # fmt: skip
         """See `Assembly`."""
-        overrides |= {"like": self.like, "stick": self.stick}
+        overrides |= {"active_sets": self.active_sets, "stick": self.stick}
         return self.assembly.evaluate(c, u, lam, stiffness, **overrides)
 
     def apply(self, data: Array, delta: Array) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 
 from prensa.analysis import check_arguments, report_preflight
 from prensa.errors import ArgumentError, take
-from prensa.linear.factorisations import Kept as KeptFactors
+from prensa.linear.factorisations import KeptFactors
 from prensa.linear.threads import ONE_OF_BLAS
 from prensa.measures import parse
 from prensa.measures.measure import Gradient, Measure
@@ -234,7 +234,7 @@ class Recorded(Followed):
         assert self.reduced is not None
         assert result.evaluation is not None
         e = result.evaluation
-        at = Converged(replace(c, picard_friction=False), result.u, self.system.branches(c, e), self.reduced,
+        at = Converged(replace(c, picard_friction=False), result.u, self.system.active_sets(c, e), self.reduced,
             factors=self._factors())
         if e.data is not None and not c.picard_friction and self.room >= e.data.nbytes:
             self.room -= e.data.nbytes

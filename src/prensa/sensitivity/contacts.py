@@ -13,8 +13,8 @@ import numpy as np
 
 from prensa.contact.directions import along, energies, grown, jvp_explicit
 from prensa.contact.forces import ContactForces, Scale
-from prensa.contact.kept import Kept
 from prensa.contact.record import ContactRecord
+from prensa.contact.redundant import RedundantMultipliers
 from prensa.contact.surface import Surface
 from prensa.system.interaction import Context
 from prensa.types import Array
@@ -82,29 +82,29 @@ class Points:
             before.area, lam, before.coordinate, before.scale, before.mu, before.X, before.place, p, t, moved, F, r,
         )  # fmt: skip
         out = cls(s, f, scale, way, f.kappa - c.committed[number].slip, before, p, t, moved, F, kappa, lam, Fn, Ft)
-        if f.kept is not None:
-            out._keep(f.kept, pressure, r)
+        if f.redundant is not None:
+            out._keep(f.redundant, pressure, r)
         return out
 
-    def _keep(self, kept: Kept, pressure: Array, r: Array) -> None:
+    def _keep(self, redundant: RedundantMultipliers, pressure: Array, r: Array) -> None:
         """Put into r (ndof, d) the equations of multipliers that supports leave undetermined; pressure (k, d): committed."""
         f, first = self.f, self.surface.unknowns.start
-        n, t, cut = (np.flatnonzero(which) for which in kept.held)
+        n, t, cut = (np.flatnonzero(which) for which in redundant.points)
         size = (f.weight * self.scale.unit)[:, None]
         r[first + 2 * n] += (size / self.scale.k_n[:, None])[n] * (pressure - self.p)[n]
         traction = self.before.traction[:, 0].copy()
         traction[cut] = (
-            kept.by_p[cut, None] * self.p[cut] + np.sign(kept.t[cut])[:, None] * f.p[cut, None] * self.before.mu
+            redundant.by_p[cut, None] * self.p[cut] + np.sign(redundant.t[cut])[:, None] * f.p[cut, None] * self.before.mu
         )
         r[first + 2 * t + 1] += (size / self.scale.k_t[:, None])[t] * (traction - self.t)[t]
 
     def unmet(self) -> Array:
         """What conditions that supports prescribe move apart (d,), as forces: points that slide or open from a state of rest."""
-        if self.f.kept is None:
+        if self.f.redundant is None:
             return np.zeros(self.p.shape[1])
         size = (self.f.weight * self.scale.unit)[:, None]
         gaps, ways = (self.lam[:, 0] - self.p) / self.scale.k_n[:, None], self.s - self.before.coordinate[:, 0]
-        return self.f.kept.held.moved_apart(size * gaps, size * ways)
+        return self.f.redundant.points.moved_apart(size * gaps, size * ways)
 
     @staticmethod
     def grown(c: Context, number: int, dxn: Array) -> Array:

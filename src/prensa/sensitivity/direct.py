@@ -37,7 +37,7 @@ from prensa.solver.floating_bodies import rigid_approach
 from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.time_stepping import committed
 from prensa.system.assembly import Pattern, scatter_vector
-from prensa.system.interaction import Branches, Context
+from prensa.system.interaction import ActiveSets, Context
 from prensa.system.outcome import NewtonResult
 from prensa.system.planning import plan_step
 from prensa.system.release import release_forces
@@ -83,9 +83,9 @@ class Solution:
     e: Evaluation
 
     @cached_property
-    def branches(self) -> Branches:
+    def active_sets(self) -> ActiveSets:
         """Sides of the kinks on which its points are, for those that look beside it."""
-        return self.system.branches(self.c, self.e)
+        return self.system.active_sets(self.c, self.e)
 
 
 class Side(NamedTuple):
@@ -279,7 +279,7 @@ class Direction:
         for sign, system, stabilisation in self.sides:
             c = self._context(at, sign, system, stabilisation)
             u, lam = at.u + sign * self.step * x, system.initial_multipliers(c.state)
-            beside.append(system.evaluate(c, u, lam, stiffness=False, like=at.branches))
+            beside.append(system.evaluate(c, u, lam, stiffness=False, active_sets=at.active_sets))
         if any(e.failed for e in beside):
             return np.full_like(x, np.inf)
         return self.difference(beside[0].r, beside[1].r)
@@ -295,11 +295,11 @@ class Direction:
                 pushed[s.rows] = own
             else:
                 u[s.multipliers.slice] += (own / c.scales[k].unit[:, None]).ravel()
-        return Side(c, u, lam, system.evaluate(c, u, lam + pushed, stiffness=False, like=at.branches), pushed)
+        return Side(c, u, lam, system.evaluate(c, u, lam + pushed, stiffness=False, active_sets=at.active_sets), pushed)
 
     def _pushed(self, at: Solution, system: System, c: Context, k: int, u: Array) -> Array:
         """Multipliers (k, 1 + t) that leave the trial tractions of closed points as they are though gaps and slips change."""
-        f, s, closed = at.e.contacts[k], c.surfaces[k], at.branches.contacts[k].closed
+        f, s, closed = at.e.contacts[k], c.surfaces[k], at.active_sets.contacts[k].closed
         x, scale, before = system.stencils(s, u, c.state), c.scales[k], at.c.scales[k]
         n = scale.k_n * np.where(closed, x.g, 0.0) - before.k_n * np.where(closed, f.g, 0.0)
         ways = (x.s - c.committed[k].coordinate) * scale.k_t[:, None]
@@ -318,7 +318,7 @@ class Direction:
         moved = []
         for (sign, system, _), side in zip(self.sides, fixed):
             u = side.u + sign * self.step * x
-            e = system.evaluate(side.c, u, side.lam, stiffness=False, like=at.branches)
+            e = system.evaluate(side.c, u, side.lam, stiffness=False, active_sets=at.active_sets)
             moved.append(side._replace(u=u, e=e))
         flat = self.difference(moved[0].e.r, moved[1].e.r)
         unmet = sum(self._unmet(at, moved[0], moved[1], k) for k in range(len(at.c.surfaces)))
@@ -339,13 +339,13 @@ class Direction:
 
     def _unmet(self, at: Solution, above: Side, below: Side, k: int) -> float:
         """What conditions that supports prescribe move apart, as forces: points that slide or open from a state of rest."""
-        kept = at.e.contacts[k].kept
-        if kept is None:
+        redundant = at.e.contacts[k].redundant
+        if redundant is None:
             return 0.0
         ends = [(side.e.contacts[k], side.c.committed[k].coordinate) for side in (above, below)]
         g, s = (self.difference(a, b) for a, b in zip(*((f.g, (f.s - was)[:, 0]) for f, was in ends)))
         size = at.e.contacts[k].weight * at.c.scales[k].unit
-        return float(kept.held.moved_apart(size * g, size * s))
+        return float(redundant.points.moved_apart(size * g, size * s))
 
     def _folded(self, at: Solution, side: Context, e: Evaluation) -> float:
         """What the work of friction on a side has from sizes of tractions that a step turns round: of points that just touch.

@@ -144,7 +144,7 @@ class Differentiation:
         at = Solution(system, c, result.u, result.evaluation)
         # Newton's last matrix has its own branches; where it is for corrections, its values may be those of the free dofs alone
         if at.e.data is None or picard_friction or self.reduced.factorisation.follows:
-            at.e = system.evaluate(c, result.u, system.initial_multipliers(c.state), like=at.branches)
+            at.e = system.evaluate(c, result.u, system.initial_multipliers(c.state), active_sets=at.active_sets)
         columns = Columns(self.reduced, at.e, system.pattern)
         known = [d for d in self.directions if d.is_known(c)] if covers(c) else []
         known.sort(key=lambda d: d.change is not None and d.change.X is not None)  # those that move bodies go last
@@ -286,7 +286,7 @@ class Differentiation:
         """Points of each contact that have closed or opened in an increment: forces have kinks there."""
         assert result.evaluation is not None
         pairs = zip(self.system.surfaces, result.evaluation.contacts)
-        return {s.name: int((f.branches.closed != c.state.contact.closed[s.rows]).sum()) for s, f in pairs}
+        return {s.name: int((f.active_sets.closed != c.state.contact.closed[s.rows]).sum()) for s, f in pairs}
 
     def _at_kinks(self, c: Context, result: NewtonResult) -> dict[str, int]:
         """Points of each contact that just touch, or stick on the bound of friction; what supports keep there is no kink."""
@@ -298,6 +298,6 @@ class Differentiation:
             if f.bound is not None:
                 bound = f.bound[:, 0]
                 full = ~f.slip & (f.p > scale.k_n * least) & (magnitude(f.t) >= (1.0 - BORNE) * bound) & (bound > 0.0)
-                at = at | full if f.kept is None else at | (full & ~f.kept.held.bounded)
+                at = at | full if f.redundant is None else at | (full & ~f.redundant.points.bounded)
             out[s.name] = int(at.sum())
         return out

@@ -16,17 +16,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prensa.contact.forces import ContactForces
-from prensa.contact.kept import Kept, closed_slopes
+from prensa.contact.redundant import RedundantMultipliers, closed_slopes
 from prensa.elements import derivatives, q4
 from prensa.elements.kinds.q4_fbar import Q4Bar
-from prensa.linear.factorisations import Kept as KeptFactors
+from prensa.linear.factorisations import KeptFactors
 from prensa.linear.reduction import Reduced, Selected
 from prensa.materials.hardening import TABLE
 from prensa.materials.j2 import CURVE_AT
 from prensa.sensitivity.bodies import SHIFT, Elements, elements_of, moduli_of
 from prensa.sensitivity.substitutions import Solve, Substitutions, begun
 from prensa.system.assembly import Block, Pattern, scatter_forces
-from prensa.system.interaction import Branches, Context
+from prensa.system.interaction import ActiveSets, Context
 from prensa.system.planning import plan_step
 from prensa.system.schedule import StepPlan
 from prensa.system.system import Evaluation, System
@@ -44,7 +44,7 @@ class Converged(NamedTuple):
 
     c: Context
     u: Array
-    branches: Branches
+    active_sets: ActiveSets
     reduced: Reduced
     evaluation: Evaluation | None = None
     factors: KeptFactors | None = None
@@ -359,7 +359,7 @@ def back(system: System, at: Converged, after: Weights, owed: Adjoints, earlier:
     ``earlier``: the increments before it, in order.
     """
     c, m = at.c, len(after.u)
-    e = at.evaluation or system.evaluate(c, at.u, system.initial_multipliers(c.state), like=at.branches)
+    e = at.evaluation or system.evaluate(c, at.u, system.initial_multipliers(c.state), active_sets=at.active_sets)
     columns = Backwards(at, earlier, e, system.pattern, owed)
     elements = elements_of(system, c, at.u, e)
     x, step_start = after.u.copy(), after.step_start
@@ -521,10 +521,10 @@ class Points:
             rows = r[:, s.unknowns].reshape(len(r), -1, 2) * (f.weight * scale.unit)[:, None]
             rows /= np.stack([scale.k_n, scale.k_t], axis=1)
             lam -= rows
-            if f.kept is not None:
-                rows, before, bound = _kept(f.kept, rows)
-                owed.stage(c).still.append(self._still(f.kept))
-                owed.stage(c).mu[:, self.number] += bound @ (np.sign(f.kept.t) * f.p)
+            if f.redundant is not None:
+                rows, before, bound = _kept(f.redundant, rows)
+                owed.stage(c).still.append(self._still(f.redundant))
+                owed.stage(c).mu[:, self.number] += bound @ (np.sign(f.redundant.t) * f.p)
             p, t = p + rows[:, :, 0], t + rows[:, :, 1]
         q = self._motions(F, p, t)
         nodal = q[:, :, : s.of_master.start].reshape(*q.shape[:2], -1, 2)
@@ -549,10 +549,10 @@ class Points:
         owed.scale[self.number][:, 2] += (lam * s.multipliers.of(self.u)).sum(axis=2)
         return ContactWeights(before[:, :, 0], before[:, :, 1], scale.k_t * trial)
 
-    def _still(self, kept: Kept) -> Still:
+    def _still(self, redundant: RedundantMultipliers) -> Still:
         """See `Still`."""
         f, s, c = self.f, self.surface, self.c
-        n, t, _ = (np.flatnonzero(which) for which in kept.held)
+        n, t, _ = (np.flatnonzero(which) for which in redundant.points)
         normal, along = f.stencils.dg, f.stencils.ds[:, 0]
         free = ~np.isin(s.dofs, c.plan.fixed)
         slopes = np.vstack([normal[n], closed_slopes(free, normal, along)[t]]) / s.points.depth[np.append(n, t), None]
@@ -581,13 +581,13 @@ class Points:
         owed.touching[master.number].append(Touching(local, g[:, on], turn[:, on], s[:, on], rounds))
 
 
-def _kept(kept: Kept, rows: Array) -> tuple[Array, Array, Array]:
+def _kept(redundant: RedundantMultipliers, rows: Array) -> tuple[Array, Array, Array]:
     """What weights (m, k, 2) of the multipliers' equations owe where supports leave multipliers undetermined.
 
     Weights of the pressures and tractions of the increment, of the committed ones (m, k, 2), of the bounds (m, k) at tractions.
     """
-    n, t, cut = kept.held
+    n, t, cut = redundant.points
     before, bound = rows * np.stack([n, t & ~cut], axis=1), np.where(cut, rows[:, :, 1], 0.0)
     rows = rows * ~np.stack([n, t], axis=1)
-    rows[:, :, 0] += kept.by_p * bound
+    rows[:, :, 0] += redundant.by_p * bound
     return rows, before, bound

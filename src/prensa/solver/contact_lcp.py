@@ -206,9 +206,9 @@ def _of_surface(s: Surface, f: ContactForces, scale: Scale, at: Index, lam: Arra
         # r has −F and the multipliers' equations w c (p − λ)/k; the trial pressure has λ = c ℓ itself
         c = f.weight * scale.unit
         by_row = np.hstack([np.ones((len(by_p), 1)), by_p])
-        if f.kept is not None:
-            by_row[f.kept.held.tangential, 1] = f.kept.by_p[f.kept.held.tangential]
-            by_row[f.kept.held.normal, 0] = 0.0
+        if f.redundant is not None:
+            by_row[f.redundant.points.tangential, 1] = f.redundant.by_p[f.redundant.points.tangential]
+            by_row[f.redundant.points.normal, 0] = 0.0
         rows = -(c[:, None] * by_row / np.stack([scale.k_n, *[scale.k_t] * t], axis=1))[at]
         own = np.zeros((len(at), 1 + t))
         own[:, 0] = scale.unit[at]

@@ -16,13 +16,13 @@ from prensa.contact.forces import (
     stretching,
     with_stretched_bounds,
 )
-from prensa.contact.kept import Held, Kept, hold
+from prensa.contact.redundant import RedundantMultipliers, RedundantPoints, hold
 from prensa.contact.stencil import Stencils
 from prensa.contact.surface import EPS, Surface
 from prensa.friction.law import bounded
 from prensa.friction.return_map import DECIDE, HOLD, STUCK
 from prensa.system.failure import FrictionTooSoft
-from prensa.system.interaction import Branches, Context, Discretisation, Part, Request, Response
+from prensa.system.interaction import ActiveSets, Context, Discretisation, Part, Request, Response
 from prensa.types import Array, Bytes, Index
 
 ROUND = 1.0  # round-off of a gap or slip over ε × size, at most
@@ -70,8 +70,8 @@ class ContactInteraction:
             None if ask.foundation is None else ask.foundation[own],
             s.points,
         )
-        if (kept := self._kept(c, f, round_off, ask.like)) is not None:
-            f = f._replace(kept=kept)
+        if (redundant := self._redundant(c, f, round_off, ask.active_sets)) is not None:
+            f = f._replace(redundant=redundant)
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
         stiff = weight * scale.k_n * (f.rests | (f.dp[:, 0] > 0)) + f.area * scale.k_t * f.resists
         out = Response(floor=_usual_sum(stiff * round_off), trial=f)
@@ -97,8 +97,8 @@ class ContactInteraction:
         would leave a resting body free.
         """
         s = c.surfaces[self.number]
-        if ask.like is not None and ask.like.contacts:
-            return ask.like.contacts[self.number].wanted
+        if ask.active_sets is not None and ask.active_sets.contacts:
+            return ask.active_sets.contacts[self.number].wanted
         if ask.guess:
             return np.where(c.committed[self.number].closed, STUCK, DECIDE | NEARBY).astype(np.int8)
         want = np.full(len(s.points), DECIDE, dtype=np.int8)
@@ -115,25 +115,30 @@ class ContactInteraction:
         centre = max(map(abs, master.at.tolist())) + max(map(abs, place.tolist()))
         return ROUND * EPS * (reduce(np.maximum, np.abs(x.arm).T) + centre)
 
-    def _kept(self, c: Context, f: ContactForces, round_off: Array, like: Branches | None) -> Kept | None:
-        """What multipliers are that supports leave undetermined, ``like`` another evaluation has them; None if there are none."""
+    def _redundant(
+        self, c: Context, f: ContactForces, round_off: Array, active_sets: ActiveSets | None
+    ) -> RedundantMultipliers | None:
+        """Multipliers that supports leave undetermined, at the points of ``active_sets`` if given; None if there are none."""
         s, k = c.surfaces[self.number], self.number
-        held = like.contacts[k].held if like is not None and like.contacts else self._held(c, f, round_off)
+        if active_sets is None or not active_sets.contacts:
+            held = self._held(c, f, round_off)
+        else:
+            held = active_sets.contacts[k].redundant
         if held is None:
             return None
         p, t, law, nothing = c.state.lam[s.rows, 0], c.committed[k].traction[:, 0], c.laws[k], np.zeros(len(f.p))
         if not (t * held.tangential).any():  # nothing to be cut down
-            return Kept(held, p, t, nothing, nothing)
+            return RedundantMultipliers(held, p, t, nothing, nothing)
         share, bound, by_p = f.weight / f.area, nothing, nothing
         pressure = np.maximum(f.p, 0.0) * share
         if law is not None:
             bound, by_p, _ = bounded(law, pressure, c.committed[k].slip, c.law_at[k])
-        if like is None:
+        if active_sets is None:
             held = held._replace(bounded=held.tangential & (np.abs(t) > bound))
         slope, cut = np.where(held.bounded, np.sign(t) * by_p, 0.0), np.where(held.bounded, np.sign(t) * bound, t)
-        return Kept(held, p, cut, nothing if c.picard_friction else slope * share, -slope * pressure)
+        return RedundantMultipliers(held, p, cut, nothing if c.picard_friction else slope * share, -slope * pressure)
 
-    def _held(self, c: Context, f: ContactForces, round_off: Array) -> Held | None:
+    def _held(self, c: Context, f: ContactForces, round_off: Array) -> RedundantPoints | None:
         """Closed points whose gap and way are zero since supports prescribe them; None if there are none."""
         s, supports = c.surfaces[self.number], c.supports[self.number]
         if supports is None:
@@ -143,7 +148,7 @@ class ContactInteraction:
             supports.at, supports.free, f.stencils.dg, f.stencils.ds[:, 0], f.dp[:, 0] > 0,
             f.g, f.s[:, 0], c.committed[self.number].coordinate[:, 0], s.points.depth, round_off, out,
         )  # fmt: skip
-        return Held(*out) if out.any() else None
+        return RedundantPoints(*out) if out.any() else None
 
     def _violation(self, f: ContactForces, rows: Array, scale: Scale, reach: float) -> float:
         """Largest residual of the multipliers' equations as a length over the element depth, beyond round-off."""

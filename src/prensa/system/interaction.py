@@ -14,10 +14,9 @@ from typing import NamedTuple, Protocol, TypedDict
 
 import numpy as np
 
-from prensa.contact.forces import Branches as Sides
-from prensa.contact.forces import ContactForces, Scale
-from prensa.contact.kept import Supports
+from prensa.contact.forces import ContactForces, ContactSets, Scale
 from prensa.contact.record import ContactRecord
+from prensa.contact.redundant import Supports
 from prensa.contact.stencil import Stencils
 from prensa.contact.surface import Geometry, Surface
 from prensa.friction.law import At, FrictionLaw
@@ -30,13 +29,13 @@ from prensa.system.time_integration import TimeRule
 from prensa.types import Array, Flags, Index
 
 
-class Branches(NamedTuple):
+class ActiveSets(NamedTuple):
     """On which side of their kinks all points are: the contacts', and which points (m q,) of each block flow plastically.
 
     ``contacts``: empty where that is for their gaps and tractions to decide.
     """
 
-    contacts: tuple[Sides, ...]
+    contacts: tuple[ContactSets, ...]
     flows: tuple[Flags | None, ...]
 
 
@@ -48,7 +47,7 @@ class Overrides(TypedDict, total=False):
     landed: Flags | None
     foundation: Array | None
     secant: float
-    like: Branches | None
+    active_sets: ActiveSets | None
 
 
 class Request(NamedTuple):
@@ -59,7 +58,7 @@ class Request(NamedTuple):
     (points,): contact points that a prediction has put on their tool from inside it. ``foundation`` (points, 2): shares
     of its normal and tangential stiffness with which a contact point resists in the matrix, whatever its state; 0: as it does.
     ``secant``: how far the matrix of the bodies goes from the tangent to the secant of plastic flow (see `At`).
-    ``like``: contact points are open or closed and stick or slip, and material points flow or do not, as they do there.
+    ``active_sets``: contact points are open or closed and stick or slip, and material points flow or do not, as they do there.
     """
 
     u: Array
@@ -71,7 +70,7 @@ class Request(NamedTuple):
     landed: Flags | None = None
     foundation: Array | None = None
     secant: float = 0.0
-    like: Branches | None = None
+    active_sets: ActiveSets | None = None
 
 
 class Part(NamedTuple):

@@ -28,7 +28,7 @@ from prensa.model.seconds import elapsed
 from prensa.system.assembly import Block, Pattern, scatter_matrix, scatter_vector, slots, sweep
 from prensa.system.contact_interaction import ContactInteraction
 from prensa.system.failure import ElementFailed, NotEvaluated
-from prensa.system.interaction import Branches, Context, Interaction, Overrides, Part, Request
+from prensa.system.interaction import ActiveSets, Context, Interaction, Overrides, Part, Request
 from prensa.system.loads import loads_of
 from prensa.system.schedule import StepPlan
 from prensa.system.self_equilibrated import self_equilibrated_forces
@@ -475,8 +475,8 @@ class System:
         """
         r, f_ext = np.zeros((2, self.ndof))
         data = np.zeros(self.pattern.entries) if stiffness else None
-        like = overrides.get("like")
-        bulk = self.bulk(c, u, r, data, None if like is None else like.flows, overrides.get("secant", 0.0))
+        active_sets = overrides.get("active_sets")
+        bulk = self.bulk(c, u, r, data, None if active_sets is None else active_sets.flows, overrides.get("secant", 0.0))
         if bulk.failed:
             return Evaluation(r, data, np.inf, (), (), r, bulk.failed)
         scale, floor, violation, loaded = NOTHING * self.stiffness + bulk.scale, bulk.floor, 0.0, False
@@ -511,13 +511,13 @@ class System:
         if part.K is not None and data is not None:
             scatter_matrix(part.K, self.places(part.key, part.dofs), data)
 
-    def branches(self, c: Context, e: Evaluation) -> Branches:
+    def active_sets(self, c: Context, e: Evaluation) -> ActiveSets:
         """The sides of their kinks on which the points are in an evaluation."""
         flows = []
         for block, new, old in zip(self.blocks, e.history, c.history):
             strains = (block.field(h, "plastic_strain") for h in (new, old)) if block.law.plastic else None
             flows.append(None if strains is None else np.not_equal(*strains).ravel())
-        return Branches(tuple(f.branches for f in e.contacts), tuple(flows))
+        return ActiveSets(tuple(f.active_sets for f in e.contacts), tuple(flows))
 
     def bulk(
         self, c: Context, u: Array, r: Array, data: Array | None, flows: Sequence[Flags | None] | None = None,

@@ -26,7 +26,7 @@ class Supports(NamedTuple):
     free: Flags
 
 
-class Held(NamedTuple):
+class RedundantPoints(NamedTuple):
     """Points (k,) that keep their pressure, their traction, and of the latter those whose traction the bound cuts down."""
 
     normal: Flags
@@ -41,13 +41,13 @@ class Held(NamedTuple):
         return np.asarray(np.abs(gaps[self.normal]).sum(axis=0) + np.abs(ways[self.tangential]).sum(axis=0))
 
 
-class Kept(NamedTuple):
-    """What multipliers of the points ``held`` are: p, t (k,), with t's derivative by the pressure, by_p (k,).
+class RedundantMultipliers(NamedTuple):
+    """What multipliers of the ``points`` are: p, t (k,), with t's derivative by the pressure, by_p (k,).
 
     ``falls`` (k,): a ∂t/∂a, what the traction gains where the current area a of the point grows under a given force.
     """
 
-    held: Held
+    points: RedundantPoints
     p: Array
     t: Array
     by_p: Array
@@ -55,7 +55,7 @@ class Kept(NamedTuple):
 
     def put(self, values: Array, slopes: Array) -> None:
         """Put them in the place of pressures and tractions (k, 2), whose slopes are (k, 2, 2 + m)."""
-        n, t = self.held.normal, self.held.tangential
+        n, t = self.points.normal, self.points.tangential
         slopes[t, 1] = self.by_p[t, None] * slopes[t, 0]
         values[t, 1], values[n, 0] = self.t[t], self.p[n]
         slopes[n, 0] = 0.0
