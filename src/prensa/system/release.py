@@ -24,7 +24,7 @@ NOTHING = 1e-8  # share of the outer forces below which there is nothing to let 
 def release_forces(system: System, state: State, plan: StepPlan) -> Array | None:
     """Forces (ndof,) carried in the committed state in which the step before ended, less those of a plan at its start.
 
-    What is left of those that the step before was release, which ended early, is among them.
+    What is left of those that the step before was releasing when it ended early is among them.
 
     Zero where it prescribes a tool's motion, and where a tool begins to roll; None if there is nothing to let go.
     """
