@@ -38,7 +38,7 @@ def objective(law: str, said: str, force: float, bore: float) -> Objective:
     e = ready(pr.Test(rubbed(said), table, observe), 1)
     path = "friction.mu" if "coulomb" in said else "friction.m"
     start = 0.12 if "coulomb" in said else 0.25
-    return Objective([e], [Parameter.of(path, start, None), Parameter.of(K, 450.0, None)], told=lambda _: None)
+    return Objective([e], [Parameter.of(path, start, None), Parameter.of(K, 450.0, None)], report=lambda _: None)
 
 
 @pytest.mark.parametrize(("law", "said"), [(COULOMB, SHEAR), (SHEAR, COULOMB)])
