@@ -314,8 +314,8 @@ def _weak(objective: Objective, covariance: Array) -> Any:
     parts = [f"{path} by {10 * w:+.2g} %" for path, w in told]
     error = 100 * float(np.sqrt(sizes[-1]) * np.abs(ways[:, -1]).max())
     yield (
-        f"least certain together: {' and '.join(path for path, _ in told)}. A change of {', '.join(parts)} is hardly seen; along "
-        f"this direction the standard error is {error:.2g} %. Measure one of them otherwise, or fix it"
+        f"least certain: {' and '.join(path for path, _ in told)} trade off against each other. A change of {', '.join(parts)} "
+        f"is hardly seen; along this direction the standard error is {error:.2g} %. Measure one of them otherwise, or fix it"
     )
 
 
