@@ -139,8 +139,8 @@ def forces(
     weight (k,); lam (k, 1 + t) multipliers normal, tangential; ``committed``: the points at the last commit; ``round_off`` (k,)
     of the gaps.
     want (k,): the branch that a point takes, its sides of the kinks: `DECIDE`, or `OPEN`, `STUCK`, `SLIDING` whatever pressure
-    and traction say, so that its forces are smooth. K has the slope of the side that p is on, so that a point in tension is
-    let go; what was closed and is open by round-off keeps that of closed points. To `DECIDE` may be added `NEARBY`, with which
+    and traction say, so that its forces are smooth. K has the slope of the side that p is on, so that a point in tension
+    opens; what was closed and is open by round-off keeps that of closed points. To `DECIDE` may be added `NEARBY`, with which
     a point also resists that is open by less than `TOUCH`, and `HOLD` (see `return_map`).
     area (k,): current areas, to which the tractions of a law that is not proportional to the pressure belong, its bound being
     that at the pressure per current area, P/a; None: those are ``weight``, or cancel. How areas depend on the positions is not

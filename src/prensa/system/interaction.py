@@ -40,7 +40,7 @@ class ActiveSets(NamedTuple):
 
 
 class Overrides(TypedDict, total=False):
-    """What an evaluation may be told to assume; see `Request`."""
+    """What an evaluation may be asked to assume; see `Request`."""
 
     stick: Flags | None
     guess: bool

@@ -22,7 +22,7 @@ from prensa.types import Array, Flags
 JUMP = 0.01  # way over the least element depth of the contacts that a table may begin elsewhere
 SMALL = 0.1  # mean displacement gradient from which small-strain kinematics is remarked upon
 ALONG = 0.9  # cosine from which a support acts along a tool's normal
-DIFFERS = 1e-6  # share of a force from which a table that does not begin with it is told
+DIFFERS = 1e-6  # share of a force from which a table that does not begin with it is reported
 AXES = ("x", "y", "rz")
 
 

@@ -26,7 +26,7 @@ SMALL_STRAIN_LIMIT = 0.1
 SMALL_STRAIN_VOLUME_SHARE = 0.05
 """Share of a body's volume that must exceed the limit; peaks under an edge depend on the mesh."""
 VOLUME_LOSS_LIMIT = 0.1
-"""Loss of volume beyond which elasticity no longer holds; no metal bears a tenth of its bulk modulus."""
+"""Loss of volume beyond which elasticity no longer holds; pressures of a tenth of the bulk modulus are beyond any metal."""
 METAL_STRAIN_LIMIT = 0.05
 """Elastic strain beyond which a metal has yielded long before."""
 
