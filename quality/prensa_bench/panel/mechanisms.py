@@ -350,6 +350,12 @@ GUARDS = (
         guard="tests/solver/test_stability.py::test_a_jump_that_is_short_is_taken_and_told",
     ),
     Mechanism(
+        "limit_points_of_friction",
+        "A failure between active sets whose tangents have determinants of opposite signs is named a limit point.",
+        (replaced(stability, stability.eigenvalue_across_sets, _nothing),),
+        guard="tests/solver/test_branches.py::test_an_ironing_that_friction_ends_is_a_limit_point_with_its_eigenvalue",
+    ),
+    Mechanism(
         "branch_beside",
         "Where an equilibrium is unstable, a stable one is looked for beside it: perfect structures buckle.",
         (replaced(stability, stability._beside, _nothing),),

@@ -261,6 +261,10 @@ class CondensedMatrix:
         M[:a, :a] += self.S
         return np.asarray(M)
 
+    def sparse(self, values: Array) -> csc_matrix:
+        """See `Restriction`."""
+        return csc_matrix(values)
+
 
 # --------------------------------------------------------------------------------------------------------- for time stepping
 class Condensation:

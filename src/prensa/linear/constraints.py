@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_matrix
+from scipy.sparse import csc_matrix, csr_matrix
 
 from prensa.system.assembly import Pattern
 from prensa.system.schedule import Control
@@ -50,6 +50,10 @@ class Tied:
     def values(self, data: Array, spent: bool = False) -> Array:
         """Values of the small matrix from those of the large one."""
         return np.asarray(self.sums @ data)
+
+    def sparse(self, values: Array) -> csc_matrix:
+        """See `prensa.linear.reduction.Restriction`."""
+        return csc_matrix((values, self.indices, self.indptr), (len(self.free),) * 2)
 
     def part(self, r: Array) -> Array:
         """Tᵀ r."""

@@ -21,7 +21,7 @@ from prensa.system.system import Evaluation, System
 from prensa.types import Array, Flags, Index, Single
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_matrix
+    from scipy.sparse import csc_matrix, csr_matrix
 
 
 def weights_of(system: System) -> Array:
@@ -77,6 +77,9 @@ class Restriction(Protocol):
 
     def values(self, data: Array, spent: bool = False) -> Array:
         """Values of K_ff for the matrix values of an evaluation; a copy, or in the place of those that are ``spent``."""
+
+    def sparse(self, values: Array) -> csc_matrix:
+        """The matrix (f, f) of such values."""
 
 
 class Factors(Protocol):
@@ -203,6 +206,12 @@ class Selected:
             data[end : end + len(kept)] = kept
             end += len(kept)
         return data[:end]
+
+    def sparse(self, values: Array) -> csc_matrix:
+        """See `Restriction`."""
+        from scipy.sparse import csc_matrix
+
+        return csc_matrix((values, self.indices, self.indptr), (len(self.free),) * 2)
 
 
 class Controlled(Selected):

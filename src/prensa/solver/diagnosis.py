@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from prensa.linear.rigid_modes import CLOSED, free_to_move
+from prensa.model.problem import stabilised
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.limits import friction_limits, limits, mostly_sheared
 from prensa.system.failure import (
@@ -41,8 +42,8 @@ from prensa.system.outcome import NewtonResult
 from prensa.system.system import Evaluation, System
 
 
-def hint(failure: Failure) -> str:
-    """What to try against a failure."""
+def hint(failure: Failure, has_viscous_forces: bool = False) -> str:
+    """What to try against a failure, in a step that ``has_viscous_forces`` already or not."""
     match failure:
         case _ if isinstance(failure, FreeToMove):
             return _what_holds(failure)
@@ -69,11 +70,12 @@ def hint(failure: Failure) -> str:
         case StartsInside():
             return "place the tool where it touches ('touching') and move it in over the first step"
         case Folded(hang=hang) if hang is not None:
-            return (
-                "'stabilise: auto' where the tool slides with friction: its corners hold such edges of four-noded elements then; "
+            first = "'stabilise: auto' where the tool slides with friction: its corners then hold edges of four-noded elements; "
+            words = (
                 "'element: t6' with edges that are short beside the tool, whose nodes go round its corner, and 'remesh: auto' "
                 "where metal flows round it; a 'fillet' of the tool as large as an edge there is long; less friction"
             )
+            return words if has_viscous_forces else first + words
         case Folded():
             return "a tool between the two sides, or a step that ends before they meet: bodies have no contact with themselves"
         case Distorted(past=Past(side, support)) | PastSupport(past=Past(side, support)):
@@ -87,9 +89,12 @@ def hint(failure: Failure) -> str:
                 "tool or less friction; 'remesh: auto', which makes the mesh of a body of 't6' anew where it wears out"
             )
         case LimitPoint() | Unstable() | Jumped():
+            first = "'stabilise: auto', which lets the jump happen against small viscous forces"
+            if has_viscous_forces:
+                first = "a larger number for 'stabilise', with which viscous forces slow the jump down more"
             return (
-                "'stabilise: auto', which lets the jump happen against small viscous forces; a tool that is moved "
-                "('move') instead of pushed or hung on a spring, or that leads its push ('control'); a step that ends before"
+                f"{first}; a tool that is moved ('move') instead of pushed or hung on a spring, or that leads its push "
+                "('control'); a step that ends before"
             )
         case Unsettled():
             return "a larger 'beta', or 'penalty'"
@@ -116,7 +121,8 @@ def _what_holds(failure: FreeToMove) -> str:
 
 def remedy(eq: Equilibrium, failure: Failure) -> str:
     """What to try against a failure, and against friction beyond what the metal bears where the skin flows in its stead."""
-    words, state = hint(failure), eq.context.state
+    state = eq.context.state
+    words = hint(failure, stabilised(eq.system.problem, eq.context.plan.number) != "off")
     without_way_on = LimitPoint | Unstable | Jumped | Stagnated | NotConverged | Diverged | Collapsed
     if isinstance(failure, without_way_on) and mostly_sheared(eq.system, state, eq.policy):
         return f"friction that the metal bears ('shear' with m below 1, or 'capped'), with which the skin slides; {words}"

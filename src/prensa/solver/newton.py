@@ -112,6 +112,9 @@ def observe(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> None:
     state.settled = not flipped.any()
     state.changed = int(np.count_nonzero(flipped if before is None else now != before))
     result.u = state.u
+    key = now.tobytes()
+    result.active_sets.pop(key, None)
+    result.active_sets[key] = tuple(f.active_sets for f in e.contacts)
     if not state.iteration:
         result.affordable, result.flow_direction_unreliable = affordable(eq, e), _turns(eq, state)
     result.residuals.append(state.relative)

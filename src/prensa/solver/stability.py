@@ -22,6 +22,7 @@ from prensa.linear.factorisations import SingularError
 from prensa.linear.reduction import Reduced
 from prensa.policy import Policy
 from prensa.solver.attempt import attempt_from
+from prensa.solver.branches import eigenvalue_across_sets
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.jump import is_path_independent, jump
 from prensa.system.failure import Diverged, Jumped, LimitPoint, NotConverged, Singular, Stagnated, ToolRunaway, Unstable
@@ -166,7 +167,7 @@ def _judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutba
     if not viscous and (short or not cut) and (other := _beside(eq, result, modes, acceptance)):
         return other
     if at_limit(c, policy):
-        result.converged, result.reason = False, _freed(eq, modes) or LimitPoint(Unstable(modes.negative))
+        result.converged, result.reason = False, _freed(eq, modes) or LimitPoint(Unstable(modes.negative), modes.least)
     elif cut:
         result.converged, result.reason = False, Unstable(modes.negative)
     return result
@@ -214,16 +215,19 @@ def stability_warnings(c: Context, result: NewtonResult) -> list[str]:
             f"{place}: the bodies buckle. The equilibrium that they were in is unstable from here on and the run follows a "
             "stable one beside it; a small imperfection of the shape or the load decides which of them a real body takes"
         ]
+    has_viscous_forces = c.state.stability.viscosity > 0
     if result.jumped:
+        follows = "" if has_viscous_forces else ": 'stabilise: auto' does, and says what the jump dissipates"
         return [
-            f"{place}: the bodies jump to another equilibrium within one increment; shorter ones could not follow the way there: "
-            "'stabilise: auto' does, and says what the jump dissipates"
+            f"{place}: the bodies jump to another equilibrium within one increment; shorter ones could not follow the way "
+            f"there{follows}"
         ]
     if result.negative and not c.state.stability.negative:
         ways = "one mode" if result.negative == 1 else f"{result.negative} modes"
+        means = " or more 'increments'" if has_viscous_forces else ", more 'increments' or 'stabilise: auto'"
         return [
             f"{place}: the equilibrium is unstable from here on (in {ways}) and no stable one was found beside it: real bodies "
-            "jump away from it; an imperfection of the shape, more 'increments' or 'stabilise: auto' let them"
+            f"jump away from it; an imperfection of the shape{means} let them"
         ]
     return []
 
@@ -263,12 +267,14 @@ def _failed(eq: Equilibrium, result: NewtonResult, short: bool, last: bool) -> N
     if isinstance(reason, Stagnated | NotConverged | Diverged | Unstable):
         limit = at_limit(eq.context, eq.policy)
         if (short or last or limit) and (modes := _turning(eq, result, last and limit)):
-            result.reason = _freed(eq, modes) or LimitPoint(reason)
+            result.reason = _freed(eq, modes) or LimitPoint(reason, modes.least)
+        elif (last or limit) and (eigenvalue := eigenvalue_across_sets(eq, result)) is not None:
+            result.reason = LimitPoint(reason, eigenvalue, across=True)
     elif isinstance(reason, Singular):
         # an iterate that has jumped may hang on nothing; so does a body that comes free, but nothing turns before it does
         brief = eq.context.dt < eq.policy.min_share * (eq.context.plan.t1 - eq.context.plan.t0)
         if brief and (modes := _extrapolated_modes(eq)) is not None and _freed(eq, modes) is None:
-            result.reason = LimitPoint(reason)
+            result.reason = LimitPoint(reason, modes.least)
     return result
 
 
@@ -295,9 +301,7 @@ def _turning(eq: Equilibrium, result: NewtonResult, beside: bool) -> Modes | Non
         return modes if modes is not None and modes.negative else None
     step = eq.policy.branch_distances[0] * eq.system.length * modes.mode
     there = (_at(eq, eq.system.with_slaves(result.u + sign * step), result.lam) for sign in (1.0, -1.0))
-    if any(at is not None and at.negative for at in there):
-        return modes
-    return _extrapolated_modes(eq)
+    return next((at for at in there if at is not None and at.negative), None) or _extrapolated_modes(eq)
 
 
 def _extrapolated_modes(eq: Equilibrium) -> Modes | None:

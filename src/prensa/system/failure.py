@@ -342,9 +342,15 @@ class Jumped:
 
 @dataclass(frozen=True)
 class LimitPoint:
-    """The path of equilibria ends: tries beyond are unstable, however short the increment; ``cause``: how the last ended."""
+    """The path of equilibria ends: tries beyond are unstable, however short the increment; ``cause``: how the last ended.
+
+    ``eigenvalue``: that of the tangent that is negative there; None of a jump, whose ends are both stable. ``across``: only on
+    one of the active sets of contact that meet there, and condensed onto the unknowns in which they differ.
+    """
 
     cause: Unstable | Jumped | Stagnated | NotConverged | Diverged | Singular
+    eigenvalue: float | None = None
+    across: bool = False
 
 
 @dataclass(frozen=True)
@@ -399,11 +405,13 @@ def sentence(failure: Failure) -> str:
             return f"the equilibrium found is unstable (in {ways}): the bodies would leave it by themselves"
         case Jumped():
             return "the bodies jump within the increment, past unstable states"
-        case LimitPoint(cause):
-            seen = "an iterate beyond hangs on nothing" if isinstance(cause, Singular) else sentence(cause)
+        case LimitPoint(cause, eigenvalue, across):
+            seen = "an iterate beyond it is free to move" if isinstance(cause, Singular) else sentence(cause)
+            sets = " where a contact point slips or opens, and none where it does not" if across else ""
+            sign = "" if eigenvalue is None else f"the tangent has a negative eigenvalue, {eigenvalue:.3g}{sets}; "
             return (
-                "limit point: here the bodies can no longer follow what drives them in equilibrium, they jump (the stiffness "
-                f"loses its sign; {seen})"
+                "limit point: here the bodies can no longer follow what drives them in equilibrium, they jump "
+                f"({sign}{seen})"
             )
         case Collapsed():
             return f"{place_of(failure)} flowed by {failure.strain:.2g} in one increment: it collapses"

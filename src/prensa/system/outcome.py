@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from prensa.contact.forces import ContactSets
 from prensa.policy import Policy
 from prensa.system.failure import Failure
 from prensa.system.system import Evaluation
@@ -24,6 +25,7 @@ class NewtonResult:
     ``linear`` (ndof,): change of the dofs by the linearised system, where the iteration began with that.
     ``affordable``: so few points were near a tool that the iteration could take contact steps wherever it wanted.
     ``turned``: flow turned at the first iterate (see `Equilibrium.turns`).
+    ``active_sets``: those of contact that the iteration has tried, by what tells them apart, the last one last.
     ``grown``: growth of plastic strain to its evaluation, see `growths`; empty where nobody has asked for it.
     """
 
@@ -36,6 +38,7 @@ class NewtonResult:
     residual: float = np.nan
     residuals: list[float] = field(default_factory=list)
     changes: list[int] = field(default_factory=list)
+    active_sets: dict[bytes, tuple[ContactSets, ...]] = field(default_factory=dict)
     augmentations: int = 0
     recover: Callable[[], Array] | None = None
     negative: int = 0
