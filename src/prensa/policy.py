@@ -39,8 +39,6 @@ class Tolerances:
     """Ratio of successive residuals above which substitutions with old factors are given up."""
     round_off_ratio_at_rest: float = 10.0
     """Residual over its estimated round-off at which an iterate that substitutions no longer change counts as converged."""
-    min_secant_ratio: float = 0.1
-    """Change of the residual along a step over the step, below which Broyden's update is left out as round-off."""
     small_slip_ratio: float = 1e-3
     """Share of the increment's slip below which the tangential error of an augmented contact does not matter."""
     weak_multiplier_share: float = 1e-6
@@ -119,10 +117,6 @@ class StepRules:
     """Share of the increment's own work that the imbalance must exceed for `jump_imbalance_share` to apply."""
     jump_travel_in_elements: float = 0.5
     """Travel of a contact surface in element sizes that an increment must exceed for `jump_imbalance_share` to apply."""
-    unreliable_starts: int = 3
-    """Increments in a row that began with an unreliable flow direction, after which the next is expected to, and its
-    first matrix is made for it.
-    """
     remesh_after_cuts: int = 3
     """Cuts of an increment after which a new mesh helps more than another cut."""
     retry_after_cuts: int = 2
@@ -181,26 +175,6 @@ class Globalisation:
     """`secant_share` in increments of second order."""
     first_step_growth: float = 2.0
     """Growth of the residual above which the first step of an increment of second order is shortened."""
-    local_slow_ratio: float = 0.02
-    """Ratio of successive residuals above which a few nodes are taken to hold up the iteration and are solved for alone."""
-    local_from_residual: float = 1e-4
-    """Relative residual above which a few nodes are solved for alone; below it Newton is about to converge."""
-    local_residual_share: float = 0.8
-    """Share of the residual that those few nodes must hold."""
-    local_max_share: float = 0.35
-    """Share of all dofs that those nodes and their neighbours may be at most."""
-    local_small_dofs: int = 300
-    """Dofs below which a body counts as small, where evaluations cost little."""
-    local_max_share_small: float = 0.15
-    """Share of all dofs that those nodes may be at most in a body that is not small."""
-    local_max_dofs: int = 400
-    """Dofs that are solved for alone at most, because their matrix is dense."""
-    local_max_steps: int = 6
-    """Newton steps of the few nodes at most."""
-    local_search_factors: tuple[float, ...] = (0.5, 0.25, 0.1)
-    """Fractions of such a step that its line search tries after the full step."""
-    local_residual_ratio: float = 0.05
-    """Ratio of their residual to the first at which the few nodes are left again."""
     max_displacement_ratio: float = 1e3
     """Displacement over the size of the bodies in one increment, beyond which a node or tool counts as held by nothing."""
     max_rotation: float = 10.0

@@ -88,8 +88,8 @@ def test_an_increment_that_fails_is_tried_on_a_new_mesh(monkeypatch: pytest.Monk
     problem = indented(depth=0.2, when=pr.When(quality=0.0, travel=100.0))
     plain, tried = time_stepping.TimeStepping.attempt, []
 
-    def attempt(self: Any, c: Any, start: Any, was_cut: bool, warm_start: Any = None, uncut: bool = False) -> Any:
-        result = plain(self, c, start, was_cut, warm_start, uncut)
+    def attempt(self: Any, c: Any, start: Any, was_cut: bool, uncut: bool = False) -> Any:
+        result = plain(self, c, start, was_cut, uncut)
         if c.state.clock.number == 5 and (c.state.remeshed is None or c.state.remeshed.count < fails):
             tried.append(c.state.remeshed and c.state.remeshed.count)
             result.converged, result.reason = False, Stagnated(1.0)

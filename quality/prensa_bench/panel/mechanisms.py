@@ -17,7 +17,7 @@ from prensa.result.increment import Mean
 from prensa.solver import attempt, contact_lcp, newton, predictor, stability, time_stepping
 from prensa.solver.approach import Approach
 from prensa.solver.equilibrium import Equilibrium
-from prensa.solver.finish import Finish, Secant
+from prensa.solver.finish import Finish
 from prensa.solver.newton import NewtonState
 from prensa.solver.predictor import Guess
 from prensa.solver.step_control import StepControl
@@ -143,19 +143,9 @@ TIMELY = (
         (replaced(newton, newton._shrinks, _no),),
     ),
     Mechanism(
-        "nonlinear_elimination",
-        "The few nodes that alone hold up an iteration find their equilibrium with all others held.",
-        (replaced(newton, newton.eliminated, _nothing), replaced(newton, newton.applies, _no)),
-    ),
-    Mechanism(
         "secant_where_flow_turns",
         "Where plastic flow is likely to turn, the matrix goes part of the way to the secant moduli.",
         (replaced(Equilibrium, Equilibrium.flow_direction_unreliable, _no),),
-    ),
-    Mechanism(
-        "turning_expected",
-        "After several increments in which flow turned, the first matrix of the next is made for that at once.",
-        policy={"unreliable_starts": NEVER},
     ),
     Mechanism(
         "gap_correction",
@@ -224,27 +214,12 @@ TIMELY = (
         "Where nothing is extrapolated, an increment starts from the answer of the linearised system.",
         (replaced(predictor, predictor._linearised, _plain_step),),
     ),
-    Mechanism(
-        "landing_points",
-        "Points that the prediction takes into a tool count as closed in the first matrix.",
-        (replaced(predictor, predictor._expected, lambda eq, u, lam, landed: (eq.evaluate(u, lam), False)),),
-    ),
-    Mechanism(
-        "start_between_ends",
-        "An increment to another end starts on the line between solutions of the same increment.",
-        (replaced(TimeStepping, TimeStepping.between, _nothing),),
-    ),
     # ------------------------------------------------------------------------------------------------------- finish
     Mechanism(
         "finish",
         "Nearly converged iterates are brought home by substitutions with the factors at hand.",
         (replaced(newton, newton.finish, _unfinished), replaced(newton, newton._followed, _nothing)),
         policy={"finish_from_residual": 0.0},
-    ),
-    Mechanism(
-        "broyden",
-        "Finishing substitutions learn from those before (Broyden's first method).",
-        (replaced(Secant, Secant.step, lambda self, z: z),),
     ),
     Mechanism(
         "following",
@@ -451,11 +426,4 @@ GUARDS = (
 )
 
 MECHANISMS = {m.name: m for m in (*TIMELY, *GUARDS)}
-SETS = {
-    "edge_step, natural_monotonicity": ("edge_step", "natural_monotonicity"),
-    "edge_step, natural_monotonicity, nonlinear_elimination": (
-        "edge_step",
-        "natural_monotonicity",
-        "nonlinear_elimination",
-    ),
-}
+SETS = {"edge_step, natural_monotonicity": ("edge_step", "natural_monotonicity")}

@@ -28,14 +28,6 @@ class Reporter(NamedTuple):
     timed: Callable[[str], Any]
 
 
-class WarmStart(NamedTuple):
-    """Dofs u (ndof,) to start from, between solutions; of the nearest one ``near`` (ndof,) and its ``closed`` points."""
-
-    u: Array
-    near: Array
-    closed: Flags
-
-
 @dataclass(frozen=True)
 class Equilibrium:
     """The equations of an increment and the means to solve them. Nothing of it changes during an attempt."""
@@ -50,10 +42,6 @@ class Equilibrium:
     """Whether bodies may flow, and steps may go far: supports hold each of them, or no attempt at the increment has failed."""
     keeps_matrix: bool = False
     """Whether the matrix at the solution is wanted: evaluations that are likely to be the last make it."""
-    warm_start: WarmStart | None = None
-    """What solutions of the same increment with other ends lead to expect; None where there are none."""
-    may_turn: bool = False
-    """Whether flow is expected to turn at the first iterate, as in the last increments; nothing but time depends on it."""
 
     def evaluate(
         self, u: Array, lam: Array, stiffness: bool = True, section: str = "assembly", **overrides: Unpack[Overrides]

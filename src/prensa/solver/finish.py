@@ -3,41 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
-from prensa.linear.factorisations import product
-from prensa.policy import DEFAULT
 from prensa.solver.equilibrium import Equilibrium
 from prensa.system.system import Evaluation
 from prensa.types import Array
-
-
-class Secant:
-    """Steps of Broyden's first method on factors that stay: what each step did to the residual improves the next.
-
-    Broyden (1965); recursion on the steps alone after Kelley (1995, Iterative Methods for Linear and Nonlinear Equations, 7.3).
-    """
-
-    def __init__(self, first: Array | None, least: float = DEFAULT.min_secant_ratio, lengths: Array | None = None) -> None:
-        """``first`` (n,): the step before; ``lengths`` (n,): what a unit of each dof is as a length, all 1 if None."""
-        self.least, self.lengths = least, lengths
-        self.steps = [] if first is None or not self._product(first, first) > 0 else [first]
-
-    def _product(self, a: Array, b: Array) -> float:
-        return product(a, b) if self.lengths is None else product(self.lengths * a, self.lengths * b)
-
-    def step(self, z: Array) -> Array:
-        """Step (n,) from z = −K₀⁻¹ r with the factors at hand."""
-        for s, then in pairwise(self.steps):
-            z = z + then * (self._product(s, z) / self._product(s, s))
-        if self.steps:
-            s = self.steps[-1]
-            slope = 1.0 - self._product(s, z) / self._product(s, s)
-            z = z / slope if abs(slope) > self.least else z
-        self.steps.append(z)
-        return z
 
 
 @dataclass
@@ -104,17 +75,17 @@ def _pressed(e: Evaluation) -> float:
 
 
 def finish(
-    eq: Equilibrium, u: Array, e: Evaluation, lam: Array, came_by: Array | None, followed: float | None = None
+    eq: Equilibrium, u: Array, e: Evaluation, lam: Array, followed: float | None = None
 ) -> tuple[Finish, bool]:  # fmt: skip
     """Improve a nearly converged iterate; whether it has converged. If not, Newton goes on from where it was.
 
     What is converged is improved further: the residual is summed over all nodes, so a tool's balance needs digits that the
-    stop leaves open. came_by (ndof,): the step that led to u, if its factors are those at hand. ``followed``: part of the
-    residual that a step with the matrix at u promises to leave, if corrections go by that matrix.
+    stop leaves open. ``followed``: part of the residual that a step with the matrix at u promises to leave, if corrections go by
+    that matrix.
     """
     done = Finish(u, e, eq.norm(e))
     del e  # a large system has no room for one more history
-    _substitute(eq, done, lam, Secant(came_by, eq.policy.min_secant_ratio, eq.reduced.lengths(len(u))), followed)
+    _substitute(eq, done, lam, followed)
     if not done.within(eq):
         return done, False
     e, policy = done.evaluation, eq.policy
@@ -125,7 +96,7 @@ def finish(
     return done, not done.evaluation.violation > policy.exact_gap_ratio
 
 
-def _substitute(eq: Equilibrium, done: Finish, lam: Array, secant: Secant, followed: float | None) -> None:
+def _substitute(eq: Equilibrium, done: Finish, lam: Array, followed: float | None) -> None:
     """Substitutions with the factors at hand as long as they are cheaper than a factorisation would be."""
     policy, share = eq.policy, None
     if followed is not None and done.norm > 0:
@@ -139,7 +110,7 @@ def _substitute(eq: Equilibrium, done: Finish, lam: Array, secant: Secant, follo
         and done.norm * done.rate**policy.substitutions_per_factorisation <= policy.fine_residual * done.evaluation.scale
     ):
         with eq.report.timed("factorisation and solve"):
-            step, share = secant.step(eq.reduced.correction(-done.evaluation.r, share)), None
+            step, share = eq.reduced.correction(-done.evaluation.r, share), None
         better = eq.evaluate(done.u + step, lam, stiffness=eq.keeps_matrix and done.is_nearly_there(eq))
         size = eq.norm(better)
         done.stalled = not size < policy.max_substitution_rate * done.norm

@@ -10,7 +10,6 @@ from prensa.solver.contact_lcp import affordable, contact_step, decides_friction
 from prensa.solver.edge_step import with_edges
 from prensa.solver.equilibrium import Equilibrium, Signature, reversed_slip, signature
 from prensa.solver.finish import finish
-from prensa.solver.nonlinear_elimination import applies, eliminated
 from prensa.solver.predictor import Guess
 from prensa.solver.projection import contact_corrected
 from prensa.system.failure import Diverged, Failure, NotConverged, Stagnated, Unevaluable
@@ -41,8 +40,8 @@ class NewtonState:
     (points,) those that slip against their last direction, ``changed``: how many points have another status than at the last
     iterate (at the first: have opened or closed since the increment began), ``settled``: none of them has opened or closed.
     ``best``: the iterate to which the line search goes back.
-    ``came_by``: the last step, if its factors are at hand; ``least``: least residual up to each iteration. ``secant``: whether
-    the matrix of the evaluation is the one for iterates where flow turns (see `Equilibrium.flow_direction_unreliable`).
+    ``least``: least residual up to each iteration. ``secant``: whether the matrix of the evaluation is the one for iterates where
+    flow turns (see `Equilibrium.flow_direction_unreliable`).
     """
 
     u: Array
@@ -59,7 +58,6 @@ class NewtonState:
     settled: bool = False
     by_contact: bool = False
     best: Best | None = None
-    came_by: Array | None = None
     least: list[float] = field(default_factory=list)
     secant: bool = False
 
@@ -93,7 +91,7 @@ def newton(
 
 def init(eq: Equilibrium, guess: Guess, lam: Array) -> NewtonState:
     """The state before the first iteration; the guess hands its evaluation over."""
-    return NewtonState(guess.u, lam, guess.take(), guess.assumed, eq.context.state.contact.closed, secant=guess.secant)
+    return NewtonState(guess.u, lam, guess.take(), guess.assumed, eq.context.state.contact.closed)
 
 
 def observe(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> None:
@@ -116,7 +114,7 @@ def observe(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> None:
     result.active_sets.pop(key, None)
     result.active_sets[key] = tuple(f.active_sets for f in e.contacts)
     if not state.iteration:
-        result.affordable, result.flow_direction_unreliable = affordable(eq, e), _turns(eq, state)
+        result.affordable = affordable(eq, e)
     result.residuals.append(state.relative)
     result.changes.append(state.changed if before is not None else len(now))
     eq.report.iteration(result, e)
@@ -133,8 +131,7 @@ def terminate(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Eval
     if _near(eq, state, e):
         followed = _followed(eq, state, e)
         del e
-        came_by = state.came_by if followed is None else None
-        done, converged = finish(eq, state.u, _handed_over(eq, state), state.lam, came_by, followed)
+        done, converged = finish(eq, state.u, _handed_over(eq, state), state.lam, followed)
         result.iterations += done.factorisations
         if converged:
             result.u, result.residual = done.u, done.residual
@@ -219,27 +216,20 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     wanted = not (state.relative <= eq.policy.close_residual and state.settled and not (state.iteration and state.changed))
     wanted = wanted or _follows(eq)
     secant = _secant(eq, state)
-    # where flow turns, few nodes are nearly always put right first: then the next step begins with another matrix
-    full = eq.evaluate(moved, state.lam, wanted and not (secant and applies(eq)), secant=secant)
+    full = eq.evaluate(moved, state.lam, wanted, secant=secant)
     size = eq.norm(full)
     if not decided and size > state.norm and (better := _decided(eq, state, e, full, result)) is not None:
         moved, full, by_contact_step = better
         size = eq.norm(full)
         if best is here:
             best = state.best = replace(here, step=by_contact_step)
-    alone = eliminated(eq, moved, state.lam, full, secant) if size > eq.policy.local_slow_ratio * state.norm else None
-    if alone is not None:
-        moved, full = alone
-        size = eq.norm(full)
-    accepted = not full.failed and _accepted(eq, state, size, best.norm)
-    if accepted or (alone is None and _shrinks(eq, full, delta)):
-        state.came_by = moved - state.u if alone is None else None
-        state.secant = alone is None and _turns(eq, state)
+    if (not full.failed and _accepted(eq, state, size, best.norm)) or _shrinks(eq, full, delta):
+        state.secant = _turns(eq, state)
         state.u, state.evaluation = moved, full
         return None
     start = here if full.failed else best
     state.u = _shortened(eq, start.u, start.step, start.e, state.lam)
-    state.evaluation = state.status = state.best = state.came_by = None
+    state.evaluation = state.status = state.best = None
     state.secant = False
     return None
 

@@ -1,7 +1,6 @@
 """Predictor: the first iterate of an increment.
 
-In order: a warm start from other ends of the same increment, the last increments extrapolated, or the committed state moved by
-the linearised system.
+The last increments extrapolated, or the committed state moved by the linearised system.
 """
 
 from __future__ import annotations
@@ -22,13 +21,11 @@ class Guess:
 
     ``assumed`` (points,): contact points that were closed in the linear system, if u is the answer of one. Where one of them
     has opened, u is not converged before its own matrix was solved: a body that nothing holds stands still wherever it is.
-    ``secant``: whether the matrix is the one for iterates where flow turns.
     """
 
     u: Array
     evaluation: Evaluation | None = None
     assumed: Flags | None = None
-    secant: bool = False
 
     def take(self) -> Evaluation | None:
         """The evaluation, handed over: its matrix is then held nowhere else."""
@@ -39,21 +36,8 @@ class Guess:
 def initial_guess(eq: Equilibrium, start: Array, lam: Array) -> Guess:
     """The extrapolation where it is good, else the answer of the linearised system; start (ndof,): the committed state."""
     values = eq.context.plan.values(eq.context.time)
-    guess = _warm_started(eq, values, lam) or _extrapolated(eq, start, values, lam)
+    guess = _extrapolated(eq, start, values, lam)
     return guess if guess is not None else _linearised(eq, start, values, lam)
-
-
-def _warm_started(eq: Equilibrium, values: Array, lam: Array) -> Guess | None:
-    """What other ends of the same increment lead to expect; None if there are none, or they are of another branch than this."""
-    if eq.warm_start is None:
-        return None
-    u = eq.warm_start.u.copy()
-    u[eq.reduced.fixed] = values
-    project_prediction(eq.system, eq.context, u, eq.policy, eq.warm_start)
-    u[eq.reduced.fixed] = values
-    u = eq.system.with_slaves(u)
-    e = eq.evaluate(u, lam)
-    return Guess(u, e) if not e.failed and eq.norm(e) <= eq.policy.good_start_residual * e.scale else None
 
 
 def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Guess | None:
@@ -63,33 +47,19 @@ def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> G
         return None
     u = start + c.state.extrapolated(c.dt)
     u[fixed] = values
-    overlaps = [system.stencils(s, u).g < 0.0 for s in system.surfaces]
-    landed = np.concatenate([np.zeros(0, dtype=bool), *overlaps])
     # what contact holds are gaps of points: with nodes put at theirs, those of points between them may be anywhere
     between = not all(s.points.are_nodes for s in system.surfaces)
     as_it_is = system.with_slaves(u.copy()) if between else None
     project_prediction(system, c, u, eq.policy)
     u[fixed] = values
     u = system.with_slaves(u)
-    e, secant = _expected(eq, u, lam, landed)
+    e = eq.evaluate(u, lam)
     if as_it_is is not None and eq.norm(eq.evaluate(as_it_is, lam, stiffness=False)) < eq.norm(e):
-        u, e, secant = as_it_is, eq.evaluate(as_it_is, lam), False
+        u, e = as_it_is, eq.evaluate(as_it_is, lam)
     # plastic points answer to a linear start as if they were elastic: even a poor extrapolation is better there
     if not e.failed and (system.has_memory or eq.norm(e) <= eq.policy.good_start_residual * e.scale):
-        return Guess(u, e, secant=secant)
+        return Guess(u, e)
     return None
-
-
-def _expected(eq: Equilibrium, u: Array, lam: Array, landed: Flags) -> tuple[Evaluation, bool]:
-    """Evaluation of what was extrapolated, whether its matrix is the one for iterates where flow turns.
-
-    That is tried first where flow is expected to turn: residuals are the same, and a second evaluation is saved.
-    """
-    if eq.may_turn:
-        e = eq.evaluate(u, lam, secant=eq.secant)
-        if not e.failed and eq.flow_direction_unreliable(eq.norm(e) / e.scale, True):
-            return e, True
-    return eq.evaluate(u, lam, landed=landed), False
 
 
 def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Guess:

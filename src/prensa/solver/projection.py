@@ -14,7 +14,6 @@ import numpy as np
 from prensa.contact.stencil import Stencils
 from prensa.contact.surface import Surface
 from prensa.policy import DEFAULT, Policy
-from prensa.solver.equilibrium import WarmStart
 from prensa.system.interaction import Context
 from prensa.system.system import Evaluation, System
 from prensa.types import Array, Flags
@@ -31,23 +30,18 @@ def to_gap(target: Array, where: Flags, stencils: Stencils) -> Array:
     return np.where(where, target, 0.0) - np.where(where, stencils.g, 0.0)
 
 
-def project_prediction(
-    system: System, c: Context, u: Array, policy: Policy = DEFAULT, like: WarmStart | None = None
-) -> None:
+def project_prediction(system: System, c: Context, u: Array, policy: Policy = DEFAULT) -> None:
     """Put extrapolated contact nodes of u (ndof,), in place, at their committed gap if closed, others out of the tool.
-
-    ``like``: closed are the points, and gaps those, of the solution that it is near to.
 
     A node that has just landed would otherwise be extrapolated deep into the tool, at the speed it came with. Where a soft
     penalty lets the tool sink in, gaps go on growing, and nodes are left where the extrapolation has them.
     """
-    at, status = (c.state.u, c.state.contact.closed) if like is None else (like.near, like.closed)
     for s, now in zip(system.surfaces, c.surfaces):
-        closed = s.points.any_at_nodes(status[s.rows])
+        closed = s.points.any_at_nodes(c.state.contact.closed[s.rows])
         has_point = s.points.any_at_nodes(np.ones(len(s.points), dtype=bool))  # one without area has none
         if s.sharp:  # of a cut edge the point between its nodes has a gap to keep, neither of these
             has_point &= ~now.points.any_at_nodes(now.points.N[:, 0] < 1.0)
-        committed = system.node_stencils(s, at).g
+        committed = system.node_stencils(s, c.state.u).g
         depth = s.points.depth.min()
         sunk = closed & (committed < -policy.sunk_start_ratio * depth)
         landed = -policy.landed_start_ratio * depth

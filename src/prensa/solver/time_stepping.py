@@ -35,7 +35,7 @@ from prensa.result.results import increment_of
 from prensa.solver.approach import approach, first_touch
 from prensa.solver.attempt import attempt, attempt_from
 from prensa.solver.diagnosis import hint, remedy, where
-from prensa.solver.equilibrium import Equilibrium, Reporter, WarmStart
+from prensa.solver.equilibrium import Equilibrium, Reporter
 from prensa.solver.first_matrix import Ahead
 from prensa.solver.floating_bodies import RigidApproach, first_clamped, rigid_approach
 from prensa.solver.initial_overlap import starts_inside
@@ -120,7 +120,6 @@ class TimeStepping:
         self.ahead: Ahead | None = None  # who makes the matrix of the first step meanwhile
         self.condensed: Condensation | None = None
         self.last: Increment | None = None
-        self.unreliable_starts = 0  # increments up to now, one after the other, at whose first iterates flow turned
         self.passages = Passages(system)
         self.loose: list[Loose] = []  # bodies that the supports of the step leave free to move
         self.remeshes = False
@@ -281,7 +280,7 @@ class TimeStepping:
                 end, notes = first_touch(self.system, state, plan, end, self.policy)
             for message in notes:
                 self.messages.note(state, plan, message)
-            solve = partial(self.solved, state, plan, control, cutbacks, spent, [])
+            solve = partial(self.solved, state, plan, control, cutbacks, spent)
             c, result = solve(end)
             if result.converged and self.due is not None and self.times is None:
                 due = self.due(state, plan, c.time, result.u)
@@ -309,13 +308,9 @@ class TimeStepping:
             cutbacks += 1
 
     def solved(
-        self, state: State, plan: StepPlan, control: StepControl, cutbacks: int, spent: list[int], known: list[Outcome],
-        end: float,
+        self, state: State, plan: StepPlan, control: StepControl, cutbacks: int, spent: list[int], end: float
     ) -> Outcome:  # fmt: skip
-        """Context and outcome of one attempt at the increment to a time, its stability judged; spent: gets its iterations.
-
-        ``known``: outcomes of the increment to other times, from which it starts; it joins them if it converges.
-        """
+        """Context and outcome of one attempt at the increment to a time, its stability judged; spent: gets its iterations."""
         # where an increment was cut, flow begins or turns, of which the last one knows nothing
         c = self.context(state, plan, end, BACKWARD_EULER if cutbacks else self.rule(state, plan, end))
         to = rigid_approach(self.system, c, self.loose, self.policy) if self.loose and self.condensed is None else None
@@ -332,7 +327,7 @@ class TimeStepping:
             self.messages.note(state, plan, message)
         most = self.most_cutbacks(state)
         retry = cutbacks >= min(self.policy.retry_after_cuts, self.numerics.max_cutbacks, most)
-        result = self.attempt(c, start, retry, self.between(state, known, end), uncut=not cutbacks)
+        result = self.attempt(c, start, retry, uncut=not cutbacks)
         if not result.converged and c.rule.share and (plan.increments or self.times is not None):
             # before an increment that was asked for is cut: backward Euler damps more
             spent.append(result.iterations)
@@ -347,8 +342,6 @@ class TimeStepping:
             if result.converged and not last and self.jumped_over(c, result):
                 result.converged, result.reason = False, Jumped()
         spent.append(result.iterations)
-        if result.converged:
-            known.append((c, result))
         return c, result
 
     def carry(self, c: Context, to: RigidApproach, cutbacks: int) -> Outcome | None:
@@ -373,21 +366,6 @@ class TimeStepping:
         if result.converged and not to.floating:
             result = judged(eq, result, self.acceptance, cutbacks, False)
         return (c, result) if result.converged else None
-
-    def between(self, state: State, known: list[Outcome], end: float) -> WarmStart | None:
-        """What is expected at a time of an increment between two ends that are known, its start included: on their line.
-
-        None where no later end is known, and of condensed bodies, of which not all displacements are.
-        """
-        later = [outcome for outcome in known if outcome[0].time > end]
-        if not later or self.condensed is not None or not self.numerics.predictor:
-            return None
-        c, result = min(later, key=lambda outcome: outcome[0].time)
-        earlier = [(state.clock.time, state.u), *((other.time, r.u) for other, r in known if other.time < end)]
-        time, u = max(earlier, key=lambda other: other[0])
-        assert result.evaluation is not None
-        closed = np.concatenate([np.zeros(0, dtype=bool), *(f.p > 0 for f in result.evaluation.contacts)])
-        return WarmStart(result.u + (end - c.time) / (c.time - time) * (result.u - u), result.u, closed)
 
     def jumped_over(self, c: Context, result: NewtonResult) -> bool:
         """Whether an increment under viscous forces is too long for a jump: what these dissipate on the way is not seen then.
@@ -460,29 +438,18 @@ class TimeStepping:
         reduced = self.reduced if self.condensed is None else self.condensed.reduced
         assert reduced is not None
         known = self.system.has_memory and self.system.dofs.dimension == 2  # rigid motions in space are not looked for
-        turning = self.unreliable_starts >= self.policy.unreliable_starts
         # a far step may let go of a body that only contact holds: once one has failed, steps are those of the tangent
         far = known and (uncut or not self.loose)
-        return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, far, may_turn=turning)
+        return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, far)
 
-    def attempt(
-        self, c: Context, start: Array, was_cut: bool, warm_start: WarmStart | None = None, uncut: bool = False
-    ) -> NewtonResult:  # fmt: skip
-        """Outcome of one attempt, on the condensed system where there is one; ``warm_start``: see `Equilibrium`."""
+    def attempt(self, c: Context, start: Array, was_cut: bool, uncut: bool = False) -> NewtonResult:
+        """Outcome of one attempt, on the condensed system where there is one."""
         eq = self.equilibrium(c, uncut)
-        if self.condensed is not None:
-            return self.condensed.attempt(
-                lambda reduced: attempt(replace(eq, reduced=reduced), start, was_cut), c, start, self.timer
-            )
-        if warm_start is None:
+        if self.condensed is None:
             return attempt(eq, start, was_cut)
-        result = attempt(replace(eq, warm_start=warm_start), start, was_cut=False)
-        if result.converged:
-            return result
-        again = attempt(eq, start, was_cut)
-        again.iterations += result.iterations
-        again.vain += result.iterations
-        return again
+        return self.condensed.attempt(
+            lambda reduced: attempt(replace(eq, reduced=reduced), start, was_cut), c, start, self.timer
+        )
 
     def view(self, c: Context, result: NewtonResult) -> Increment:
         """The increment that an outcome would be, if it were committed."""
@@ -495,7 +462,6 @@ class TimeStepping:
     ) -> tuple[State, Increment]:
         """The state that follows, the increment that led to it, and what there is to say of it."""
         assert result.evaluation is not None
-        self.unreliable_starts = self.unreliable_starts + 1 if result.flow_direction_unreliable else 0
         e = result.evaluation._replace(data=None)  # increments that are kept must not keep their matrices
         ended = c.ends_step
         grown = result.grown or growths(self.system.blocks, e.history, c.state.history)

@@ -102,8 +102,6 @@ class ContactInteraction:
         if ask.guess:
             return np.where(c.committed[self.number].closed, STUCK, DECIDE | NEARBY).astype(np.int8)
         want = np.full(len(s.points), DECIDE, dtype=np.int8)
-        if ask.landed is not None:
-            want[ask.landed[s.rows]] |= NEARBY
         if ask.stick is not None:
             want[ask.stick[s.rows]] |= HOLD
         return want

@@ -44,7 +44,6 @@ class Overrides(TypedDict, total=False):
 
     stick: Flags | None
     guess: bool
-    landed: Flags | None
     foundation: Array | None
     secant: float
     active_sets: ActiveSets | None
@@ -54,9 +53,9 @@ class Request(NamedTuple):
     """What an evaluation asks for: degrees of freedom u (ndof,), multipliers lam (points, 1 + t), whether matrices are wanted.
 
     ``stick`` (points,): contact points that are forced to stick; ``guess``: points that were closed are kept closed and stuck,
-    for the first guess of an increment. ``reach``: a length that positions do not exceed, for their round-off. ``landed``
-    (points,): contact points that a prediction has put on their tool from inside it. ``foundation`` (points, 2): shares
-    of its normal and tangential stiffness with which a contact point resists in the matrix, whatever its state; 0: as it does.
+    for the first guess of an increment. ``reach``: a length that positions do not exceed, for their round-off.
+    ``foundation`` (points, 2): shares of its normal and tangential stiffness with which a contact point resists in the matrix,
+    whatever its state; 0: as it does.
     ``secant``: how far the matrix of the bodies goes from the tangent to the secant of plastic flow (see `At`).
     ``active_sets``: contact points are open or closed and stick or slip, and material points flow or do not, as they do there.
     """
@@ -67,7 +66,6 @@ class Request(NamedTuple):
     stick: Flags | None = None
     guess: bool = False
     reach: float = 0.0
-    landed: Flags | None = None
     foundation: Array | None = None
     secant: float = 0.0
     active_sets: ActiveSets | None = None

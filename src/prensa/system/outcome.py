@@ -24,7 +24,6 @@ class NewtonResult:
     ``softest`` (modes,): stiffnesses of the softest modes at its end, None where they are not known; ``rested``: no look.
     ``linear`` (ndof,): change of the dofs by the linearised system, where the iteration began with that.
     ``affordable``: so few points were near a tool that the iteration could take contact steps wherever it wanted.
-    ``turned``: flow turned at the first iterate (see `Equilibrium.turns`).
     ``active_sets``: those of contact that the iteration has tried, by what tells them apart, the last one last.
     ``grown``: growth of plastic strain to its evaluation, see `growths`; empty where nobody has asked for it.
     """
@@ -49,7 +48,6 @@ class NewtonResult:
     linear: Array | None = None
     softest: Array | None = None
     rested: bool = False
-    flow_direction_unreliable: bool = False
     grown: Sequence[Array | None] = ()
 
     def contact_changed(self, policy: Policy) -> bool:
