@@ -223,9 +223,7 @@ def first_step(example: str, way: float, increments: int) -> pr.Problem:
 
 
 def test_what_contact_steps_have_settled_newton_finishes():
-    """Sheets over a punch and over fillets: 3.8 iterations an increment and 187 in all (4.2, and 260 with 5 cuts, if contact
-    steps go on to the end).
-    """
+    """Sheets over a punch and over fillets: fewer than 4 iterations an increment (4.2 if contact steps go on to the end)."""
     problem = pr.Problem(
         "dome", {"sheet": pr.Body(pr.Rectangle((30, 1), (60, 2)), pr.J2(210e3, 0.3, pr.Swift(560.0, 0.007, 0.26)))},
         (pr.Step("stretch", move={"punch": pr.Motion(y=12.0)}),), {"punch": pr.Circle(20.0, below="sheet.bottom")},
@@ -233,7 +231,6 @@ def test_what_contact_steps_have_settled_newton_finishes():
     )  # fmt: skip
     spent = [i.statistics.iterations for i in pr.solve(problem)]
     assert sum(spent) <= 4.0 * len(spent)
-    assert sum(spent) <= 260
     bent = [i.statistics for i in pr.solve(first_step("u_bending.yaml", -3.5, 35))]
     assert sum(s.iterations for s in bent) <= 220
     assert sum(s.cutbacks for s in bent) <= 2
