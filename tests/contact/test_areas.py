@@ -8,6 +8,7 @@ import pytest
 
 import prensa as pr
 from prensa.verify.forming import upsetting
+from problems import stroke, upset_block
 
 
 def force(friction):
@@ -46,16 +47,10 @@ def test_the_ledger_has_the_work_of_friction_on_areas_that_change(enforcement):
     """
 
     def missed(increments):
-        problem = pr.Problem(
-            "strip", space="plane strain",
-            bodies={"strip": pr.Body(pr.Rectangle(size=(4.0, 1.0), n=(8, 2)), pr.NeoHooke(10.0, 0.3), "q4")},
-            tools={"plate": pr.Plane(at=(2.0, 1.0), normal=(0.0, -1.0))},
-            contacts=(pr.Contact("strip.top", "plate", friction=pr.Coulomb(0.2), enforcement=enforcement),),
-            fixed={"strip.bottom": "y", "strip.left": "x"},
-            steps=(
-                pr.Step("press", move={"plate": pr.Motion(y=-0.1)}),
-                pr.Step("draw", increments=increments, by={"strip.right": {"x": 3.0}}),
-            ),
+        problem = upset_block(
+            stroke(-0.1), pr.Step("draw", increments=increments, by={"b.right": {"x": 3.0}}),
+            tools={"t": pr.Plane(at=(2.0, 1.0), normal=(0.0, -1.0))}, material=pr.NeoHooke(10.0, 0.3),
+            size=(4.0, 1.0), n=(8, 2), element="q4", friction=pr.Coulomb(0.2), enforcement=enforcement,
         )  # fmt: skip
         *_, last = pr.solve(problem)
         return last.energy["imbalance"] / last.energy["friction"]

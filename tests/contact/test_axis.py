@@ -8,20 +8,16 @@ import pytest
 import prensa as pr
 from prensa.contact.axis import CARRIED
 from prensa.verify.balance import Balance
+from problems import stroke, upset_billet
 
 ENFORCEMENTS = {"penalty": pr.Penalty(), "augmented": pr.Augmented(), "exact": pr.Exact()}
 
 
-def pressed(element, enforcement=None, tool=None, size=(4.0, 2.0), n=(4, 2), depth=0.1, material=None, **more):
+def pressed(element, enforcement=None, tool=None, depth=0.1, **more):
     """A cylinder on a smooth plane under a tool."""
-    enforcement = enforcement or pr.Penalty()
-    material = material or pr.Elastic(1000.0, 0.3)
-    fixed = {"body.bottom": "y", "body.left": "x"}
-    return pr.Problem(
-        "pressed", bodies={"body": pr.Body(pr.Rectangle(size=size, n=n), material, element)},
-        tools={"tool": tool or pr.Plane(touching="body.top")}, space="axisymmetric", fixed=fixed,
-        contacts=[pr.Contact("body.top", "tool", enforcement=enforcement, **more)],
-        steps=[pr.Step("press", move={"tool": pr.Motion(y=-depth)}, increments=2)],
+    return upset_billet(
+        stroke(-depth, increments=2, tool="tool"), tools={"tool": tool or pr.Plane(touching="body.top")}, element=element,
+        enforcement=enforcement, body="body", **{"n": (4, 2)} | more,
     )  # fmt: skip
 
 

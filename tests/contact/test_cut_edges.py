@@ -12,6 +12,7 @@ from prensa.checks.before.preflight import preflight
 from prensa.contact.rules.nodal import Nodal
 from prensa.system.planning import plan_step
 from prensa.verify.balance import Balance
+from problems import pressed_block
 
 E, NU = 200e3, 0.3
 ENFORCEMENTS = (pr.Penalty(), pr.Augmented(), pr.Exact())
@@ -24,13 +25,12 @@ def pressed(
 ):
     """A bonded block under a sharp stamp about x."""
     n = (round(size[0] / h), round(size[1] / h))
-    return pr.Problem(
-        "stamp", space=space, kinematics=mode[0], contact_geometry=mode[1],
-        bodies={"block": pr.Body(pr.Rectangle(size=size, n=n), pr.Elastic(E, NU))},
-        tools={"stamp": tool or pr.Stamp(width=width, at=(x, size[1]), facing=(0, -1))},
-        contacts=(pr.Contact("block.top", "stamp", **contact),),
-        fixed={"block.bottom": "xy"} | ({"block.left": "x"} if space == "axisymmetric" else {}),
-        steps=steps or (pr.Step("press", move={"stamp": pr.Motion(y=-0.1)}, increments=1),),
+    return pressed_block(
+        *(steps or (pr.Step("press", move={"stamp": pr.Motion(y=-0.1)}, increments=1),)),
+        tools={"stamp": tool or pr.Stamp(width=width, at=(x, size[1]), facing=(0, -1))}, material=pr.Elastic(E, NU),
+        size=size, n=n, body="block",
+        fixed={"block.bottom": "xy"} | ({"block.left": "x"} if space == "axisymmetric" else {}), space=space,
+        kinematics=mode[0], contact_geometry=mode[1], **contact,
     )  # fmt: skip
 
 

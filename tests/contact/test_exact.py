@@ -13,6 +13,7 @@ from prensa.errors import PrensaError, SolveError
 from prensa.friction.law import At
 from prensa.system.discretise import discretise
 from prensa.system.planning import plan_step
+from problems import pressed_block
 
 HARDENING = pr.Coulomb(pr.MuExponential(0.1, 0.4, 0.02))
 MODES = [("small", "reference"), ("small", "current"), ("finite", "current")]
@@ -24,13 +25,11 @@ def problem(enforcement=None, *, steps=(PRESS, SLIDE), space="plane strain", mod
             fixed=None, n=(10, 6)):  # fmt: skip
     axi = space == "axisymmetric"
     kinematics, geometry = mode
-    return pr.Problem(
-        "exact", space=space, kinematics=kinematics, contact_geometry=geometry,
-        allow_large_strain=kinematics == "small",
-        bodies={"block": pr.Body(pr.Rectangle(size=(4.0, 2.5), n=n), pr.J2(1000.0, 0.3, pr.Linear(30.0, 100.0)))},
-        tools={"tool": tool or pr.Circle(radius=3.0, at=(0.0 if axi else 2.0, 5.5))},
-        contacts=[pr.Contact("block.top", "tool", friction=friction, enforcement=enforcement or pr.Exact())],
-        fixed=fixed or {"block.bottom": "xy"}, steps=steps,
+    return pressed_block(
+        *steps, tools={"tool": tool or pr.Circle(radius=3.0, at=(0.0 if axi else 2.0, 5.5))},
+        material=pr.J2(1000.0, 0.3, pr.Linear(30.0, 100.0)), size=(4.0, 2.5), n=n, body="block", friction=friction,
+        enforcement=enforcement or pr.Exact(), fixed=fixed or {"block.bottom": "xy"}, space=space,
+        kinematics=kinematics, contact_geometry=geometry, allow_large_strain=kinematics == "small",
     )  # fmt: skip
 
 
@@ -187,10 +186,9 @@ def test_a_support_that_drives_a_point_into_a_tool_is_refused_with_words(monkeyp
 
 def held_side(steps, enforcement=None):
     """The corner of a block under a plane, moved along it by the side of the block in the first step."""
-    return pr.Problem(
-        "held", bodies={"block": pr.Body(pr.Rectangle((2, 1.5), (3, 2)), pr.J2(1000.0, 0.3, pr.Linear(30.0, 100.0)))},
-        tools={"tool": pr.Plane(touching="block.top")}, friction=pr.Coulomb(0.2), fixed={"block.bottom": "xy"}, steps=steps,
-        contacts=[pr.Contact("block.top", "tool", enforcement=enforcement or pr.Exact())],
+    return pressed_block(
+        *steps, material=pr.J2(1000.0, 0.3, pr.Linear(30.0, 100.0)), size=(2, 1.5), n=(3, 2), body="block",
+        enforcement=enforcement or pr.Exact(), plane="tool", friction=pr.Coulomb(0.2),
     )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ import pytest
 
 import prensa as pr
 from prensa.verify.balance import Balance
+from problems import pressed_block, tied_blocks
 
 FRICTION = pr.Coulomb(0.2)
 MODES = [("small", "reference"), ("finite", "current")]
@@ -26,21 +27,17 @@ def step(name, increments=2, **move):
 def block(tools, steps, *, element="q4_fbar", **more):
     """A block 6 × 2 on its bonded base; quadratic elements twice as large, so that there are as many points."""
     n = (24, 8) if element.startswith("q4") else (12, 4)
-    body = pr.Body(pr.Rectangle(size=(6, 2), n=n), pr.Elastic(1000.0, 0.3), element)
-    more = {"contacts": tuple(contact(name) for name in tools), "fixed": {"block.bottom": "xy"}} | more
-    return pr.Problem("block", bodies={"block": body}, tools=tools, steps=steps, **more)
+    more = {"contacts": tuple(contact(name) for name in tools)} | more
+    return pressed_block(*steps, tools=tools, size=(6, 2), n=n, element=element, body="block", **more)
 
 
-def stack(tools, contacts, steps, fixed, *, n=(12, 17), size=6, element="q4_fbar", swapped=False, **more):
+def stack(tools, contacts, steps, fixed, *, n=(12, 17), size=6, swapped=False, **more):
     """A stiff block tied on a soft one, their meshes unrelated."""
-    bodies = {
-        "lower": pr.Body(pr.Rectangle(size=(6, 1), n=(n[0], 4)), pr.Elastic(1000.0, 0.3), element),
-        "block": pr.Body(pr.Rectangle(size=(size, 1), n=(n[1], 4), origin=(0, 1)), pr.Elastic(3000.0, 0.3), element),
-    }
     ties = (pr.Tie("lower.top", "block.bottom") if swapped else pr.Tie("block.bottom", "lower.top"),)
-    return pr.Problem(
-        "stack", bodies=bodies, ties=ties, tools=tools, contacts=contacts, fixed=fixed, steps=steps, **more
-    )
+    return tied_blocks(
+        *steps, sizes=((6, 1), (size, 1)), n=((n[0], 4), (n[1], 4)), names=("lower", "block"), ties=ties, tools=tools,
+        materials=(pr.Elastic(1000.0, 0.3), pr.Elastic(3000.0, 0.3)), contacts=contacts, fixed=fixed, **more,
+    )  # fmt: skip
 
 
 def profile(**more):

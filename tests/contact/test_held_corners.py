@@ -15,6 +15,7 @@ from prensa.system.planning import plan_step
 from prensa.system.state import State
 from prensa.verify.balance import Balance
 from prensa.verify.buckling import arch
+from problems import pressed_block
 
 ENFORCEMENTS = (pr.Penalty(), pr.Augmented(), pr.Exact())
 DIE = pr.Profile(
@@ -28,11 +29,10 @@ DEEP = pr.Step("press", move={"die": pr.Motion(y=-0.8)})
 def ironed(enforcement=ENFORCEMENTS[0], *, mu=0.3, space="plane strain", steps=(PRESS, SLIDE), stabilise="auto"):
     """A soft block of few elements under a die with sharp corners and steep sides."""
     axis = {"b.left": "x"} if space == "axisymmetric" else {}
-    return pr.Problem(
-        "iron", space=space,
-        bodies={"b": pr.Body(pr.Rectangle(size=(3.6, 1.2), n=(12, 4)), pr.NeoHooke(E=689.6, nu=0.32))},
-        tools={"die": DIE}, contacts=(pr.Contact("b.top", "die", enforcement=enforcement),), friction=pr.Coulomb(mu),
-        fixed={"b.bottom": "xy"} | axis, stabilise=stabilise, steps=steps,
+    return pressed_block(
+        *steps, tools={"die": DIE}, material=pr.NeoHooke(E=689.6, nu=0.32), size=(3.6, 1.2), n=(12, 4),
+        enforcement=enforcement, fixed={"b.bottom": "xy"} | axis, space=space, friction=pr.Coulomb(mu),
+        stabilise=stabilise,
     )  # fmt: skip
 
 

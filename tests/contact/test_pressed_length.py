@@ -9,8 +9,9 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError
-from prensa.model.problem import Contact, Problem
+from prensa.model.problem import Problem
 from prensa.system.discretise import discretise
+from problems import pressed_block, stroke
 
 RULES = ["nodal", "gauss1", "gauss2", "gauss3", "simpson", "kikuchi"]
 
@@ -25,14 +26,10 @@ def pressed(
     height = rows * deep * wide if height is None else height
     left = 0.0 if space == "axisymmetric" else -6.0
     stamp = pr.Stamp(width=6.12, fillet=0.5, facing=(0.0, -1.0), at=(0.0, height))
-    contact: Contact = pr.Contact(
-        ("b.top",), "t", friction=pr.Coulomb(0.2), integration=rule, enforcement=enforcement or pr.Penalty()
-    )
-    return pr.Problem(
-        "pressed", space=space, thickness=1.0,
-        bodies={"b": pr.Body(pr.Rectangle((12.0, height), (round(12 / wide), rows), (left, 0.0)), pr.Elastic(E, 0.3), element)},
-        tools={"t": stamp}, contacts=(contact,), fixed={"b.bottom": "xy"},
-        steps=(pr.Step("press", move={"t": pr.Motion(y=-0.2)}, increments=4),),
+    return pressed_block(
+        stroke(-0.2, increments=4), tools={"t": stamp}, material=pr.Elastic(E, 0.3), size=(12.0, height),
+        n=(round(12 / wide), rows), origin=(left, 0.0), element=element, friction=pr.Coulomb(0.2), integration=rule,
+        enforcement=enforcement, space=space,
     )  # fmt: skip
 
 

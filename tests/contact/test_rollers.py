@@ -11,6 +11,7 @@ import pytest
 import prensa as pr
 from prensa.contact.pairing import Since, reference_pairs
 from prensa.verify.balance import wrench
+from problems import pressed_block
 
 R, MU = 20.0, 0.4
 GEOMETRIES = ["reference", "current"]
@@ -18,12 +19,10 @@ GEOMETRIES = ["reference", "current"]
 
 def roller(geometry: str, *steps: pr.Step, above: float = 0.0, columns: int = 64) -> pr.Problem:
     """A rigid roller (``above`` the block at first) on an elastic block of so many columns of elements, off the origin."""
-    mesh = pr.Rectangle(size=(16, 6), origin=(-4, 1), n=(columns, 8))
-    return pr.Problem(
-        "roller", kinematics="small", contact_geometry=geometry,
-        bodies={"block": pr.Body(mesh, pr.Elastic(E=1e4, nu=0.3))},
-        tools={"roll": pr.Circle(radius=R, at=(0.0, 7.0 + R + above))},
-        contacts=[pr.Contact("block.top", "roll", friction=pr.Coulomb(MU))], fixed={"block.bottom": "xy"}, steps=steps,
+    return pressed_block(
+        *steps, tools={"roll": pr.Circle(radius=R, at=(0.0, 7.0 + R + above))}, material=pr.Elastic(E=1e4, nu=0.3),
+        size=(16, 6), n=(columns, 8), origin=(-4, 1), body="block", friction=pr.Coulomb(MU), kinematics="small",
+        contact_geometry=geometry,
     )  # fmt: skip
 
 

@@ -7,6 +7,7 @@ import pytest
 
 import prensa as pr
 from prensa.result.increment import STATUS
+from problems import pressed_block, stroke
 
 RULES = ["nodal", "gauss1", "gauss2", "gauss3", "kikuchi", "simpson"]
 WAYS = [(e, rule) for e in (pr.Penalty(), pr.Augmented()) for rule in RULES]
@@ -24,11 +25,10 @@ def pressed(way: tuple, gap: float, *steps: pr.Step, at: float = 3.0) -> pr.Prob
     enforcement, rule, space, mode = way
     at = 0.0 if space == "axisymmetric" else at
     tool = pr.Circle(radius=7.0, at=(at, 3.0 + gap + 7.0))
-    return pr.Problem(
-        "touch", space=space, kinematics=mode[0], contact_geometry=mode[1],
-        bodies={"b": pr.Body(pr.Rectangle((6.0, 3.0), (6, 3)), pr.Elastic(1000.0, 0.3))}, tools={"t": tool},
-        contacts=[pr.Contact("b.top", "t", friction=pr.Coulomb(MU), enforcement=enforcement, integration=rule)],
-        fixed={"b.bottom": "xy"} | ({"b.left": "x"} if space == "axisymmetric" else {}), steps=steps,
+    return pressed_block(
+        *steps, tools={"t": tool}, size=(6.0, 3.0), n=(6, 3), friction=pr.Coulomb(MU), enforcement=enforcement,
+        integration=rule, fixed={"b.bottom": "xy"} | ({"b.left": "x"} if space == "axisymmetric" else {}),
+        space=space, kinematics=mode[0], contact_geometry=mode[1],
     )  # fmt: skip
 
 
@@ -67,12 +67,10 @@ def test_a_towed_roller_rolls(k: int) -> None:
     radius, down = 20.0, -0.05
     press = pr.Step("press", move={"t": pr.Motion(y=down)}, increments=2)
     tow = pr.Step("tow", move={"t": pr.Motion(x=4.0, y=down)}, push={"t": pr.Push(m=0.0)}, increments=32)
-    p = pr.Problem(
-        "tow", space=space, kinematics=mode[0], contact_geometry=mode[1],
-        bodies={"b": pr.Body(pr.Rectangle((14, 3), (56, 3), origin=(-3, 1)), pr.Elastic(E=1e4, nu=0.3))},
-        tools={"t": pr.Circle(radius, at=(0.0, 4.0 + radius))},
-        contacts=[pr.Contact("b.top", "t", friction=pr.Coulomb(MU), enforcement=enforcement, integration=rule)],
-        fixed={"b.bottom": "xy"}, steps=[press, tow],
+    p = pressed_block(
+        press, tow, tools={"t": pr.Circle(radius, at=(0.0, 4.0 + radius))}, material=pr.Elastic(E=1e4, nu=0.3),
+        size=(14, 3), n=(56, 3), origin=(-3, 1), friction=pr.Coulomb(MU), enforcement=enforcement, integration=rule,
+        space=space, kinematics=mode[0], contact_geometry=mode[1],
     )  # fmt: skip
     # the drag of the press without a turn has gone when all points that it touched are behind
     path = [inc.tools["t"] for inc in pr.solve(p) if inc.tools["t"].place[0] > 3.0]
@@ -85,10 +83,9 @@ def test_a_towed_roller_rolls(k: int) -> None:
 @pytest.mark.parametrize(("friction", "word"), [(pr.Coulomb(0.3), "stick"), (None, "slip")], ids=["friction", "none"])
 def test_a_lone_node_without_shear_sticks_if_there_is_friction(friction, word):
     """Whether a contact has friction is its law's to say, not its tractions'."""
-    p = pr.Problem(
-        "one node", bodies={"b": pr.Body(pr.Rectangle((2, 2), (2, 2)), pr.Elastic(1000.0, 0.3))},
-        tools={"die": pr.Circle(4.0, at=(1.0, 6.0))}, contacts=[pr.Contact("b.top", "die", friction=friction)],
-        fixed={"b.bottom": "xy"}, steps=[pr.Step("press", move={"die": {"y": -0.01}})],
+    p = pressed_block(
+        stroke(-0.01, tool="die"), tools={"die": pr.Circle(4.0, at=(1.0, 6.0))}, size=(2, 2), n=(2, 2),
+        friction=friction,
     )  # fmt: skip
     *_, last = pr.solve(p)
     contact = last.contacts["b.top-die"]

@@ -9,6 +9,7 @@ import pytest
 
 import prensa as pr
 from prensa.system.planning import plan_step
+from problems import pressed_block
 
 
 class Users(pr.ToolShape):
@@ -67,14 +68,12 @@ def problem(
 ):  # fmt: skip
     axi = space == "axisymmetric"
     n = (9, 4) if element.startswith("q4") else (5, 3)
-    block = pr.Body(pr.Rectangle(size=(4.0, 4.0), n=n, origin=(left if axi else 0.0, 0.0)), material, element)
     loads = {"block.right": pr.Load(pressure=5.0, shear=2.0)} if follower else {}
-    return pr.Problem(
-        "tangent", space=space, kinematics=kinematics, contact_geometry=geometry, bodies={"block": block},
-        tools={"tool": tool},
-        contacts=[pr.Contact("block.top", "tool", friction=friction, enforcement=enforcement, integration=rule)],
-        fixed={"block.bottom": "xy"}, loads=loads, thickness=1.0 if axi else 0.7,
-        steps=[pr.Step("one", push={"tool": pr.Push(y=-1.0)})],
+    return pressed_block(
+        pr.Step("one", push={"tool": pr.Push(y=-1.0)}), tools={"tool": tool}, material=material, size=(4.0, 4.0), n=n,
+        origin=(left if axi else 0.0, 0.0), element=element, body="block", friction=friction, enforcement=enforcement,
+        integration=rule, space=space, kinematics=kinematics, contact_geometry=geometry, loads=loads,
+        thickness=1.0 if axi else 0.7,
     )  # fmt: skip
 
 

@@ -13,19 +13,16 @@ from prensa.contact.pairing import Since, continued
 from prensa.errors import SolveError
 from prensa.system.failure import TurnedThrough
 from prensa.tools.shapes.circle import Disc
+from problems import pressed_block, stroke
 
 
 def roller(increments: int, turns: float = 1.0, kinematics: str = "finite", geometry: str = "current") -> pr.Problem:
     """A roller pressed onto a block, then turned where it stands."""
-    body = pr.Body(pr.Rectangle(size=(10, 4), n=(10, 4)), pr.Elastic(E=1000, nu=0.3))
-    return pr.Problem(
-        "turn", kinematics=kinematics, contact_geometry=geometry, bodies={"b": body},
-        tools={"t": pr.Circle(radius=3, at=(5, 7))}, contacts=(pr.Contact("b.top", "t", friction=pr.Coulomb(0.3)),),
-        fixed={"b.bottom": "xy"},
-        steps=(
-            pr.Step("press", move={"t": pr.Motion(y=-0.1)}, increments=2),
-            pr.Step("turn", move={"t": pr.Motion(rz=math.tau * turns)}, increments=increments),
-        ),
+    return pressed_block(
+        stroke(-0.1, increments=2),
+        pr.Step("turn", move={"t": pr.Motion(rz=math.tau * turns)}, increments=increments),
+        tools={"t": pr.Circle(radius=3, at=(5, 7))}, size=(10, 4), n=(10, 4), friction=pr.Coulomb(0.3),
+        kinematics=kinematics, contact_geometry=geometry,
     )  # fmt: skip
 
 
@@ -55,8 +52,7 @@ def test_a_coordinate_is_counted_on_over_the_cut_of_a_closed_surface(angle):
 def test_a_tool_that_is_not_round_does_not_turn_through_the_body():
     """A square turned by 360° in one increment would be where it was: refused and cut, and told where that is not allowed."""
     square = pr.Polygon(points=((-3, -3), (3, -3), (3, 3), (-3, 3)), fillet=0.5, at=(5, 7))
-    p = roller(1)
-    p = dataclasses.replace(p, tools={"t": square}, contacts=(pr.Contact("b.top", "t"),))
+    p = dataclasses.replace(roller(1), tools={"t": square}, friction=None)
     with pytest.raises(SolveError, match="turned by 360° in one increment, right through 'b'") as failed:
         list(pr.solve(p, pr.Numerics(max_cutbacks=0)))
     assert isinstance(failed.value.reason, TurnedThrough)
