@@ -12,6 +12,7 @@ from prensa.analysis import solve
 from prensa.errors import PrensaError
 from prensa.system.bricks import BricksUnderPlane, PlaneStep, discretise_bricks
 from prensa.system.planning import plan_step
+from problems import pressed_block, stroke
 
 SWIFT = pr.J2(1000.0, 0.3, pr.Swift(20.0, 0.01, 0.2))
 CORNERS = [(0, 0), (1, 0), (1, 1), (0, 1)]
@@ -50,14 +51,10 @@ def test_a_layer_of_bricks_is_the_problem_in_plane_strain(kinematics, enforcemen
         (PlaneStep("press", {"y": -0.05}, 4), PlaneStep("push", {"x": 0.04}, 6)),
         pr.Coulomb(0.3), enforcement, "h8", kinematics,
     )  # fmt: skip
-    plane = pr.Problem(
-        "flat", space="plane strain", kinematics=kinematics, thickness=thickness,
-        bodies={"b": pr.Body(pr.Rectangle(size=size, n=n), SWIFT, "q4")}, tools={"t": pr.Plane(touching="b.top")},
-        contacts=(pr.Contact("b.top", "t", friction=pr.Coulomb(0.3), enforcement=enforcement),), fixed={"b.bottom": "xy"},
-        steps=(
-            pr.Step("press", move={"t": pr.Motion(y=-0.05)}, increments=4),
-            pr.Step("push", move={"t": pr.Motion(x=0.04)}, increments=6),
-        ),
+    plane = pressed_block(
+        stroke(-0.05, increments=4), pr.Step("push", move={"t": pr.Motion(x=0.04)}, increments=6), material=SWIFT,
+        size=size, n=n, element="q4", friction=pr.Coulomb(0.3), enforcement=enforcement, kinematics=kinematics,
+        thickness=thickness,
     )  # fmt: skip
     spatial, two = list(solve(discretise_bricks(problem))), list(pr.solve(plane))
     assert len(spatial) == len(two) == 10

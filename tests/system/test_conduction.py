@@ -21,6 +21,7 @@ from prensa.system.outcome import NewtonResult
 from prensa.system.planning import plan_step
 from prensa.system.schedule import Prescribed
 from prensa.system.system import Evaluation
+from problems import single_block
 
 LENGTH, COLD, HOT = 4.0, 20.0, 100.0
 
@@ -52,9 +53,9 @@ class Conduction:
 
 
 def solved(beta):
-    problem = pr.Problem(
-        "bar", bodies={"bar": pr.Body(pr.Rectangle(size=(LENGTH, 1.0), n=(8, 2)), pr.Elastic(2e5, 0.3))},
-        fixed={"bar.left": "xy"}, kinematics="small", steps=(pr.Step("heat", increments=1),),
+    problem = single_block(
+        pr.Step("heat", increments=1), material=pr.Elastic(2e5, 0.3), size=(LENGTH, 1.0), n=(8, 2), body="bar",
+        fixed={"bar.left": "xy"}, kinematics="small",
     )  # fmt: skip
     heat = Extension(
         "temperature",

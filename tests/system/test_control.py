@@ -15,6 +15,7 @@ from prensa.system.control import FACTOR
 from prensa.system.discretise import discretise
 from prensa.system.planning import plan_step
 from prensa.verify.buckling import arch
+from problems import tied_blocks
 
 FACTOR_AT = -1  # in the dofs of a problem without fields of its own
 
@@ -111,13 +112,12 @@ def test_steps_before_and_after_are_continuous():
 
 def test_tied_bodies_are_led_as_one():
     """Ties and control change rows and columns of the matrix together: the loads found lead where the tool was led."""
-    squares = {"low": pr.Rectangle((2.0, 2.0), (2, 2)), "high": pr.Rectangle((2.0, 2.0), (3, 3), origin=(0.0, 2.0))}
-    bodies = {name: pr.Body(mesh, pr.Elastic(E=1e3, nu=0.3)) for name, mesh in squares.items()}
 
     def pressed(step: pr.Step) -> pr.Increment:
-        problem = pr.Problem(
-            "two", bodies, (step,), {"p": pr.Plane(touching="high.top")}, (pr.Contact("high.top", "p"),),
-            ties=(pr.Tie("low.top", "high.bottom"),), fixed={"low.bottom": "xy"},
+        problem = tied_blocks(
+            step, sizes=((2.0, 2.0), (2.0, 2.0)), n=((2, 2), (3, 3)), names=("low", "high"),
+            ties=(pr.Tie("low.top", "high.bottom"),), tools={"p": pr.Plane(touching="high.top")},
+            contacts=(pr.Contact("high.top", "p"),),
         )  # fmt: skip
         return list(pr.solve(problem))[-1]
 

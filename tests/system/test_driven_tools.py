@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from problems import pressed_block, squeezed_block
 
 PLASTIC = pr.J2(1000.0, 0.3, pr.Linear(10.0, 50.0))
 
@@ -13,10 +14,9 @@ PLASTIC = pr.J2(1000.0, 0.3, pr.Linear(10.0, 50.0))
 def drawn(binder: pr.Step, draw: pr.Step, spring=None) -> pr.Problem:
     """A strip on a table, held down by a plate and drawn out to the right."""
     tools = {"plate": pr.Plane(touching="s.top", spring=spring), "table": pr.Plane(touching="s.bottom")}
-    return pr.Problem(
-        "draw", bodies={"s": pr.Body(pr.Rectangle((4, 1), (8, 2), origin=(-2, 0)), PLASTIC)}, tools=tools,
-        friction=pr.Coulomb(0.1), contacts=[pr.Contact("s.top", "plate"), pr.Contact("s.bottom", "table")], steps=(binder, draw),
-    )  # fmt: skip
+    return squeezed_block(
+        binder, draw, tools=tools, material=PLASTIC, size=(4, 1), n=(8, 2), origin=(-2, 0), body="s", friction=pr.Coulomb(0.1)
+    )
 
 
 PULL = {"s.right": pr.Motion(x=0.3)}
@@ -53,10 +53,9 @@ def test_a_binder_on_a_spring_holds_its_characteristic():
 
 def rolled(*steps: pr.Step) -> pr.Problem:
     """Half a strip on its middle line under a roll."""
-    return pr.Problem(
-        "roll", bodies={"s": pr.Body(pr.Rectangle((6, 1), (18, 3), origin=(-1.5, 0)), PLASTIC)}, fixed={"s.bottom": "y"},
-        tools={"roll": pr.Circle(4.0, at=(0.0, 5.0))}, friction=pr.Coulomb(0.3), contacts=[pr.Contact("s.top", "roll")],
-        steps=steps,
+    return pressed_block(
+        *steps, tools={"roll": pr.Circle(4.0, at=(0.0, 5.0))}, material=PLASTIC, size=(6, 1), n=(18, 3),
+        origin=(-1.5, 0), body="s", fixed={"s.bottom": "y"}, friction=pr.Coulomb(0.3),
     )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from problems import pressed_block
 
 PLASTIC = pr.J2(1000.0, 0.3, pr.Linear(20.0, 50.0))
 SPACES = ("plane strain", "plane stress", "axisymmetric")
@@ -19,10 +20,11 @@ AWAY = pr.Step("away", remove_tools=True, fixed={"b.bottom": pr.Fixed(free=True)
 def block(space: str, enforcement, *steps: pr.Step, spring=None, wide: float = 4.0) -> pr.Problem:
     """A block on a smooth base, under a plane that meets all of its top."""
     fixed = {"b.bottom": "y"} | ({} if space == "axisymmetric" else {"b.bottom-left": "x"})
-    return pr.Problem(
-        "block", bodies={"b": pr.Body(pr.Rectangle((wide, 2.0), (4, 2)), PLASTIC)}, space=space, fixed=fixed, steps=steps,
+    return pressed_block(
+        *steps,
         tools={"t": pr.Plane(touching="b.top", at=(wide / 2, 0.0) if space != "axisymmetric" else None, spring=spring)},
-        contacts=[pr.Contact("b.top", "t", friction=pr.Coulomb(0.1), enforcement=enforcement)],
+        material=PLASTIC, size=(wide, 2.0), n=(4, 2), friction=pr.Coulomb(0.1), enforcement=enforcement, fixed=fixed,
+        space=space,
     )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from prensa.model.schema import CaseError, dump, loads
 from prensa.output.history import read_history
 from prensa.output.run import resume, run
 from prensa.system.planning import plan_step
+from problems import upset_block
 from stopped import stopped_after
 
 BARE = pr.Output(1, False, False)
@@ -22,11 +23,7 @@ CRANK = pr.Crank(stroke=100.0, ratio=0.3, start=math.radians(70.0), end=math.rad
 
 def block(*steps: pr.Step, material=RATED, **more) -> pr.Problem:
     """A block of 4 × 2 on a smooth base, below a plane."""
-    return pr.Problem(
-        "block", bodies={"b": pr.Body(pr.Rectangle((4, 2), (2, 1)), material)}, steps=steps,
-        tools=more.pop("tools", {"t": pr.Plane(touching="b.top")}), fixed={"b.bottom": "y", "b.left": "x"},
-        contacts=[pr.Contact("b.top", "t")], **more,
-    )  # fmt: skip
+    return upset_block(*steps, material=material, n=(2, 1), **more)
 
 
 def down(y: float, name: str = "press", **more) -> pr.Step:

@@ -12,6 +12,7 @@ import prensa as pr
 from prensa.linear.reduction import Reduced
 from prensa.system.matrix_symmetry import is_symmetric
 from prensa.system.planning import plan_step
+from problems import pressed_block
 
 FLOW = pr.Swift(50.0, 0.01, 0.2)
 MATERIALS = {
@@ -27,19 +28,16 @@ SPACES = ["plane strain", "axisymmetric", "plane stress"]
 
 def problem(space, mode, element, material, enforcement, led, friction=None, follower=False, rule="nodal"):
     kinematics, geometry = mode
-    mesh = pr.Rectangle(size=(4.0, 4.0), n=(6, 4), origin=(0.5, 0.0))
     step = (
         pr.Step("led", move={"tool": pr.Motion(y=-0.05)})
         if led
         else pr.Step("pushed", push={"tool": pr.Push(x=None if space == "axisymmetric" else 0.1, y=-1.0)})
     )
-    return pr.Problem(
-        "symmetry", space=space, kinematics=kinematics, contact_geometry=geometry,
-        bodies={"block": pr.Body(mesh, material, element)},
-        tools={"tool": pr.Circle(radius=6.0, at=(0.0 if space == "axisymmetric" else 2.0, 9.9))},
-        contacts=[pr.Contact("block.top", "tool", friction=friction, enforcement=enforcement, integration=rule)],
-        fixed={"block.bottom": "xy"}, steps=[step],
-        loads={"block.right": pr.Load(pressure=5.0, follower=follower)},
+    return pressed_block(
+        step, tools={"tool": pr.Circle(radius=6.0, at=(0.0 if space == "axisymmetric" else 2.0, 9.9))},
+        material=material, size=(4.0, 4.0), n=(6, 4), origin=(0.5, 0.0), element=element, body="block",
+        friction=friction, enforcement=enforcement, integration=rule, space=space, kinematics=kinematics,
+        contact_geometry=geometry, loads={"block.right": pr.Load(pressure=5.0, follower=follower)},
     )  # fmt: skip
 
 

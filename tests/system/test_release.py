@@ -6,19 +6,16 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from problems import stroke, upset_block
 
 
 @pytest.mark.parametrize("n", [(8, 4), (16, 8)])
 def test_a_flattened_strip_is_released(n):
     """The die leaves a plastically flattened strip and no force is left; the stress in the plane is gone, strain stays."""
-    strip = pr.Body(pr.Rectangle(size=(4, 2), n=n), pr.J2(1e5, 0.3, pr.Perfect(100.0)))
-    p = pr.Problem(
-        "let go", bodies={"strip": strip}, tools={"die": pr.Plane(touching="strip.top")},
-        contacts=(pr.Contact("strip.top", "die"),), fixed={"strip.bottom": "y", "strip.left": "x"},
-        steps=(
-            pr.Step("flatten", move={"die": pr.Motion(y=-0.4)}, increments=10),
-            pr.Step("let go", move={"die": pr.Motion(y=-0.39)}, increments=2),
-        ),
+    p = upset_block(
+        stroke(-0.4, increments=10, tool="die", name="flatten"),
+        stroke(-0.39, increments=2, tool="die", name="let go"), material=pr.J2(1e5, 0.3, pr.Perfect(100.0)), n=n,
+        body="strip", plane="die",
     )  # fmt: skip
     increments = list(pr.solve(p))
     last = increments[-1]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from problems import squeezed_block, stroke
 
 ENFORCEMENTS = [pr.Penalty(), pr.Augmented(), pr.Exact()]
 
@@ -40,20 +41,11 @@ def test_a_sheet_lying_flat_on_its_die_starts_to_bend(enforcement):
 @pytest.mark.parametrize("enforcement", ENFORCEMENTS, ids=lambda e: e.type)
 def test_a_free_block_at_rest_feels_what_it_stands_on(enforcement):
     """Nothing loads it and nothing but touching points holds it, where coordinates do not end at round numbers."""
-    more = {"enforcement": enforcement}
-    problem = pr.Problem(
-        "rest",
-        bodies={
-            "block": pr.Body(pr.Rectangle(size=(3.0, 1.0), n=(9, 3), origin=(0.1, 0.7)), pr.Elastic(E=1000.0, nu=0.3))
-        },
-        tools={
-            "table": pr.Plane(normal=(0.0, 1.0), at=(0.3, 0.7)),
-            "punch": pr.Plane(normal=(0.0, -1.0), at=(0.3, 1.999)),
-        },
-        contacts=(pr.Contact("block.bottom", "table", **more), pr.Contact("block.top", "punch", **more)),
-        fixed={"block.left": "x"},
-        steps=(pr.Step("come", move={"punch": pr.Motion(y=-0.3)}, increments=5),),
-    )
+    tools = {"punch": pr.Plane(normal=(0.0, -1.0), at=(0.3, 1.999)), "table": pr.Plane(normal=(0.0, 1.0), at=(0.3, 0.7))}
+    problem = squeezed_block(
+        stroke(-0.3, increments=5, tool="punch", name="come"), tools=tools, size=(3.0, 1.0), n=(9, 3), origin=(0.1, 0.7),
+        enforcement=enforcement, fixed={"b.left": "x"},
+    )  # fmt: skip
     *_, last = pr.solve(pr.discretise(problem))
     assert last.force("punch").y == pytest.approx(1000.0 / (1 - 0.3**2) * 0.001 * 3.0, rel=0.01)
     assert np.isclose(last.force("table").y, -last.force("punch").y)

@@ -17,6 +17,7 @@ from prensa.output.history import read_contact
 from prensa.output.run import resume, run
 from prensa.system.planning import plan_step
 from prensa.verify.balance import imbalance
+from problems import pressed_block, single_block, stroke, tied_blocks, upset_block
 from stopped import stopped_after
 
 ELASTIC = pr.Elastic(1000.0, 0.3)
@@ -27,12 +28,11 @@ GO = pr.Step("release", remove_tools=True, increments=3)
 FREE = replace(GO, fixed={"s.left": "free"})
 
 
-def strip(*steps: pr.Step, material=PLASTIC, enforcement=None, spring=None, **more) -> pr.Problem:
+def strip(*steps: pr.Step, material=PLASTIC, spring=None, **more) -> pr.Problem:
     """A strip that is held at its left end and bent down by a round punch near its right one."""
-    contact = pr.Contact("s.top", "punch", friction=pr.Coulomb(0.2), enforcement=enforcement or pr.Penalty())
-    return pr.Problem(
-        "strip", bodies={"s": pr.Body(pr.Rectangle((8, 1), (12, 2)), material, "q4_enhanced")}, contacts=[contact],
-        tools={"punch": pr.Circle(2.0, at=(7.0, 3.0), spring=spring)}, steps=steps, **more,
+    return pressed_block(
+        *steps, tools={"punch": pr.Circle(2.0, at=(7.0, 3.0), spring=spring)}, material=material, size=(8, 1), n=(12, 2),
+        element="q4_enhanced", body="s", **{"friction": pr.Coulomb(0.2), "fixed": {}} | more,
     )  # fmt: skip
 
 
@@ -101,11 +101,10 @@ def test_an_elastic_body_is_what_it_was(kinematics, condense):
     """Shape, stresses and energies of a pressed block go back to nothing, in small strain linearly over the step."""
     if condense and kinematics == "finite":
         return
-    block = pr.Problem(
-        "block", bodies={"b": pr.Body(pr.Rectangle((4, 2), (6, 3)), ELASTIC)}, fixed={"b.bottom": "y", "b.left": "x"},
-        tools={"t": pr.Circle(6.0, touching="b.top")}, contacts=[pr.Contact("b.top", "t")], kinematics=kinematics,
+    block = upset_block(
+        stroke(-0.1, increments=2), replace(GO, increments=4), tools={"t": pr.Circle(6.0, touching="b.top")},
+        material=ELASTIC, n=(6, 3), kinematics=kinematics,
         contact_geometry="reference" if kinematics == "small" else "current",
-        steps=(pr.Step("press", move={"t": pr.Motion(y=-0.1)}, increments=2), replace(GO, increments=4)),
     )  # fmt: skip
     path = list(pr.solve(block, numerics=pr.Numerics(condense=condense)))
     pressed, free = path[1], path[2:]
@@ -130,10 +129,10 @@ def test_removed_tools_released_as_tools_that_leave():
 @pytest.mark.parametrize("space", ["plane strain", "axisymmetric"])
 def test_few_supports_are_found(space, caplog):
     """Three in the plane, one along an axis, none where supports hold all; they are reported with their places, far apart."""
-    billet = pr.Problem(
-        "billet", bodies={"b": pr.Body(pr.Rectangle((3, 2), (3, 2)), PLASTIC)}, space=space,
-        tools={"t": pr.Plane(touching="b.top"), "u": pr.Plane(touching="b.bottom")}, friction=pr.Coulomb(0.3),
-        steps=(pr.Step("press", move={"t": pr.Motion(y=-0.1)}, increments=2), replace(GO, increments=1)),
+    billet = single_block(
+        stroke(-0.1, increments=2), replace(GO, increments=1),
+        tools={"t": pr.Plane(touching="b.top"), "u": pr.Plane(touching="b.bottom")}, material=PLASTIC, size=(3, 2),
+        n=(3, 2), fixed={}, space=space, friction=pr.Coulomb(0.3),
     )  # fmt: skip
     with caplog.at_level(logging.INFO, "prensa"):
         _, free = ends(billet)
@@ -151,14 +150,10 @@ def test_few_supports_are_found(space, caplog):
 
 def test_tied_bodies_are_held_as_one():
     """Two halves of a block, joined along meshes that do not match: three supports for both."""
-    bodies = {
-        "a": pr.Body(pr.Rectangle((4, 1), (4, 2)), PLASTIC), "b": pr.Body(pr.Rectangle((4, 1), (6, 2), origin=(0, 1)), PLASTIC),
-    }  # fmt: skip
-    pair = pr.Problem(
-        "pair", bodies=bodies, ties=[pr.Tie("b.bottom", "a.top")],
-        tools={"t": pr.Circle(5.0, touching="b.top"), "u": pr.Plane(touching="a.bottom")},
-        contacts=[pr.Contact("b.top", "t", friction=pr.Coulomb(0.3)), pr.Contact("a.bottom", "u", friction=pr.Coulomb(0.3))],
-        steps=(pr.Step("press", move={"t": pr.Motion(y=-0.1)}, increments=2), replace(GO, increments=1)),
+    pair = tied_blocks(
+        stroke(-0.1, increments=2), replace(GO, increments=1), sizes=((4, 1), (4, 1)), n=((4, 2), (6, 2)), names=("a", "b"),
+        materials=(PLASTIC, PLASTIC), tools={"t": pr.Circle(5.0, touching="b.top"), "u": pr.Plane(touching="a.bottom")},
+        contacts=[pr.Contact("b.top", "t"), pr.Contact("a.bottom", "u")], friction=pr.Coulomb(0.3), fixed={},
     )  # fmt: skip
     pressed, free = ends(pair)
     system = pr.discretise(pair)
@@ -281,10 +276,9 @@ def test_a_thin_sheet_between_two_tools_needs_no_list_of_contacts():
     """Both sides of a sheet against both tools, nothing said: punch and die stay on their sides, and it springs back."""
     die = pr.Profile(((20.0, -0.5), (6.0, -0.5), (6.0, -20.0)), fillet=1.5, below="s.bottom")
     tools = {"punch": pr.Circle(4.0, at=(0.0, 4.5)), "die": die}
-    sheet = pr.Problem(
-        "sheet", bodies={"s": pr.Body(pr.Rectangle((12, 0.5), (24, 2)), PLASTIC, "q4_enhanced")}, tools=tools,
-        friction=pr.Coulomb(0.1), fixed={"s.left": "x"},
-        steps=(pr.Step("bend", move={"punch": pr.Motion(y=-2.0)}, increments=12), GO),
+    sheet = single_block(
+        stroke(-2.0, increments=12, tool="punch", name="bend"), GO, tools=tools, material=PLASTIC, size=(12, 0.5),
+        n=(24, 2), element="q4_enhanced", body="s", fixed={"s.left": "x"}, friction=pr.Coulomb(0.1),
     )  # fmt: skip
     bent, free = ends(sheet)
     assert bent.force("punch").y == pytest.approx(-bent.force("die").y, rel=1e-8)

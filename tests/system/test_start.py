@@ -11,23 +11,21 @@ import prensa as pr
 from prensa.errors import PrensaError
 from prensa.model.schema import loads
 from prensa.output.history import read_history
+from problems import pressed_block
 
 STEEL = pr.J2(E=70e3, nu=0.33, flow=pr.Voce(60.0, 120.0, 8.0))
 PRESS = pr.Step("press", move={"punch": pr.Motion(y=-0.1)}, increments=4)
 RELEASE = pr.Step("release", move={"punch": pr.Motion(y=0.02)}, increments=3)
 
 
-def case(*steps: pr.Step, enforcement=None, **more) -> pr.Case:
+def case(*steps: pr.Step, **more) -> pr.Case:
     """A block pressed by a cylinder with friction, in plane strain."""
-    problem = {
-        "bodies": {"block": pr.Body(pr.Rectangle(size=(4, 3), n=(8, 6), grade="top-left"), STEEL)},
-        "tools": {"punch": pr.Circle(radius=2.0, touching="block.top")},
-        "contacts": (pr.Contact("block.top", "punch", pr.Coulomb(0.2), enforcement=enforcement or pr.Penalty()),),
-        "fixed": {"block.bottom": "xy", "block.left": "x"},
-    }
-    return pr.Case(
-        pr.Problem("indent", steps=steps, **problem | more), output=pr.Output(fields=0, pictures=False, report=False)
-    )
+    block = {
+        "mesh": pr.Rectangle(size=(4, 3), n=(8, 6), grade="top-left"), "material": STEEL, "friction": pr.Coulomb(0.2),
+        "tools": {"punch": pr.Circle(radius=2.0, touching="block.top")}, "fixed": {"block.bottom": "xy", "block.left": "x"},
+    }  # fmt: skip
+    problem = pressed_block(*steps, body="block", **{"name": "indent"} | block | more)
+    return pr.Case(problem, output=pr.Output(fields=0, pictures=False, report=False))
 
 
 @pytest.mark.parametrize("enforcement", [pr.Penalty(), pr.Augmented(), pr.Exact()], ids=lambda e: e.type)
@@ -54,10 +52,9 @@ def test_press_and_release_in_two_cases_are_those_of_one(tmp_path, enforcement):
 
 def test_tools_that_are_gone_are_released_during_the_first_step(tmp_path):
     """Springback without the punch ends in the shape that lifting the punch leaves; the energy balance closes."""
-    elastic = {"contacts": (pr.Contact("block.top", "punch"),)}
-    whole = pr.run(case(PRESS, RELEASE, **elastic), tmp_path / "whole", quiet=True).increment
-    pr.run(case(PRESS, **elastic), tmp_path / "press", quiet=True)
-    free = case(pr.Step("springback", increments=3), tools={}, contacts=(), start=pr.Start(str(tmp_path / "press")))
+    whole = pr.run(case(PRESS, RELEASE, friction=None), tmp_path / "whole", quiet=True).increment
+    pr.run(case(PRESS, friction=None), tmp_path / "press", quiet=True)
+    free = case(pr.Step("springback", increments=3), tools={}, friction=None, start=pr.Start(str(tmp_path / "press")))
     system = pr.discretise(free.problem)
     pressed = pr.discretise(case(PRESS).problem)
     assert system.release is not None and pressed.release is None
@@ -83,7 +80,7 @@ def test_other_tools_are_placed_on_the_deformed_body(tmp_path):
     bodies = case(PRESS).problem.bodies | {"new": pr.Body(pr.Rectangle((1, 1), (2, 2), origin=(9, 0)), STEEL)}
     second = case(
         pr.Step("flatten", move={"plate": pr.Motion(y=-0.01)}, increments=2), bodies=bodies,
-        tools={"plate": pr.Plane(above="block.top")}, contacts=(pr.Contact("block.top", "plate"),),
+        tools={"plate": pr.Plane(above="block.top")}, friction=None,
         fixed={"block.bottom": "xy", "block.left": "x", "new.bottom": "xy"}, start=pr.Start(str(tmp_path / "press")),
     )  # fmt: skip
     system = pr.discretise(second.problem)
@@ -158,10 +155,9 @@ def test_cases_that_do_not_go_together_are_refused(tmp_path, change, words):
 def test_a_roller_that_turns_far_slips_from_the_start(enforcement):
     """In one increment of a whole turn, whose points would go far beyond their elements if they stuck: as in 40."""
     press = pr.Step("press", move={"t": pr.Motion(y=-0.3)}, increments=4)
-    problem = pr.Problem(
-        "turn", {"b": pr.Body(pr.Rectangle((10, 4), (20, 8)), pr.Elastic(1000.0, 0.3))}, (press,),
-        {"t": pr.Circle(3.0, at=(5.0, 7.0))}, (pr.Contact("b.top", "t", pr.Coulomb(0.3), enforcement=enforcement),),
-        fixed={"b.bottom": "xy"},
+    problem = pressed_block(
+        press, tools={"t": pr.Circle(3.0, at=(5.0, 7.0))}, size=(10, 4), n=(20, 8), friction=pr.Coulomb(0.3),
+        enforcement=enforcement,
     )  # fmt: skip
     runs = []
     for n in (1, 40):

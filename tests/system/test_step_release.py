@@ -17,6 +17,7 @@ from prensa.friction.law import At
 from prensa.system.planning import plan_step
 from prensa.system.state import State
 from prensa.verify.balance import imbalance
+from problems import pressed_block, single_block, tied_blocks
 
 ELASTIC = pr.Elastic(1000.0, 0.3)
 PLASTIC = pr.J2(1000.0, 0.3, pr.Linear(20.0, 50.0))
@@ -29,25 +30,16 @@ PRESS = pr.Step("press", move={"t": pr.Motion(y=-0.05)}, increments=2)
 DRAG = pr.Step("drag", move={"t": pr.Motion(x=0.1)}, increments=2)
 
 
-def body(material=ELASTIC) -> pr.Body:
-    return pr.Body(pr.Rectangle((4, 2), (6, 3)), material)
-
-
-def bar(*steps: pr.Step, material=ELASTIC, **more) -> pr.Problem:
+def bar(*steps: pr.Step, **more) -> pr.Problem:
     """A block on a smooth base, its top held by steps."""
     fixed = {"b.bottom": "y"} | ({"b.left": "x"} if more.get("space") != "axisymmetric" else {})
-    return pr.Problem("bar", bodies={"b": body(material)}, steps=steps, **{"fixed": fixed} | more)
+    return single_block(*steps, n=(6, 3), **{"fixed": fixed} | more)
 
 
-def pressed(*steps: pr.Step, tool=None, mu=0.3, enforcement=None, rule="nodal", material=ELASTIC, **more) -> pr.Problem:
+def pressed(*steps: pr.Step, tool=None, mu=0.3, rule="nodal", **more) -> pr.Problem:
     """A bonded block under a plane, or another tool."""
     law = pr.Coulomb(mu) if mu else None
-    return pr.Problem(
-        "pressed", bodies={"b": body(material)}, fixed={"b.bottom": "xy"}, steps=steps,
-        tools={"t": tool or pr.Plane(touching="b.top")},
-        contacts=[pr.Contact("b.top", "t", friction=law, enforcement=enforcement or pr.Penalty(), integration=rule)],
-        **more,
-    )  # fmt: skip
+    return pressed_block(*steps, tools={"t": tool} if tool else None, n=(6, 3), friction=law, integration=rule, **more)
 
 
 def by_step(problem: pr.Problem) -> dict[str, list[pr.Increment]]:
@@ -340,7 +332,7 @@ def test_what_cannot_balance_is_reported_with_what_was_released():
     with pytest.raises(SolveError, match=words):
         list(pr.solve(problem))
     with pytest.raises(pr.errors.PreflightError, match="in step 'go' it is free to move along x"):
-        list(pr.solve(replace(problem, contacts=[pr.Contact("b.top", "t")])))
+        list(pr.solve(replace(problem, friction=None)))
 
 
 def test_steps_that_change_nothing_release_nothing():
@@ -357,13 +349,11 @@ def test_steps_that_change_nothing_release_nothing():
 @pytest.mark.parametrize("sides", [("a.top", "b.bottom"), ("b.bottom", "a.top")], ids="-".join)
 def test_supports_of_tied_nodes_are_released(sides):
     """Every support beside a tie of meshes that do not match falls linearly, slave side or master side."""
-    a, b = pr.Rectangle((4, 2), (4, 2)), pr.Rectangle((4, 2), (6, 3), origin=(0, 2))
-    bodies = {"a": pr.Body(a, ELASTIC), "b": pr.Body(b, ELASTIC)}
     go = pr.Step("go", fixed=dict.fromkeys(("b.top", "a.left", "b.left"), "free"), increments=3)
-    problem = pr.Problem(
-        "tied", kinematics="small", bodies=bodies, ties=(pr.Tie(*sides),), fixed={"a.bottom": "xy"},
-        steps=(replace(PULL, fixed={"b.top": pr.Fixed(y=0.1), "a.left": "x", "b.left": "x"}), go),
-    )  # fmt: skip
+    pull = replace(PULL, fixed={"b.top": pr.Fixed(y=0.1), "a.left": "x", "b.left": "x"})
+    problem = tied_blocks(
+        pull, go, sizes=((4, 2), (4, 2)), n=((4, 2), (6, 3)), names=("a", "b"), ties=(pr.Tie(*sides),), kinematics="small"
+    )
     path = [i for i in pr.solve(problem) if i.number > 1]
     for name, axis in (("b.top", "y"), ("a.left", "x"), ("b.left", "x"), ("a.bottom", "y")):
         values = [getattr(i.supports[name], axis) for i in path]

@@ -12,31 +12,20 @@ import pytest
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
 from prensa.output.run import resume, run
+from problems import flattened_tube, pointed_disc, single_block
 from stopped import stopped_after
 
 PLASTIC = pr.J2(1000.0, 0.3, pr.Linear(10.0, 20.0))
 FLATTEN = pr.Step("flatten", by={"punch": pr.Motion(y=-3.98)}, increments=16)
 
 
-def tube(*steps: pr.Step, plane: bool = False, **more) -> pr.Problem:
-    """A quarter of a tube that is flattened, so that its inside comes to the middle plane, where a tool may stand."""
-    tools = {"punch": pr.Plane(at=(0.0, 5.0))} | ({"mirror": pr.Plane(normal=(0.0, 1.0), at=(0.0, 0.0))} if plane else {})
-    ring = pr.Annulus(inner=4.0, outer=5.0, n=(8, 1), angles=(0.0, np.pi / 2))
-    contacts = [pr.Contact("t.outer", "punch"), *([pr.Contact("t", "mirror", friction=pr.Coulomb(0.0))] if plane else [])]
-    return pr.Problem(
-        "tube", bodies={"t": pr.Body(ring, PLASTIC, "q4_enhanced")}, tools=tools, contacts=contacts,
-        fixed={"t.start": "y", "t.end": "x"}, friction=pr.Coulomb(0.1), steps=steps, **more,
-    )  # fmt: skip
+def tube(*steps: pr.Step, **more) -> pr.Problem:
+    return flattened_tube(*steps, material=PLASTIC, element="q4_enhanced", n=(8, 1), **more)
 
 
-def bore(*steps: pr.Step, plane: bool = False, **more) -> pr.Problem:
-    """A disc with a pointed lip close to the axis, pressed in at its rim until the node at the lip would pass the axis."""
-    disc = pr.Patch(corners=((0.05, 0.0), (2.0, 0.0), (2.0, 0.5), (0.05, 0.1)), n=(4, 1))
-    tools = {"mandrel": pr.Plane(normal=(1.0, 0.0), at=(0.0, 0.0))} if plane else {}
-    return pr.Problem(
-        "bore", bodies={"d": pr.Body(disc, PLASTIC)}, tools=tools, space="axisymmetric", fixed={"d.bottom": "y"},
-        steps=steps, **more,
-    )  # fmt: skip
+def bore(*steps: pr.Step, **more) -> pr.Problem:
+    """Pressed in at its rim until the node at the lip would pass the axis."""
+    return pointed_disc(*steps, material=PLASTIC, **more)
 
 
 CLOSE = pr.Step("close", by={"d.right": pr.Motion(x=-0.3)}, increments=16)
@@ -102,10 +91,9 @@ def test_a_run_with_planes_goes_on_bit_for_bit(tmp_path):
 
 def test_nothing_is_added_where_nothing_comes_near(caplog):
     """An upset block has the tools that it was given; a plane of the description at the line is enough."""
-    block = pr.Problem(
-        "block", bodies={"t": pr.Body(pr.Rectangle((2.0, 2.0), (4, 4)), PLASTIC)}, tools={"punch": pr.Plane(touching="t.top")},
-        fixed={"t.bottom": "y", "t.left": "x"}, friction=pr.Coulomb(0.3),
-        steps=(pr.Step("press", by={"punch": pr.Motion(y=-1.0)}),),
+    block = single_block(
+        pr.Step("press", by={"punch": pr.Motion(y=-1.0)}), tools={"punch": pr.Plane(touching="b.top")},
+        material=PLASTIC, size=(2.0, 2.0), n=(4, 4), friction=pr.Coulomb(0.3),
     )  # fmt: skip
     with caplog.at_level(logging.INFO, "prensa"):
         *_, last = pr.solve(block)

@@ -14,6 +14,7 @@ from prensa.linear.reduction import Reduced
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import MeshError, sides
 from prensa.system.ties import make_ties
+from problems import tied_blocks, upset_billet
 
 TIE = (pr.Tie(slave="upper.bottom", master="lower.top"),)
 MESHES = {"matching": ((4, 2), (4, 3)), "nested": ((3, 2), (6, 3)), "free": ((5, 2), (3, 3)), "finer": ((4, 2), (7, 3))}
@@ -21,11 +22,11 @@ MESHES = {"matching": ((4, 2), (4, 3)), "nested": ((3, 2), (6, 3)), "free": ((5,
 
 def stack(n1, n2, materials, *, space="plane strain", kinematics="small", fixed=(), **more) -> pr.Problem:
     """A rectangle 4 × 2 with another 4 × 3 tied on top of it, both held on the left and below."""
-    meshes = pr.Rectangle(size=(4, 2), n=n1), pr.Rectangle(size=(4, 3), n=n2, origin=(0, 2))
-    bodies = {name: pr.Body(mesh, m) for name, mesh, m in zip(("lower", "upper"), meshes, materials, strict=True)}
     held = {"lower.bottom": "y", "lower.left": "x", "upper.left": "x"} | {name: "x" for name in fixed}
-    more = {"steps": (pr.Step("load", loads={"upper.top": pr.Load(pressure=10.0)}, increments=1),), "ties": TIE} | more
-    return pr.Problem("stack", space=space, kinematics=kinematics, bodies=bodies, fixed=held, **more)
+    steps = more.pop("steps", (pr.Step("load", loads={"upper.top": pr.Load(pressure=10.0)}, increments=1),))
+    return tied_blocks(
+        *steps, sizes=((4, 2), (4, 3)), n=(n1, n2), materials=materials, fixed=held, space=space, kinematics=kinematics, **more
+    )
 
 
 def last(problem: pr.Problem):
@@ -73,10 +74,8 @@ def test_a_matching_tie_is_the_mesh_in_one_piece():
         (4, 2), (4, 3), (steel, steel), space="axisymmetric", kinematics="finite", tools=tool, steps=steps,
         contacts=contacts("upper.top", "upper.right"),
     )  # fmt: skip
-    one = pr.Problem(
-        "one", space="axisymmetric", bodies={"upper": pr.Body(pr.Rectangle(size=(4, 5), n=(4, 5)), steel)}, steps=steps,
-        tools=tool, contacts=contacts("upper.top", "upper.right"), fixed={"upper.bottom": "y", "upper.left": "x"},
-    )  # fmt: skip
+    one = upset_billet(*steps, size=(4, 5), n=(4, 5), material=steel, body="upper", tools=tool, sides=("top", "right"),
+                       friction=pr.Coulomb(0.2))  # fmt: skip
     for a, b in zip(pr.solve(two), pr.solve(one), strict=True):
         assert a.force("punch").y == pytest.approx(b.force("punch").y, rel=1e-9)
         assert a.energy["imbalance"] == pytest.approx(b.energy["imbalance"], abs=1e-9 * b.energy["external"])
