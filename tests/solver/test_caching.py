@@ -15,16 +15,13 @@ from prensa.solver.stability import _begun
 from prensa.solver.step_control import StepControl
 from prensa.system.planning import plan_step
 from prensa.system.time_integration import growths
+from problems import pressed_block, stroke
 
 
 def under(tool: pr.ToolShape) -> pr.Problem:
     """A block that flows below a tool."""
     material = pr.J2(1000.0, 0.3, pr.Linear(2.0, 5.0))
-    return pr.Problem(
-        "under", bodies={"b": pr.Body(pr.Rectangle((4.0, 1.0), (40, 4)), material)}, tools={"t": tool},
-        contacts=(pr.Contact("b.top", "t"),), fixed={"b.bottom": "xy"},
-        steps=(pr.Step("press", move={"t": pr.Motion(y=-0.1)}, increments=2),),
-    )  # fmt: skip
+    return pressed_block(stroke(-0.1, increments=2), tools={"t": tool}, material=material, size=(4.0, 1.0), n=(40, 4))
 
 
 def test_an_error_that_is_small_is_bounded_and_one_that_is_not_is_exact():

@@ -18,6 +18,7 @@ from prensa.solver.newton import newton
 from prensa.solver.predictor import Guess
 from prensa.system.outcome import NewtonResult
 from prensa.timer import Timer
+from problems import squeezed_block, stroke
 
 ENFORCEMENTS = [pr.Penalty(), pr.Augmented(), pr.Exact()]
 FRICTION = [None, pr.Coulomb(0.2)]
@@ -164,17 +165,8 @@ def test_of_many_candidates_those_that_press_are_enough(monkeypatch):
 
 def test_a_body_that_nothing_holds_is_not_held_by_the_foundation():
     """The springs under candidates keep matrices regular; a body that slides off without resistance is still told."""
-    problem = pr.Problem(
-        "loose",
-        bodies={"block": pr.Body(pr.Rectangle(size=(2.0, 1.0), n=(4, 2)), pr.Elastic(E=1000.0, nu=0.3))},
-        tools={
-            "table": pr.Plane(normal=(0.0, 1.0), at=(0.0, -0.01)),
-            "punch": pr.Plane(normal=(0.0, -1.0), at=(0.0, 1.0)),
-        },
-        contacts=(pr.Contact("block.bottom", "table"), pr.Contact("block.top", "punch")),
-        body_force={"block": (0.01, 0.0)},
-        steps=(pr.Step("press", move={"punch": pr.Motion(y=-0.05)}),),
-    )
+    tools = {"t": pr.Plane(touching="b.top"), "table": pr.Plane(normal=(0.0, 1.0), at=(0.0, -0.01))}
+    problem = squeezed_block(stroke(-0.05), tools=tools, size=(2.0, 1.0), n=(4, 2), body_force={"b": (0.01, 0.0)})
     with pytest.raises(PrensaError, match="free"):
         list(pr.solve(problem))
 

@@ -15,6 +15,7 @@ from prensa.policy import Policy
 from prensa.solver.diagnosis import hint
 from prensa.system import failure as f
 from prensa.system.failure import ElementFailed, Fold, FrictionTooSoft, Hang, Inside, Past, Why
+from problems import pressed_block, stroke, upset_block
 
 EACH = (
     f.Unevaluable(ElementFailed(3, "body", 1.0, 2.0, Why.INVERTED)), f.Unevaluable(FrictionTooSoft("top-tool")),
@@ -56,11 +57,9 @@ def test_remedies_do_not_follow_names():
 
 def test_the_error_carries_the_reason():
     """Who catches a `SolveError` can tell failures apart without reading."""
-    body = pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), pr.J2(1000.0, 0.3, pr.Perfect(5.0)))
-    problem = pr.Problem(
-        "crushed", bodies={"b": body}, tools={"t": pr.Plane(touching="b.top")},
-        contacts=(pr.Contact("b.top", "t", friction=pr.Coulomb(3.0)),), fixed={"b.bottom": "xy"},
-        steps=(pr.Step("crush", move={"t": pr.Motion(y=-0.97)}, increments=1),),
+    problem = pressed_block(
+        stroke(-0.97, increments=1, name="crush"), material=pr.J2(1000.0, 0.3, pr.Perfect(5.0)), size=(2, 1),
+        n=(6, 3), friction=pr.Coulomb(3.0),
     )  # fmt: skip
     with pytest.raises(SolveError) as caught:
         list(pr.solve(problem, pr.Numerics(max_cutbacks=0)))
@@ -74,13 +73,12 @@ def test_a_tool_that_tips_over_is_reported_so(place):
 
     Opposite the sheet it stays, and with a moment that brings the line over the sheet.
     """
-    elastic = pr.Body(pr.Rectangle((10.0, 1.0), (10, 1), (20.0, 0.0)), pr.Elastic(1000.0, 0.3))
 
     def pressed(at: float, m: float = 0.0) -> pr.Problem:
         plate = pr.Profile(((-40.0, 0.0), (40.0, 0.0)), at=(at, 1.0))
-        return pr.Problem(
-            "plate", bodies={"b": elastic}, tools={"plate": plate}, contacts=(pr.Contact("b.top", "plate"),),
-            friction=pr.Coulomb(0.1), fixed={"b.bottom": "xy"}, steps=(pr.Step("hold", push={"plate": pr.Push(y=-50.0, m=m)}),),
+        return pressed_block(
+            pr.Step("hold", push={"plate": pr.Push(y=-50.0, m=m)}), tools={"plate": plate}, size=(10.0, 1.0),
+            n=(10, 1), origin=(20.0, 0.0), friction=pr.Coulomb(0.1),
         )  # fmt: skip
 
     words = rf"along a line through \({place:g}, 1\), .* reaches from \(\d+, 1\) to \(\d+, 1\)"
@@ -112,10 +110,6 @@ def test_the_solver_has_no_tuning_but_its_policy():
 
 def test_a_policy_is_handed_in():
     """Another first increment, and the run has it; the default is left as it was."""
-    body = pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), pr.J2(1000.0, 0.3, pr.Voce(5.0, 5.0, 8.0)))
-    problem = pr.Problem(
-        "policy", bodies={"b": body}, tools={"t": pr.Plane(touching="b.top")}, contacts=(pr.Contact("b.top", "t"),),
-        fixed={"b.bottom": "y", "b.left": "x"}, steps=(pr.Step("press", move={"t": pr.Motion(y=-0.01)}),),
-    )  # fmt: skip
+    problem = upset_block(stroke(-0.01), material=pr.J2(1000.0, 0.3, pr.Voce(5.0, 5.0, 8.0)), size=(2, 1), n=(6, 3))
     assert next(iter(pr.solve(problem, policy=Policy(first_share=0.001)))).time == 0.001
     assert next(iter(pr.solve(problem))).time == Policy().first_share

@@ -11,6 +11,7 @@ import pytest
 
 import prensa as pr
 from prensa.sensitivity.parameters import numbers as numbers_of
+from problems import pressed_block
 
 ENFORCEMENTS = {"penalty": pr.Penalty(), "augmented": pr.Augmented(), "exact": pr.Exact()}
 METAL = pr.J2(E=70e3, nu=0.33, flow=pr.Voce(s0=100.0, Q=100.0, b=10.0))
@@ -90,11 +91,10 @@ def test_a_tool_that_is_pushed_onto_a_held_body_does_no_work_in_the_air(enforcem
 
     def lowered(gap: float = 0.05, radius: float = 8.0, E: float = 1e4, force: float = -300.0) -> pr.Problem:
         by = ENFORCEMENTS[enforcement]
-        return pr.Problem(
-            "roller", space="plane strain", tools={"t": pr.Circle(radius, at=(3.0, 12.0 + gap))},
-            bodies={"b": pr.Body(pr.Rectangle((6.0, 4.0), (12, 8)), pr.Elastic(E, 0.3), element)},
-            contacts=[pr.Contact("b.top", "t", enforcement=by)], fixed={"b.bottom": "xy"},
-            steps=[pr.Step("press", push={"t": pr.Push(y=force)}, increments=2)],
+        return pressed_block(
+            pr.Step("press", push={"t": pr.Push(y=force)}, increments=2),
+            tools={"t": pr.Circle(radius, at=(3.0, 12.0 + gap))}, material=pr.Elastic(E, 0.3), size=(6.0, 4.0),
+            n=(12, 8), element=element, enforcement=by,
         )  # fmt: skip
 
     def work(problem: pr.Problem) -> tuple[float, float]:
@@ -123,12 +123,12 @@ def rolled_down(
 ) -> pr.Problem:  # fmt: skip
     """A block under a roller beside its middle, with friction, that a force lowers through a gap; nothing else moves it."""
     axisymmetric, by = space == "axisymmetric", enforcement or pr.Penalty()
-    return pr.Problem(
-        "roller", space=space, bodies={"b": pr.Body(pr.Rectangle((6.0, 4.0), (24, 16)), pr.Elastic(1e4, 0.3), element)},
+    return pressed_block(
+        pr.Step("press", push={"t": pr.Push(y=-300.0)}, increments=2),
         tools={"t": pr.Circle(radius, at=(0.0 if axisymmetric else 2.3, 4.0 + radius + gap))},
-        contacts=[pr.Contact("b.top", "t", friction=pr.Coulomb(mu), enforcement=by)],
-        fixed={"b.bottom": "y", "b.left": "x"} if axisymmetric else {"b.bottom": "xy"},
-        steps=[pr.Step("press", push={"t": pr.Push(y=-300.0)}, increments=2)], **more,
+        material=pr.Elastic(1e4, 0.3), size=(6.0, 4.0), n=(24, 16), element=element, friction=pr.Coulomb(mu),
+        enforcement=by, fixed={"b.bottom": "y", "b.left": "x"} if axisymmetric else {"b.bottom": "xy"}, space=space,
+        **more,
     )  # fmt: skip
 
 

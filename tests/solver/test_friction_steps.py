@@ -9,6 +9,7 @@ import pytest
 
 import prensa as pr
 from prensa.solver.complementarity import pivoted
+from problems import pressed_block
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -41,18 +42,12 @@ def rolling(friction):
     """A thin strip drawn into the gap of a roll at a given speed, then let go."""
     R, h, out = 20.0, 1.0, 0.85
     length = 6.0
-    return pr.Problem(
-        "rolling",
-        space="plane strain",
-        bodies={"strip": pr.Body(pr.Rectangle(size=(length, h), n=(24, 3), origin=(-length - 2.45, 0.0)),
-                                 pr.J2(E=100000.0, nu=0.3, flow=pr.Perfect(s0=150.0)))},
+    return pressed_block(
+        pr.Step("bite", move={"roll": pr.Motion(rz=0.14)}, fixed={"strip.left": pr.Fixed(x=2.6)}),
+        pr.Step("roll", move={"roll": pr.Motion(rz=0.18)}, fixed={"strip.left": "free"}),
         tools={"roll": pr.Circle(radius=R, at=(0.0, R + out))},
-        contacts=(pr.Contact("strip.top", "roll", friction),),
-        fixed={"strip.bottom": "y"},
-        steps=(
-            pr.Step("bite", move={"roll": pr.Motion(rz=0.14)}, fixed={"strip.left": pr.Fixed(x=2.6)}),
-            pr.Step("roll", move={"roll": pr.Motion(rz=0.18)}, fixed={"strip.left": "free"}),
-        ),
+        material=pr.J2(E=100000.0, nu=0.3, flow=pr.Perfect(s0=150.0)), size=(length, h), n=(24, 3),
+        origin=(-length - 2.45, 0.0), body="strip", friction=friction, fixed={"strip.bottom": "y"},
     )  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from prensa.checks.during.acceptance import least_corner
 from prensa.errors import SolveError
 from prensa.system.failure import LostSupport
 from prensa_bench.robustness.families import drawn
+from problems import pressed_block, stroke
 
 
 def test_a_strip_that_its_last_tool_has_left_is_refused():
@@ -24,11 +25,10 @@ def test_a_strip_that_its_last_tool_has_left_is_refused():
 
 def test_no_corner_jumps_beyond_half_a_turn_within_an_increment():
     """A stamp pressed in by four elements at once: the increment is cut until no element turns over in one."""
-    p = pr.Problem(
-        "crush", bodies={"b": pr.Body(pr.Rectangle((10, 5), (40, 20), (-5.0, 0.0)), pr.J2(2e5, 0.3, pr.Linear(200.0, 600.0)))},
-        tools={"stamp": pr.Stamp(width=3.0, fillet=0.2, touching="b.top")}, contacts=(pr.Contact(("b.top",), "stamp"),),
-        friction=pr.Coulomb(0.3), fixed={"b.bottom": "xy"},
-        steps=(pr.Step("press", move={"stamp": pr.Motion(y=-1.0)}, increments=1),),
+    p = pressed_block(
+        stroke(-1.0, increments=1), tools={"t": pr.Stamp(width=3.0, fillet=0.2, touching="b.top")},
+        material=pr.J2(2e5, 0.3, pr.Linear(200.0, 600.0)), size=(10, 5), n=(40, 20), origin=(-5.0, 0.0),
+        friction=pr.Coulomb(0.3),
     )  # fmt: skip
     system = pr.discretise(p)
     nodes = system.blocks[0].corners.T

@@ -21,14 +21,14 @@ from prensa.system.failure import Stagnated, Unevaluable
 from prensa.system.outcome import NewtonResult
 from prensa.system.planning import plan_step
 from prensa.system.system import Evaluation
+from problems import pressed_block, single_block, squeezed_block, stroke
 
 
 def pressed(policy: Policy | None = None) -> Equilibrium:
     """A block under a cylinder, at the end of its first increment."""
-    problem = pr.Problem(
-        "pressed", bodies={"b": pr.Body(pr.Rectangle(size=(2, 1), n=(8, 4)), pr.Elastic(1000.0, 0.3))},
-        tools={"t": pr.Circle(radius=2.0, touching="b.top")}, contacts=(pr.Contact("b.top", "t", pr.Coulomb(0.3)),),
-        fixed={"b.bottom": "xy"}, steps=(pr.Step("press", move={"t": pr.Motion(y=-0.05)}, increments=1),),
+    problem = pressed_block(
+        stroke(-0.05, increments=1), tools={"t": pr.Circle(radius=2.0, touching="b.top")}, size=(2, 1),
+        friction=pr.Coulomb(0.3),
     )  # fmt: skip
     system = pr.discretise(problem)
     state = system.initial()
@@ -152,10 +152,9 @@ def test_the_secant_of_an_element_gives_back_its_forces(element, space):
     Of enhanced elements that holds with their modes, whose forces vanish, and so with what is left when they are eliminated.
     """
     metal = pr.J2(E=1e3, nu=0.3, flow=pr.Voce(s0=1.0, Q=1.0, b=10.0))
-    problem = pr.Problem(
-        "bent", space=space, kinematics="small",
-        bodies={"b": pr.Body(pr.Rectangle(origin=(1, 0), size=(3, 2), n=(3, 2)), metal, element=element)},
-        fixed={"b.bottom": "xy"}, steps=(pr.Step("bend", by={"b.top": pr.Motion(x=0.1)}),),
+    problem = single_block(
+        pr.Step("bend", by={"b.top": pr.Motion(x=0.1)}), material=metal, size=(3, 2), n=(3, 2), origin=(1, 0),
+        element=element, fixed={"b.bottom": "xy"}, space=space, kinematics="small",
     )  # fmt: skip
     system = pr.discretise(problem)
     state = system.initial()
@@ -177,12 +176,9 @@ def test_steps_may_go_far_until_one_has_failed():
 
     metal = pr.J2(E=1e3, nu=0.3, flow=pr.Voce(s0=1.0, Q=1.0, b=10.0))
     for held, expected in ({"b.left": "x"}, (True, False)), ({"b.bottom": "xy"}, (True, True)):
-        problem = pr.Problem(
-            "pressed", bodies={"b": pr.Body(pr.Rectangle(size=(2, 1), n=(4, 2)), metal)}, fixed=held,
-            tools={"top": pr.Plane(touching="b.top"), "table": pr.Plane(touching="b.bottom")},
-            contacts=(pr.Contact("b.top", "top", pr.Coulomb(0.1)), pr.Contact("b.bottom", "table", pr.Coulomb(0.1))),
-            steps=(pr.Step("press", move={"top": pr.Motion(y=-0.05)}),),
-        )  # fmt: skip
+        problem = squeezed_block(
+            stroke(-0.05), material=metal, size=(2, 1), n=(4, 2), friction=pr.Coulomb(0.1), fixed=held
+        )
         system, policy = pr.discretise(problem), Policy()
         run = TimeStepping(system, pr.Numerics(), policy, Messages(system, None), Timer(), condense=False)
         state = system.initial()
@@ -224,10 +220,10 @@ def first_step(example: str, way: float, increments: int) -> pr.Problem:
 
 def test_what_contact_steps_have_settled_newton_finishes():
     """Sheets over a punch and over fillets: fewer than 4 iterations an increment (4.2 if contact steps go on to the end)."""
-    problem = pr.Problem(
-        "dome", {"sheet": pr.Body(pr.Rectangle((30, 1), (60, 2)), pr.J2(210e3, 0.3, pr.Swift(560.0, 0.007, 0.26)))},
-        (pr.Step("stretch", move={"punch": pr.Motion(y=12.0)}),), {"punch": pr.Circle(20.0, below="sheet.bottom")},
-        (pr.Contact("sheet.bottom", "punch", pr.Coulomb(0.1)),), fixed={"sheet.right": "xy"}, space="axisymmetric",
+    problem = pressed_block(
+        stroke(12.0, name="stretch"), tools={"t": pr.Circle(20.0, below="b.bottom")},
+        material=pr.J2(210e3, 0.3, pr.Swift(560.0, 0.007, 0.26)), size=(30, 1), n=(60, 2), sides=("bottom",),
+        friction=pr.Coulomb(0.1), fixed={"b.right": "xy"}, space="axisymmetric",
     )  # fmt: skip
     spent = [i.statistics.iterations for i in pr.solve(problem)]
     assert sum(spent) <= 4.0 * len(spent)

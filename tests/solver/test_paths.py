@@ -12,35 +12,27 @@ import prensa as pr
 from prensa.checks.before.preflight import preflight
 from prensa.system.planning import plan_step
 from prensa.verify.forming import upsetting
+from problems import pressed_block, stroke
 
 ELASTIC = pr.Elastic(130_000.0, 0.2)
 
 
 def plate(enforcement, mu=1.0, n=32):
     """Square plate pressed on a plane and pushed along it (Feijóo, Barbosa and Zouain's, code_aster SSNV128)."""
-    return pr.Problem(
-        "plate", kinematics="small", contact_geometry="reference",
-        bodies={"plate": pr.Body(pr.Rectangle(size=(40, 40), n=(n, n)), ELASTIC)},
-        tools={"plane": pr.Plane(normal=(0, 1), at=(0, 0))},
-        contacts=[pr.Contact("plate.bottom", "plane", friction=pr.Coulomb(mu), enforcement=enforcement)],
-        fixed={"plate.right": "x"},
-        steps=[pr.Step("push", loads={"plate.top": pr.Load(pressure=50.0), "plate.left": pr.Load(pressure=150.0)}, increments=1)],
+    return pressed_block(
+        pr.Step("push", loads={"plate.top": pr.Load(pressure=50.0), "plate.left": pr.Load(pressure=150.0)}, increments=1),
+        tools={"plane": pr.Plane(normal=(0, 1), at=(0, 0))}, material=ELASTIC, size=(40, 40), n=(n, n), body="plate",
+        sides=("bottom",), friction=pr.Coulomb(mu), enforcement=enforcement, fixed={"plate.right": "x"},
+        kinematics="small", contact_geometry="reference",
     )  # fmt: skip
 
 
 def sliding(rule="nodal", mu=0.3, tool=None, enforcement=None, law=None):
     """A block pressed by a tool and dragged: every point that stays closed slides."""
-    return pr.Problem(
-        "drag", bodies={"block": pr.Body(pr.Rectangle(size=(4.0, 2.0), n=(8, 4)), pr.Elastic(1000.0, 0.3), "q4")},
-        tools={"tool": tool or pr.Plane(touching="block.top")},
-        contacts=[
-            pr.Contact("block.top", "tool", law or pr.Coulomb(mu), enforcement or pr.Penalty(), integration=rule)
-        ],
-        fixed={"block.bottom": "xy"},
-        steps=[
-            pr.Step("press", move={"tool": {"y": -0.05}}, increments=1),
-            pr.Step("drag", move={"tool": {"x": 0.1}}, increments=2),
-        ],
+    return pressed_block(
+        stroke(-0.05, increments=1, tool="tool"), pr.Step("drag", move={"tool": {"x": 0.1}}, increments=2),
+        tools={"tool": tool or pr.Plane(touching="block.top")}, element="q4", body="block",
+        friction=law or pr.Coulomb(mu), enforcement=enforcement, integration=rule,
     )  # fmt: skip
 
 

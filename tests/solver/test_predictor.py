@@ -15,6 +15,7 @@ from prensa.system.planning import plan_step
 from prensa.system.state import Clock, Energy, State
 from prensa_bench.robustness import draw
 from prensa_bench.robustness.increments import solve_checked
+from problems import pressed_block, stroke, upset_billet
 
 NODES = 3
 
@@ -70,11 +71,9 @@ def test_a_kink_is_not_carried_on(course):
 
 def test_a_steady_process_starts_closer_to_its_answer(monkeypatch):
     """Upsetting: from the tenth increment on the first residual is less than 0.4 of that of the straight start."""
-    billet = pr.Body(pr.Rectangle(size=(10, 7.5), n=(2, 2)), pr.J2(200e3, 0.3, pr.Ludwik(250.0, 500.0, 0.3)))
-    problem = pr.Problem(
-        "upsetting", space="axisymmetric", bodies={"billet": billet}, tools={"punch": pr.Plane(touching="billet.top")},
-        contacts=(pr.Contact("billet.top", "punch"),), fixed={"billet.bottom": "y", "billet.left": "x"},
-        steps=(pr.Step("press", move={"punch": pr.Motion(y=-1.0)}, increments=30),),
+    problem = upset_billet(
+        stroke(-1.0, increments=30), material=pr.J2(200e3, 0.3, pr.Ludwik(250.0, 500.0, 0.3)), size=(10, 7.5),
+        n=(2, 2),
     )  # fmt: skip
     first = np.array([i.statistics.residuals[0] for i in pr.solve(problem)])
     monkeypatch.setattr(State, "damped_difference", lambda self, du, dt, nodal: (np.zeros_like(du), 0.0))
@@ -90,13 +89,9 @@ def test_no_time_moves_no_node(element, rule):
 
     A node of a quadratic edge at the axis, or beside a point inside an edge, may be in the tool and open.
     """
-    p = pr.Problem(
-        "tip", space="axisymmetric",
-        bodies={"body": pr.Body(pr.Rectangle(size=(4, 4), n=(8, 8)), pr.J2(1000.0, 0.3, pr.Perfect(5.0)), element)},
-        tools={"ball": pr.Circle(radius=3.0, touching="body.top")},
-        contacts=[pr.Contact("body.top", "ball", integration=rule)],
-        fixed={"body.bottom": "y", "body.left": "x"},
-        steps=[pr.Step("press", move={"ball": {"y": -0.3}})],
+    p = upset_billet(
+        stroke(-0.3), tools={"t": pr.Circle(radius=3.0, touching="b.top")},
+        material=pr.J2(1000.0, 0.3, pr.Perfect(5.0)), size=(4, 4), n=(8, 8), element=element, integration=rule,
     )  # fmt: skip
     system = pr.discretise(p)
     *_, inc = pr.solve(system)
@@ -115,12 +110,10 @@ def test_points_between_nodes_start_no_worse_than_predicted(rule, monkeypatch):
 
     From one increment to the next some nodes beside a point in contact come nearer and others go away from the tool.
     """
-    p = pr.Problem(
-        "press",
-        bodies={"body": pr.Body(pr.Rectangle(size=(6, 4), n=(6, 4)), pr.J2(1000.0, 0.3, pr.Linear(5.0, 50.0)), "q4_fbar")},
-        tools={"roll": pr.Circle(radius=6.0, at=(0.0, 10.0))}, fixed={"body.bottom": "xy", "body.left": "x"},
-        contacts=[pr.Contact("body.top", "roll", integration=rule)],
-        steps=[pr.Step("press", move={"roll": {"y": -0.4}}, increments=20)],
+    p = pressed_block(
+        stroke(-0.4, increments=20), tools={"t": pr.Circle(radius=6.0, at=(0.0, 10.0))},
+        material=pr.J2(1000.0, 0.3, pr.Linear(5.0, 50.0)), size=(6, 4), n=(6, 4), element="q4_fbar", integration=rule,
+        fixed={"b.bottom": "xy", "b.left": "x"},
     )  # fmt: skip
     first = np.array([i.statistics.residuals[0] for i in pr.solve(p)])
     monkeypatch.setattr(predictor, "project_prediction", lambda *_: None)

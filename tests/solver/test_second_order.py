@@ -12,6 +12,7 @@ import prensa as pr
 from prensa.policy import Policy
 from prensa.system.state import State
 from prensa.verify.forming import upsetting
+from problems import single_block
 
 EULER, BDF2 = pr.Numerics(time_rule="backward_euler"), pr.Numerics(time_rule="bdf2")
 AUTO = pr.Numerics(time_rule="auto")
@@ -48,13 +49,13 @@ def test_errors_in_time_of_upsetting(space: str, mu: float) -> None:
 def test_every_element_and_space(element: str, kinematics: str, space: str) -> None:
     """A sheared block, given increments: their number halved, its error is quartered (to a third), or round-off of the steps."""
     def moment(increments: int) -> float:
-        body = pr.Body(pr.Rectangle((4.0, 2.0), (4, 2)), pr.J2(1000.0, 0.3, pr.Voce(4.0, 4.0, 20.0)), element=element)
         most = 0.03 if kinematics == "small" else 0.2
         path = ((0.0, 0.0), (0.5, 0.3 * most), (1.0, most))
         step = pr.Step("shear", fixed={"b.top": pr.Fixed(x=path, y=((0.0, 0.0), (1.0, 0.4 * most)))}, increments=increments)
-        problem = pr.Problem(
-            "block", space=space, kinematics=kinematics, bodies={"b": body}, fixed={"b.bottom": "xy"}, steps=(step,)
-        )
+        problem = single_block(
+            step, material=pr.J2(1000.0, 0.3, pr.Voce(4.0, 4.0, 20.0)), n=(4, 2), element=element,
+            fixed={"b.bottom": "xy"}, space=space, kinematics=kinematics,
+        )  # fmt: skip
         *_, last = pr.solve(problem, BDF2)
         return float(last.supports["b.bottom"].x)
 
@@ -76,9 +77,8 @@ def test_a_run_resumes_bit_for_bit(rule: pr.Numerics) -> None:
 
 def pulled(*path: tuple[float, float]) -> pr.Problem:
     """A block whose top is moved by a table of one step."""
-    body = pr.Body(pr.Rectangle((2.0, 2.0), (1, 1)), pr.J2(1000.0, 0.3, pr.Voce(4.0, 4.0, 20.0)))
     step = pr.Step("pull", fixed={"b.top": pr.Fixed(y=path)})
-    return pr.Problem("block", bodies={"b": body}, fixed={"b.bottom": "y", "b.left": "x"}, steps=(step,))
+    return single_block(step, material=pr.J2(1000.0, 0.3, pr.Voce(4.0, 4.0, 20.0)), size=(2.0, 2.0), n=(1, 1))
 
 
 @pytest.mark.parametrize("last", [0.097, 0.1], ids=["back", "held"])
@@ -139,9 +139,8 @@ def test_increments_follow_the_tolerance() -> None:
 
 def test_given_increments_are_of_first_order_unless_second_is_asked_for() -> None:
     """To the last bit: they may be many times as long as automatic ones."""
-    body = pr.Body(pr.Rectangle((2.0, 2.0), (1, 1)), pr.J2(1000.0, 0.3, pr.Voce(4.0, 4.0, 20.0)))
     step = pr.Step("pull", fixed={"b.top": pr.Fixed(y=0.1)}, increments=6)
-    problem = pr.Problem("block", bodies={"b": body}, fixed={"b.bottom": "y", "b.left": "x"}, steps=(step,))
+    problem = single_block(step, material=pr.J2(1000.0, 0.3, pr.Voce(4.0, 4.0, 20.0)), size=(2.0, 2.0), n=(1, 1))
     first, auto, second = (list(pr.solve(problem, n))[-1].state.u for n in (EULER, AUTO, BDF2))
     assert np.array_equal(first, auto)
     assert not np.array_equal(first, second)

@@ -27,6 +27,7 @@ from prensa.system.state import Stability, State
 from prensa.verify.buckling import COLUMN_LENGTH, SHORTENING, arch, column
 from prensa_bench.robustness import drawn
 from prensa_bench.slender import draw, verdict
+from problems import single_block
 
 POLICY = Policy()
 
@@ -143,8 +144,10 @@ def test_stabilisation_changes_little_where_nothing_snaps(caplog):
 @pytest.mark.parametrize("space", ["plane strain", "plane stress", "axisymmetric"])
 def test_viscous_tangent_is_exact(space):
     """Forces are linear in the displacements, and their matrices are what differences give; volumes add up."""
-    body = pr.Body(pr.Rectangle(size=(2, 1), n=(2, 2), origin=(1, 0)), pr.Elastic(E=1.0, nu=0.3), "q8")
-    problem = pr.Problem("b", {"b": body}, (pr.Step("s"),), space=space, fixed={"b.bottom": "xy"}, stabilise="auto")
+    problem = single_block(
+        pr.Step("s"), material=pr.Elastic(E=1.0, nu=0.3), size=(2, 1), n=(2, 2), origin=(1, 0), element="q8",
+        fixed={"b.bottom": "xy"}, space=space, stabilise="auto",
+    )  # fmt: skip
     system = discretise(problem)
     volumes = nodal_volumes(system)
     assert volumes.min() > 0

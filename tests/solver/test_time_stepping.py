@@ -13,21 +13,15 @@ from prensa.solver import time_stepping
 from prensa.system.failure import Unevaluable
 from prensa.system.planning import plan_step
 from prensa.system.state import State
+from problems import pressed_block, single_block, stroke, upset_block
 
-ELASTIC = pr.Elastic(1000.0, 0.3)
-
-
-def block(n=(8, 6), material=ELASTIC, size=(4.0, 3.0), origin=(0.0, 0.0), element="q4_fbar"):
-    return pr.Body(pr.Rectangle(size=size, n=n, origin=origin), material, element)
+SIZE = (4.0, 3.0)
 
 
-def pressed(step, *, tool=None, kinematics="finite", friction=None, material=ELASTIC, fixed=None, **more):
-    return pr.Problem(
-        "pressed", kinematics=kinematics, allow_large_strain=kinematics == "small",
-        bodies={"block": block(material=material)},
-        tools={"punch": tool or pr.Circle(radius=5.0, touching="block.top")},
-        contacts=[pr.Contact("block.top", "punch", friction=friction)],
-        fixed=fixed or {"block.bottom": "xy"}, steps=step if isinstance(step, list) else [step], **more,
+def pressed(step, *, tool=None, kinematics="finite", **more):
+    return pressed_block(
+        *(step if isinstance(step, list) else [step]), tools={"punch": tool or pr.Circle(radius=5.0, touching="block.top")},
+        kinematics=kinematics, allow_large_strain=kinematics == "small", size=SIZE, body="block", **{"n": (8, 6)} | more,
     )  # fmt: skip
 
 
@@ -64,18 +58,13 @@ def test_a_step_may_end_exactly_when_a_tool_touches(seed):
     """An approach by the gap, then a press: what the press alone gives, wherever round-off puts the touch."""
     rng = np.random.default_rng(seed)
     gap, depth, height, y = (float(np.round(v, 2)) for v in rng.uniform([0.05, 0.05, 1.0, -9.0], [2.0, 0.1, 9.0, 9.0]))
-    body = block((2, 2), size=(4.0, height), origin=(0.0, y))
     tools = [
         pr.Plane(normal=(0, -1), at=(0.0, y + height + gap)),
         pr.Circle(radius=7.0, at=(2.0, y + height + gap + 7.0)),
     ]
-    p = pr.Problem(
-        "touch", kinematics="small", bodies={"b": body}, tools={"t": tools[seed % 2]}, contacts=[pr.Contact("b.top", "t")],
-        fixed={"b.bottom": "xy"},
-        steps=[
-            pr.Step("approach", move={"t": {"y": -gap}}, increments=(None, 1, 3)[seed % 3]),
-            pr.Step("press", move={"t": {"y": -gap - depth}}, increments=2),
-        ],
+    p = pressed_block(
+        stroke(-gap, increments=(None, 1, 3)[seed % 3], name="approach"), stroke(-gap - depth, increments=2),
+        tools={"t": tools[seed % 2]}, size=(4.0, height), n=(2, 2), origin=(0.0, y), kinematics="small",
     )  # fmt: skip
     *_, inc = pr.solve(p)
     *_, alone = pr.solve(replace(p, steps=p.steps[1:]))
@@ -88,12 +77,9 @@ def test_a_table_of_many_rows_keeps_its_corners():
 
     def plastic(rows):
         times = np.linspace(0.0, 1.0, rows)
-        stroke = np.interp(times, [0.0, 0.4, 0.45, 0.5, 1.0], [0.0, 0.0, -0.1, 0.0, 0.0])
-        p = pr.Problem(
-            "pulse", kinematics="small", bodies={"b": block((1, 1), material)}, tools={"t": pr.Plane(touching="b.top")},
-            contacts=[pr.Contact("b.top", "t")], fixed={"b.bottom": "y", "b.left": "x"},
-            steps=[pr.Step("hit", move={"t": {"y": tuple(zip(times.tolist(), stroke.tolist()))}}, increments=10)],
-        )  # fmt: skip
+        pulse = np.interp(times, [0.0, 0.4, 0.45, 0.5, 1.0], [0.0, 0.0, -0.1, 0.0, 0.0])
+        hit = stroke(tuple(zip(times.tolist(), pulse.tolist())), increments=10, name="hit")
+        p = upset_block(hit, material=material, size=SIZE, n=(1, 1), kinematics="small")
         return last(p).energy["plastic"]
 
     assert plastic(601) == pytest.approx(plastic(401), rel=1e-3) and plastic(601) > 1.0
@@ -193,7 +179,7 @@ def test_unloading_an_elastic_body_leaves_nothing(element):
         pr.Step("press", move={"punch": {"y": -0.3}}, increments=3),
         pr.Step("release", move={"punch": {"y": 0.1}}, increments=3),
     ]
-    history = list(pr.solve(replace(pressed(steps), bodies={"block": block(n=(6, 4), element=element)})))
+    history = list(pr.solve(pressed(steps, n=(6, 4), element=element)))
     assert sum(i.statistics.cutbacks for i in history) == 0
     peak = max(i.energy["elastic"] for i in history)
     assert history[-1].energy["elastic"] <= 1e-9 * peak
@@ -203,10 +189,9 @@ def test_unloading_an_elastic_body_leaves_nothing(element):
 
 def test_column_under_its_own_weight():
     """Body force ρb: a laterally held column shortens by ρb L²/(2M), M the oedometric modulus, exactly for linear elements."""
-    p = pr.Problem(
-        "column", kinematics="small", bodies={"c": block(n=(1, 8), size=(1.0, 4.0))},
-        fixed={"c.bottom": "y", "c.left": "x", "c.right": "x"}, body_force={"c": (0.0, -2.0)},
-        steps=[pr.Step("load", increments=1)],
+    p = single_block(
+        pr.Step("load", increments=1), n=(1, 8), size=(1.0, 4.0), body="c", body_force={"c": (0.0, -2.0)},
+        fixed={"c.bottom": "y", "c.left": "x", "c.right": "x"}, kinematics="small",
     )  # fmt: skip
     u = last(p).bodies["c"].displacement[-1, 1]
     modulus = 1000.0 * 0.7 / (1.3 * 0.4)
@@ -222,10 +207,9 @@ def lame(r, p, a=10.0, b=20.0, E=1000.0, nu=0.3):
 @pytest.mark.parametrize("follower", [True, False])
 def test_pressure_on_a_tube(follower):
     """Small pressure on the bore gives Lamé's displacement within 0.1 %, as a follower and as a dead load."""
-    p = pr.Problem(
-        "tube", space="axisymmetric", kinematics="finite", bodies={"t": block(n=(20, 1), size=(10.0, 1.0), origin=(10.0, 0.0))},
+    p = single_block(
+        pr.Step("load", increments=1), n=(20, 1), size=(10.0, 1.0), origin=(10.0, 0.0), body="t", space="axisymmetric",
         fixed={"t.bottom": "y", "t.top": "y"}, loads={"t.left": pr.Load(pressure=0.01, follower=follower)},
-        steps=[pr.Step("load", increments=1)],
     )  # fmt: skip
     b = last(p).bodies["t"]
     assert b.displacement[0, 0] == pytest.approx(lame(10.0, 0.01), rel=1e-3)
@@ -251,10 +235,10 @@ def test_a_later_load_keeps_what_an_earlier_one_said_of_following(said, follows)
 
 def test_follower_pressure_does_no_net_force_on_a_closed_surface():
     """Equal pressure all round compresses a free-floating block without reactions, even when it has turned."""
-    p = pr.Problem(
-        "float", bodies={"b": block()}, fixed={"b.bottom-left": "xy", "b.bottom-right": {"y": 0.8}},
+    p = single_block(
+        pr.Step("turn and press", increments=4), size=SIZE, n=(8, 6),
+        fixed={"b.bottom-left": "xy", "b.bottom-right": {"y": 0.8}},
         loads={f"b.{s}": pr.Load(pressure=50.0) for s in ("bottom", "right", "top", "left")},
-        steps=[pr.Step("turn and press", increments=4)],
     )  # fmt: skip
     b = last(p).bodies["b"]
     assert np.abs(b.reaction).max() <= 1e-8 * 50.0 * 4.0
@@ -263,22 +247,19 @@ def test_follower_pressure_does_no_net_force_on_a_closed_surface():
 
 def test_dead_traction_and_its_reaction():
     """A dead traction t on an edge of length L is answered by a support reaction −tL."""
-    p = pr.Problem(
-        "pull", bodies={"b": block()}, fixed={"b.left": "xy"}, loads={"b.right": pr.Load(traction=(3.0, 1.0))},
-        steps=[pr.Step("pull", increments=2)],
+    p = single_block(
+        pr.Step("pull", increments=2), size=SIZE, n=(8, 6), fixed={"b.left": "xy"},
+        loads={"b.right": pr.Load(traction=(3.0, 1.0))},
     )  # fmt: skip
     assert np.allclose(last(p).bodies["b"].reaction.sum(0), [-9.0, -3.0], rtol=1e-8)
 
 
 def test_loads_are_held_and_supports_can_be_freed():
     """What a later step does not mention stays; a freed support has no reaction and the body springs back."""
-    p = pr.Problem(
-        "hold", kinematics="small", bodies={"b": block()}, fixed={"b.bottom": "xy"},
-        steps=[
-            pr.Step("pull", fixed={"b.top": {"y": 0.1}}, increments=1),
-            pr.Step("wait", increments=1),
-            pr.Step("free", fixed={"b.top": "free"}, increments=1),
-        ],
+    p = single_block(
+        pr.Step("pull", fixed={"b.top": {"y": 0.1}}, increments=1), pr.Step("wait", increments=1),
+        pr.Step("free", fixed={"b.top": "free"}, increments=1),
+        size=SIZE, n=(8, 6), fixed={"b.bottom": "xy"}, kinematics="small",
     )  # fmt: skip
     a, b, c = pr.solve(p)
     assert np.allclose(a.bodies["b"].reaction, b.bodies["b"].reaction)
@@ -358,9 +339,9 @@ def test_a_rejected_increment_leaves_no_trace():
 # ------------------------------------------------------------------------------------------------------------ failures
 def test_a_free_body_is_named():
     """A body that nothing holds fails with words, not with numbers."""
-    p = pr.Problem(
-        "free", bodies={"b": block()}, fixed={"b.bottom": "y"}, loads={"b.right": pr.Load(traction=(1.0, 0.0))},
-        steps=[pr.Step("go", increments=1)],
+    p = single_block(
+        pr.Step("go", increments=1), size=SIZE, n=(8, 6), fixed={"b.bottom": "y"},
+        loads={"b.right": pr.Load(traction=(1.0, 0.0))},
     )  # fmt: skip
     with pytest.raises(PrensaError, match=r"bodies\.b: it is free to move along x: no support"):
         last(p, pr.Numerics(max_cutbacks=0))

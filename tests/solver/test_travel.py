@@ -8,17 +8,17 @@ import pytest
 
 import prensa as pr
 from prensa.policy import Policy
+from problems import upset_block
 
 EULER = pr.Numerics(time_rule="backward_euler")  # of second order in time tools go twice as far in an increment
 
 
 def pressed(*travels, gap=0.0):
     """An elastic-plastic block under a plane at a gap, moved to each of the travels in a step of its own."""
-    return pr.Problem(
-        "press", bodies={"block": pr.Body(pr.Rectangle(size=(2, 1), n=(4, 2)), pr.J2(1000.0, 0.3, pr.Linear(10.0, 50.0)))},
-        tools={"punch": pr.Plane(at=(0, 1 + gap), normal=(0, -1))}, contacts=(pr.Contact("block.top", "punch"),),
-        fixed={"block.bottom": "y", "block.left": "x"},
-        steps=tuple(pr.Step(f"s{i}", move={"punch": pr.Motion(y=y)}) for i, y in enumerate(travels)),
+    return upset_block(
+        *(pr.Step(f"s{i}", move={"punch": pr.Motion(y=y)}) for i, y in enumerate(travels)),
+        tools={"punch": pr.Plane(at=(0, 1 + gap), normal=(0, -1))},
+        material=pr.J2(1000.0, 0.3, pr.Linear(10.0, 50.0)), size=(2, 1), n=(4, 2), body="block",
     )  # fmt: skip
 
 

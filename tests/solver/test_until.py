@@ -20,6 +20,7 @@ from prensa.result.increment import Increment
 from prensa.system.failure import NotReached
 from prensa.system.planning import plan_step
 from prensa.verify.balance import imbalance
+from problems import pressed_block, upset_block
 from stopped import stopped_after
 
 ELASTIC = pr.Elastic(1000.0, 0.3)
@@ -27,14 +28,11 @@ PLASTIC = pr.J2(1000.0, 0.3, pr.Linear(20.0, 50.0))
 TOLERANCE = 1e-8
 
 
-def block(*steps: pr.Step, material=ELASTIC, gap=0.0, enforcement=None, tool=None, **more) -> pr.Problem:
+def block(*steps: pr.Step, gap=0.0, tool=None, **more) -> pr.Problem:
     """A block of 4 × 2 on a smooth base, free at its sides, below a plane."""
     tool = tool or (pr.Plane(normal=(0.0, -1.0), at=(0.0, 2.0 + gap)) if gap else pr.Plane(touching="b.top"))
-    return pr.Problem(
-        "block", bodies={"b": pr.Body(pr.Rectangle((4, 2), (4, 2)), material)}, tools={"t": tool},
-        fixed={"b.bottom": "y", "b.bottom-left": "x"}, steps=steps,
-        contacts=[pr.Contact("b.top", "t", enforcement=enforcement or pr.Exact())], **more,
-    )  # fmt: skip
+    given = {"enforcement": pr.Exact(), "fixed": {"b.bottom": "y", "b.bottom-left": "x"}} | more
+    return pressed_block(*steps, tools={"t": tool}, n=(4, 2), **given)
 
 
 def force(y: float, **more) -> pr.Until:
@@ -349,11 +347,10 @@ def test_each_measure_of_forming_ends_a_step():
     """Between two increments each is met exactly; a power that jumps there is met where an increment ends."""
 
     def upset(until: pr.Until | None = None) -> list[Increment]:
-        billet = pr.Body(pr.Rectangle((10, 15), (4, 6)), pr.J2(70e3, 0.33, pr.Voce(60, 120, 8)))
         step = pr.Step("press", move={"punch": pr.Motion(y=-1.5)}, increments=4, until=until)
-        return list(pr.solve(pr.Problem(
-            "upset", bodies={"billet": billet}, tools={"punch": pr.Plane(touching="billet.top")}, friction=pr.Coulomb(0.15),
-            contacts=[pr.Contact("billet.top", "punch")], fixed={"billet.bottom": "y", "billet.left": "x"}, steps=[step],
+        return list(pr.solve(upset_block(
+            step, material=pr.J2(70e3, 0.33, pr.Voce(60, 120, 8)), size=(10, 15), n=(4, 6), body="billet",
+            plane="punch", friction=pr.Coulomb(0.15),
         )))  # fmt: skip
 
     whole = upset()
