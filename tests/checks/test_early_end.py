@@ -25,6 +25,7 @@ from prensa.system.failure import (
     sentence,
 )
 from prensa.system.planning import plan_step
+from problems import pressed_block, single_block, squeezed_block, stroke, upset_block
 
 METAL = pr.J2(E=70e3, nu=0.3, flow=pr.Voce(s0=60, Q=120, b=8))
 SOFT = pr.Elastic(E=1000.0, nu=0.3)
@@ -41,11 +42,7 @@ def failure_of(problem, numerics=None):
 
 def worn(places, dt=1e-6, times=DEFAULT.worn_out_attempts, longest=0.1):
     """What comes of attempts that fail on element 2 of a strip of 3 × 1 whose nodes are at ``places(x, y)``."""
-    body = pr.Body(pr.Rectangle(size=(3, 1), n=(3, 1)), METAL)
-    problem = pr.Problem(
-        "worn", bodies={"b": body}, tools={"die": pr.Plane(touching="b.top")}, contacts=(pr.Contact("b.top", "die"),),
-        fixed={"b.bottom": "y", "b.left": "x"}, steps=(pr.Step("press", move={"die": pr.Motion(y=-0.1)}),),
-    )  # fmt: skip
+    problem = upset_block(stroke(-0.1, tool="die"), material=METAL, size=(3, 1), n=(3, 1), plane="die")
     system = pr.discretise(problem)
     state = system.initial()
     system.displacement(state.u)[:] = np.column_stack(places(*system.X.T)) - system.X
@@ -132,13 +129,9 @@ def test_a_tool_in_place_of_the_support_lets_the_run_go_on():
 
 def test_a_free_side_that_creases_where_it_enters_a_tool_is_reported_at_once():
     """A quarter of what a node may lie inside a tool by itself is enough where its element folds over itself."""
-    body = pr.Body(pr.Rectangle(size=(3, 1.5), n=(9, 4)), METAL)
-    problem = pr.Problem(
-        "between", bodies={"b": body}, fixed={"b.left": "x"},
-        tools={"die": pr.Plane(touching="b.top"), "anvil": pr.Plane(touching="b.bottom", normal=(0, 1))},
-        contacts=tuple(pr.Contact(f"b.{s}", t, friction=pr.Coulomb(0.4)) for s, t in (("top", "die"), ("bottom", "anvil"))),
-        steps=(pr.Step("press", move={"die": pr.Motion(y=-0.9)}),),
-    )  # fmt: skip
+    problem = squeezed_block(
+        stroke(-0.9), material=METAL, size=(3, 1.5), n=(9, 4), friction=pr.Coulomb(0.4), fixed={"b.left": "x"}
+    )
     done, error = failure_of(problem)
     assert isinstance(error.reason, MetalInside) and error.reason.node.side == "b.right"
     assert 0.01 < error.reason.node.depth / (1 / 3) < 0.05 and len(done) < 300
@@ -162,11 +155,9 @@ def test_a_body_that_passes_through_itself_is_reported():
 def test_an_edge_that_hangs_on_a_corner_of_a_tool_is_reported(drawn):
     """Its ends lie on the side and on the end of a stamp: drawn out, it passes through the stamp; short, it only touches it."""
     stamp = pr.Profile(points=((-0.6, 1.0), (-0.6, 0.0), (0.6, 0.0), (0.6, 1.0)), fillet=0.0, at=(0.0, 1.0))
-    block = pr.Rectangle(size=(4, 1), n=(8, 2), origin=(-2.0, 0.0))
-    problem = pr.Problem(
-        "hang", bodies={"b": pr.Body(block, SOFT)}, tools={"die": stamp}, contacts=(pr.Contact("b.top", "die"),),
-        fixed={"b.bottom": "xy"}, steps=(pr.Step("rest"),),
-    )  # fmt: skip
+    problem = pressed_block(
+        pr.Step("rest"), tools={"die": stamp}, material=SOFT, size=(4, 1), n=(8, 2), origin=(-2.0, 0.0)
+    )
     system = pr.discretise(problem)
     u = system.initial().u.copy()
     ends = [int(np.argmin(np.hypot(*(system.X - place).T))) for place in ((-0.5, 1.0), (0.0, 1.0))]
@@ -185,8 +176,9 @@ def test_an_edge_that_hangs_on_a_corner_of_a_tool_is_reported(drawn):
 @pytest.mark.parametrize("element", ["q4", "q8", "t6"])
 def test_outlines_that_only_bend_are_no_folds(element):
     """A strip turned, sheared or bent to three quarters of a ring folds nowhere; bent further it does, where its ends meet."""
-    body = pr.Body(pr.Rectangle(size=(4, 1), n=(16, 2)), SOFT, element)
-    system = pr.discretise(pr.Problem("strip", bodies={"b": body}, fixed={"b.left": "xy"}, steps=(pr.Step("rest"),)))
+    system = pr.discretise(single_block(
+        pr.Step("rest"), material=SOFT, size=(4, 1), n=(16, 2), element=element, fixed={"b.left": "xy"}
+    ))
     x, y = system.X.T
     known, u = outlines(system), system.initial().u
 
@@ -204,11 +196,9 @@ def test_outlines_that_only_bend_are_no_folds(element):
 # ------------------------------------------------------------------------------------------------ overlaps at the start
 def pressed(tool, travel, mu=0.0, increments=5):
     """A soft block, held below, under a tool."""
-    body = pr.Body(pr.Rectangle(size=(4, 2), n=(16, 8)), SOFT)
-    return pr.Problem(
-        "pressed", bodies={"b": body}, tools={"t": tool}, fixed={"b.bottom": "xy"},
-        contacts=(pr.Contact("b.top", "t", friction=pr.Coulomb(mu) if mu else None),),
-        steps=(pr.Step("press", move={"t": pr.Motion(y=travel)}, increments=increments),),
+    return pressed_block(
+        stroke(travel, increments=increments), tools={"t": tool}, material=SOFT, n=(16, 8),
+        friction=pr.Coulomb(mu) if mu else None,
     )  # fmt: skip
 
 
@@ -238,15 +228,9 @@ def test_a_tool_beyond_whose_centre_nodes_lie_is_refused():
 # -------------------------------------------------------------------------------- what is at its limit, and what it cost
 def test_friction_at_its_bound_is_named():
     """A block that is pulled out of a vice by more than friction holds: the message says which contacts let go."""
-    body = pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), SOFT)
-    problem = pr.Problem(
-        "pulled", bodies={"b": body},
-        tools={"t": pr.Plane(touching="b.top"), "table": pr.Plane(touching="b.bottom", normal=(0, 1))},
-        contacts=(pr.Contact("b.top", "t", friction=pr.Coulomb(0.2)), pr.Contact("b.bottom", "table", friction=pr.Coulomb(0.2))),
-        steps=(
-            pr.Step("press", move={"t": pr.Motion(y=-0.01)}, increments=2),
-            pr.Step("pull", loads={"b.right": pr.Load(pressure=-20.0)}, increments=4),
-        ),
+    problem = squeezed_block(
+        stroke(-0.01, increments=2), pr.Step("pull", loads={"b.right": pr.Load(pressure=-20.0)}, increments=4), material=SOFT,
+        size=(2, 1), n=(6, 3), friction=pr.Coulomb(0.2),
     )  # fmt: skip
     _, error = failure_of(problem)
     assert isinstance(error.reason, FreeToMove)
@@ -256,14 +240,9 @@ def test_friction_at_its_bound_is_named():
 
 def test_friction_as_strong_as_the_metal_is_named():
     """A tool is pushed along by more than the skin bears in shear, which a factor of 1 lets it ask for."""
-    body = pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), pr.J2(1000.0, 0.3, pr.Perfect(5.0)))
-    problem = pr.Problem(
-        "sheared", bodies={"b": body}, tools={"t": pr.Plane(touching="b.top")}, fixed={"b.bottom": "xy"},
-        contacts=(pr.Contact("b.top", "t", friction=pr.Shear(m=1.0)),),
-        steps=(
-            pr.Step("press", move={"t": pr.Motion(y=-0.02)}, increments=2),
-            pr.Step("slide", push={"t": pr.Push(x=10.0)}, increments=4),
-        ),
+    problem = pressed_block(
+        stroke(-0.02, increments=2), pr.Step("slide", push={"t": pr.Push(x=10.0)}, increments=4),
+        material=pr.J2(1000.0, 0.3, pr.Perfect(5.0)), size=(2, 1), n=(6, 3), friction=pr.Shear(m=1.0),
     )  # fmt: skip
     _, error = failure_of(problem)
     assert "friction of b.top-t is as strong as the metal at" in str(error)
@@ -272,12 +251,11 @@ def test_friction_as_strong_as_the_metal_is_named():
 @pytest.mark.parametrize(("mu", "heard"), [(1.9, True), (0.1, False)])
 def test_friction_that_the_metal_does_not_bear_is_what_to_change(mu, heard):
     """A cylinder that sticks to the metal shears it as it turns; where no increment converges, less friction would help."""
-    body = pr.Body(pr.Rectangle(size=(4, 2), n=(16, 8)), pr.J2(70e3, 0.3, pr.Perfect(100.0)))
     ways = (pr.Motion(y=-0.1), pr.Motion(rz=0.1), pr.Motion(rz=0.4))
     steps = tuple(pr.Step(str(i), move={"t": way}, increments=4) for i, way in enumerate(ways))
-    problem = pr.Problem(
-        "turned", bodies={"b": body}, tools={"t": pr.Circle(radius=1.0, touching="b.top")}, fixed={"b.bottom": "xy"},
-        contacts=(pr.Contact("b.top", "t", friction=pr.Coulomb(mu)),), steps=steps,
+    problem = pressed_block(
+        *steps, tools={"t": pr.Circle(radius=1.0, touching="b.top")}, material=pr.J2(70e3, 0.3, pr.Perfect(100.0)),
+        n=(16, 8), friction=pr.Coulomb(mu),
     )  # fmt: skip
     *_, turned = (inc for inc in pr.solve(problem) if inc.time <= 2.0)
     with pytest.raises(SolveError) as caught:
@@ -288,16 +266,12 @@ def test_friction_that_the_metal_does_not_bear_is_what_to_change(mu, heard):
 @pytest.mark.parametrize("rule", ["simpson", "gauss3"])
 def test_stiff_penalties_at_more_points_than_nodes_are_solved_in_one_increment(rule):
     """More closed points than displacements of a stiff penalty: hundreds of iterations before, in a hundred increments."""
-    body = pr.Body(pr.Rectangle(size=(4, 2), n=(16, 8)), SOFT)
 
     def run(rule):
-        contact = pr.Contact("b.top", "t", enforcement=pr.Penalty(beta=1e4), integration=rule)
-        problem = pr.Problem(
-            "stiff", bodies={"b": body}, tools={"t": pr.Circle(radius=5, touching="b.top")}, contacts=(contact,),
-            fixed={"b.bottom": "xy"}, kinematics="small",
-            steps=(pr.Step("press", move={"t": pr.Motion(y=-0.05)}, increments=1),),
-        )  # fmt: skip
-        (increment,) = pr.solve(problem)
+        (increment,) = pr.solve(pressed_block(
+            stroke(-0.05, increments=1), tools={"t": pr.Circle(radius=5, touching="b.top")}, material=SOFT, n=(16, 8),
+            enforcement=pr.Penalty(beta=1e4), integration=rule, kinematics="small",
+        ))  # fmt: skip
         return increment
 
     increment = run(rule)
@@ -308,12 +282,7 @@ def test_stiff_penalties_at_more_points_than_nodes_are_solved_in_one_increment(r
 def test_an_increment_tells_all_its_iterations():
     """What is said of an accepted increment counts the attempts that were cut, as its statistics do."""
     said = []
-    body = pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), METAL)
-    problem = pr.Problem(
-        "cut", bodies={"b": body}, tools={"die": pr.Plane(touching="b.top")}, contacts=(pr.Contact("b.top", "die"),),
-        fixed={"b.bottom": "y", "b.left": "x"},
-        steps=(pr.Step("press", move={"die": pr.Motion(y=-0.8)}, increments=1),),
-    )  # fmt: skip
+    problem = upset_block(stroke(-0.8, increments=1), material=METAL, size=(2, 1), n=(6, 3))
     increment = next(pr.solve(problem, monitor=said.append))  # a strain of more than 1 at once is refused
     tried = sum(p.iteration for p in said if p.event == "rejected")
     accepted = next(p for p in said if p.event == "accepted")

@@ -11,19 +11,16 @@ from prensa.system.discretise import discretise
 from prensa.system.planning import plan_step
 from prensa.system.state import Energy
 from prensa.verify.sliding import FLOW, drawing, rolling
+from problems import upset_block
 
 ROLL = pr.Circle(radius=4.0, at=(2.0, 5.0))
 WEDGE = pr.Profile(points=((-1.0, 3.0), (2.0, 0.8), (5.0, 3.0)), fillet=1.0, at=(0.0, 0.0))
 
 
 def block(tool=ROLL, **more) -> pr.Problem:
-    body = pr.Body(
-        pr.Rectangle((8, 1), (16, 2)), pr.J2(200e3, 0.3, FLOW), **{k: more.pop(k) for k in ("element",) if k in more}
-    )
-    return pr.Problem(
-        "block", space="plane strain", bodies={"block": body}, tools={"roll": tool},
-        contacts=(pr.Contact("block.top", "roll", **more),), fixed={"block.bottom": "y", "block.left": "x"},
-        steps=(pr.Step("one"), pr.Step("two")),
+    return upset_block(
+        pr.Step("one"), pr.Step("two"), tools={"roll": tool}, material=pr.J2(200e3, 0.3, FLOW), size=(8, 1), n=(16, 2),
+        body="block", space="plane strain", **more,
     )  # fmt: skip
 
 

@@ -14,19 +14,18 @@ from prensa.checks.during.penetration import inside, watches
 from prensa.errors import PreflightError, SolveError
 from prensa.mesh.mesh import MeshError
 from prensa.system.failure import MetalInside
+from problems import single_block
 
 METAL = pr.J2(E=70e3, nu=0.3, flow=pr.Voce(s0=60, Q=120, b=8))
 SOFT = pr.Elastic(E=1000.0, nu=0.3)
 WALL = pr.Plane(normal=(-1, 0), at=(4.0, 0.0))
 
 
-def pressed(contacts=(), material=METAL, *, element=None, tools=None, n=(8, 4), y=-0.2, increments=4, **more):
+def pressed(contacts=(), material=METAL, *, tools=None, y=-0.2, increments=4, **more):
     """A strip of 4 × 2 under a die, a wall at its side."""
-    body = pr.Body(pr.Rectangle(size=(4, 2), n=n), material, element)
     tools = {"die": pr.Plane(touching="b.top"), "wall": WALL} if tools is None else tools
     step = pr.Step("press", move={"die": pr.Motion(y=y)} if "die" in tools else {}, increments=increments)
-    more = {"fixed": {"b.bottom": "y", "b.left": "x"}} | more
-    return pr.Problem("pressed", bodies={"b": body}, tools=tools, contacts=contacts, steps=(step,), **more)
+    return single_block(step, material=material, tools=tools, contacts=contacts, **more)
 
 
 def last(problem):

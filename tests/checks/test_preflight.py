@@ -14,17 +14,19 @@ from prensa.errors import CaseError, PreflightError, SolveError
 from prensa.model.schema import warnings_of
 from prensa.model.unsaid import space_left_out
 from prensa.system.failure import MetalInside
+from problems import pressed_block, single_block, stroke
 
 METAL = pr.J2(E=70e3, nu=0.3, flow=pr.Voce(s0=60, Q=120, b=8))
 SOFT = pr.Elastic(E=1000.0, nu=0.3)
 
 
-def block(material=SOFT, tools=None, *, size=(8.0, 4.0), n=(4, 2), element=None, steps=None, **more):
+def block(material=SOFT, tools=None, *, steps=None, **more):
     """A block under a plane, with more tools."""
     tools = {"die": pr.Plane(touching="b.top")} | (tools or {})
-    steps = steps or (pr.Step("press", move={"die": pr.Motion(y=-0.1)}, increments=2),)
-    more = {"fixed": {"b.bottom": "xy"}} | more
-    return pr.Problem("block", {"b": pr.Body(pr.Rectangle(size=size, n=n), material, element)}, steps, tools, **more)
+    steps = steps or (stroke(-0.1, increments=2, tool="die"),)
+    return single_block(
+        *steps, tools=tools, material=material, **{"size": (8.0, 4.0), "n": (4, 2), "fixed": {"b.bottom": "xy"}} | more
+    )
 
 
 def told(problem: pr.Problem) -> list[str]:
@@ -305,11 +307,10 @@ def test_a_node_on_a_bore_goes_down_with_a_fillet_that_comes_along_it():
     Refused before, though it runs; a node that is held both ways is refused still.
     """
     def pressed(fixed):
-        return pr.Problem(
-            "bore", {"b": pr.Body(pr.Rectangle(size=(4.0, 4.0), n=(8, 8), origin=(1.0, 0.0)), SOFT)},
-            (pr.Step("press", move={"t": pr.Motion(y=-0.3)}, increments=4),),
-            {"t": pr.Stamp(width=2.2, fillet=0.44, touching="b.top")}, (pr.Contact("b.top", "t"),),
-            fixed={"b.bottom": "y", "b.left": fixed}, space="axisymmetric",
+        return pressed_block(
+            stroke(-0.3, increments=4), tools={"t": pr.Stamp(width=2.2, fillet=0.44, touching="b.top")},
+            material=SOFT, size=(4.0, 4.0), n=(8, 8), origin=(1.0, 0.0), fixed={"b.bottom": "y", "b.left": fixed},
+            space="axisymmetric",
         )  # fmt: skip
 
     assert not any("held along the normal" in words for words in told(pressed(pr.Fixed(x=0.0))))

@@ -15,14 +15,14 @@ from prensa.errors import SolveError
 from prensa.model.schema import CaseError, loads
 from prensa.policy import Policy
 from prensa.system.failure import BeyondSmall
+from problems import pressed_block, single_block, stroke
 
 
 def stretched(strain: float, element: str | None = None, **more: object) -> pr.Problem:
     """A bar 4 × 2 pulled by a strain along x, in three steps; more: fields of the problem."""
-    body = pr.Body(pr.Rectangle(size=(4, 2), n=(4, 2)), pr.Elastic(E=1000, nu=0.0), element)
-    return pr.Problem(
-        "bar", **{"kinematics": "small", **more}, bodies={"bar": body}, fixed={"bar.left": "x", "bar.bottom": "y"},
-        steps=(pr.Step("pull", fixed={"bar.right": pr.Fixed(x=4 * strain)}, increments=4),),
+    return single_block(
+        pr.Step("pull", fixed={"bar.right": pr.Fixed(x=4 * strain)}, increments=4),
+        material=pr.Elastic(E=1000, nu=0.0), n=(4, 2), element=element, body="bar", **{"kinematics": "small", **more},
     )  # fmt: skip
 
 
@@ -119,12 +119,7 @@ def test_a_soft_contact_is_reported_where_a_tool_would_sink_in(material, k_n, to
     """Elements 0.5 deep: pressures of an elastic body have no bound, three times a yield stress of 1 presses a tool in by 6 %."""
     from prensa.checks.before.preflight import preflight
 
-    contact = pr.Contact("block.top", "die", enforcement=pr.Penalty(k_n=k_n))
-    problem = pr.Problem(
-        "soft", bodies={"block": pr.Body(pr.Rectangle(size=(2.0, 1.0), n=(4, 2)), material)},
-        tools={"die": pr.Plane(normal=(0.0, -1.0), touching="block.top")}, contacts=(contact,),
-        fixed={"block.bottom": "xy"}, steps=(pr.Step("press", move={"die": pr.Motion(y=-0.01)}),),
-    )  # fmt: skip
+    problem = pressed_block(stroke(-0.01), material=material, size=(2.0, 1.0), n=(4, 2), enforcement=pr.Penalty(k_n=k_n))
     notices = [str(n) for n in preflight(pr.discretise(problem)) if "sinks in" in str(n)]
     assert bool(notices) == told
 
@@ -137,10 +132,9 @@ def test_a_soft_contact_is_reported_where_a_tool_would_sink_in(material, k_n, to
 ])  # fmt: skip
 def test_metal_without_room_and_elastic_metal_are_reported(material, held, words, caplog):
     """Upset by a fifth: free to spread nothing is reported; held round its rim, or without a flow curve, it is."""
-    problem = pr.Problem(
-        "upset", space="axisymmetric", bodies={"block": pr.Body(pr.Rectangle((4, 3), (4, 3)), material)},
-        tools={"die": pr.Plane(touching="block.top")}, contacts=(pr.Contact("block.top", "die"),),
-        fixed={"block.bottom": "y", held: "x"}, steps=(pr.Step("press", move={"die": pr.Motion(y=-0.75)}),),
+    problem = pressed_block(
+        stroke(-0.75), material=material, size=(4, 3), n=(4, 3), body="block", fixed={"block.bottom": "y", held: "x"},
+        space="axisymmetric",
     )  # fmt: skip
     list(pr.solve(problem))
     assert [bool(words) and re.search(words, m) is not None for m in caplog.messages] == ([True] if words else [])
