@@ -10,6 +10,7 @@ from prensa.errors import CaseError, SolveError
 from prensa.model.schema import loads
 from prensa.system.discretise import discretise
 from prensa.verify.balance import Balance, imbalance
+from problems import pressed_block
 
 ELASTIC = pr.Elastic(1000.0, 0.3)
 
@@ -19,10 +20,9 @@ def block(origin=(0.0, 0.0), size=(6.0, 2.0), n=(12, 4)):
 
 
 def pressed(tool, steps, *, kinematics="finite", friction=None, **more):
-    return pr.Problem(
-        "pressed", kinematics=kinematics, bodies={"block": block()}, tools={"tool": tool},
-        allow_large_strain=kinematics == "small",
-        contacts=[pr.Contact("block.top", "tool", friction=friction)], fixed={"block.bottom": "xy"}, steps=steps, **more,
+    return pressed_block(
+        *steps, tools={"tool": tool}, size=(6.0, 2.0), n=(12, 4), body="block", friction=friction, kinematics=kinematics,
+        allow_large_strain=kinematics == "small", **more,
     )  # fmt: skip
 
 
@@ -213,11 +213,9 @@ def test_two_tools_on_one_surface_share_it():
 
     def punches(*names):
         at = {"a": 4.0, "b": 16.0}
-        return pr.Problem(
-            "pair", bodies={"block": block(size=(20.0, 2.0), n=(40, 4))},
+        return pressed_block(
+            pr.Step("down", move={n: {"y": -0.1} for n in names}, increments=2), size=(20.0, 2.0), n=(40, 4), body="block",
             tools={n: pr.Circle(radius=3.0, at=(at[n], 0.0), touching="block.top") for n in names},
-            contacts=[pr.Contact("block.top", n) for n in names], fixed={"block.bottom": "xy"},
-            steps=[pr.Step("down", move={n: {"y": -0.1} for n in names}, increments=2)],
         )  # fmt: skip
 
     both, alone = last(punches("a", "b")), last(punches("a"))

@@ -15,6 +15,7 @@ from prensa.registry import DOORS, examples
 from prensa.testing import LawError, check_tool
 from prensa.tools.place import place
 from prensa.tools.shapes.ellipse import Oval
+from problems import pressed_block, stroke
 
 
 class Round(pr.ToolShape):
@@ -272,16 +273,9 @@ def test_what_is_derived_from_a_distance_is_what_is_known():
 
 
 def case(tool):
-    return pr.Problem(
-        "users", space="plane strain", kinematics="small",
-        bodies={"block": pr.Body(pr.Rectangle((8, 4), (16, 8)), pr.Elastic(1000.0, 0.3))},
-        tools={"punch": tool},
-        contacts=[pr.Contact("block.top", "punch", friction=pr.Coulomb(0.3))],
-        fixed={"block.bottom": "xy"},
-        steps=[
-            pr.Step("press", move={"punch": pr.Motion(y=-0.1)}, increments=2),
-            pr.Step("drag", move={"punch": pr.Motion(x=0.2)}, increments=2),
-        ],
+    return pressed_block(
+        stroke(-0.1, increments=2, tool="punch"), pr.Step("drag", move={"punch": pr.Motion(x=0.2)}, increments=2),
+        tools={"punch": tool}, size=(8, 4), n=(16, 8), body="block", friction=pr.Coulomb(0.3), kinematics="small",
     )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ import prensa as pr
 from prensa.errors import PrensaError
 from prensa.tools.shapes.circle import Hollow
 from prensa.verify.balance import Balance
+from problems import pressed_block
 
 ELASTIC = pr.Elastic(1000.0, 0.3)
 MODES = [("small", "reference"), ("small", "current"), ("finite", "current")]
@@ -16,11 +17,9 @@ WAVE = ((-9.0, 3.0), (-5.0, 0.0), pr.Arc(through=(-3.0, -0.6), to=(-1.0, 0.0)), 
 
 
 def pressed(tool, steps, *, mode=("finite", "current"), friction=None, space="plane strain", n=(12, 4), **more):
-    block = pr.Body(pr.Rectangle(size=(6.0, 2.0), n=n), ELASTIC)
-    return pr.Problem(
-        "pressed", space=space, kinematics=mode[0], contact_geometry=mode[1], bodies={"block": block},
-        tools={"tool": tool}, contacts=[pr.Contact("block.top", "tool", friction=friction)],
-        fixed={"block.bottom": "xy"}, steps=steps, allow_large_strain=mode[0] == "small", **more,
+    return pressed_block(
+        *steps, tools={"tool": tool}, material=ELASTIC, size=(6.0, 2.0), n=n, body="block", friction=friction,
+        space=space, kinematics=mode[0], contact_geometry=mode[1], allow_large_strain=mode[0] == "small", **more,
     )  # fmt: skip
 
 
