@@ -18,21 +18,16 @@ from prensa.output.measured import MeasureTable, read_measures
 from prensa.output.report import read_summary
 from prensa.result.increment import Shape
 from prensa.system.discretise import discretise
+from problems import pressed_block, single_block, stroke, upset_block
 
 GUIDE = Path(__file__).parents[2] / "docs" / "guide" / "measures.md"
 
 
 def problem(element: str = "q8", n: tuple[int, int] = (4, 3), **more) -> pr.Problem:
-    body = pr.Body(pr.Rectangle((4, 2), n), pr.J2(1000, 0.3, pr.Linear(10, 50)), element)
-    return pr.Problem(
-        "block", bodies={"block": body}, tools={"punch": pr.Plane(touching="block.top")},
-        contacts=(pr.Contact(("block.top", "block.right"), "punch", friction=pr.Coulomb(0.1)),),
-        fixed={"block.bottom": "y", "block.left": "x"},
-        steps=(
-            pr.Step("press", move={"punch": {"y": -0.4}}, increments=2),
-            pr.Step("off", move={"punch": {"y": 0.1}}, increments=1),
-        ),
-        **more,
+    return upset_block(
+        stroke(-0.4, increments=2, tool="punch"), stroke(0.1, increments=1, tool="punch", name="off"),
+        material=pr.J2(1000, 0.3, pr.Linear(10, 50)), n=n, element=element, body="block", sides=("top", "right"),
+        friction=pr.Coulomb(0.1), plane="punch", **more,
     )  # fmt: skip
 
 
@@ -256,12 +251,9 @@ def test_contact_ends_at_the_corners_of_a_body(element, rule, surface):
     """A block under a plane: area and length of its outline in contact are its width, mean pressure is the force over it."""
     if rule != "nodal" and element != "q4_fbar":
         return  # quadratic edges take the nodal rule
-    body = pr.Body(pr.Rectangle((4, 2), (4, 3)), pr.Elastic(1000, 0.3), element)
-    p = pr.Problem(
-        "block", bodies={"block": body}, tools={"punch": pr.Plane(touching="block.top")},
-        contacts=(pr.Contact(surface, "punch", integration=rule),),
-        fixed={"block.bottom": "y", "block.bottom-left": "x"},
-        steps=(pr.Step("press", move={"punch": {"y": -0.02}}, increments=1),),
+    p = pressed_block(
+        stroke(-0.02, increments=1, tool="punch"), n=(4, 3), element=element, body="block", plane="punch",
+        contacts=(pr.Contact(surface, "punch", integration=rule),), fixed={"block.bottom": "y", "block.bottom-left": "x"},
     )  # fmt: skip
     (last,) = pr.solve(p)
     width = last.measure("block.top.max.x") - last.measure("block.top.min.x")
@@ -326,10 +318,9 @@ def test_places_that_are_not_there_and_places_that_are_several():
 
 def test_about_an_axis_there_is_no_moment():
     """In axisymmetry the size of a force is that along the axis, and sums of radial forces are refused."""
-    body = pr.Body(pr.Rectangle((4, 2), (2, 1)), pr.Elastic(1000, 0.3))
-    p = pr.Problem(
-        "b", space="axisymmetric", bodies={"b": body}, tools={"die": pr.Plane(touching="b.top")},
-        fixed={"b.bottom": "y"}, steps=(pr.Step("s", move={"die": {"y": -0.01}}, increments=1),),
+    p = single_block(
+        stroke(-0.01, increments=1, tool="die", name="s"), tools={"die": pr.Plane(touching="b.top")}, n=(2, 1),
+        fixed={"b.bottom": "y"}, space="axisymmetric",
     )  # fmt: skip
     with pytest.raises(MeasureError, match=r"no meaning about an axis; take 'die\.force\.y'"):
         parse("die.moment", p)

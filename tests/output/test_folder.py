@@ -17,16 +17,14 @@ from prensa.errors import PrensaError
 from prensa.output import files, history, lock, vtk
 from prensa.output.history import read_history
 from prensa.output.run import resume, run
+from problems import stroke, upset_block
 
 
 def small(name: str = "small", increments: int = 3) -> pr.Case:
     """An elastic block under a plane."""
-    problem = pr.Problem(
-        name, bodies={"block": pr.Body(pr.Rectangle((4, 3), (2, 2)), pr.Elastic(1000, 0.3))},
-        tools={"punch": pr.Plane(touching="block.top")}, contacts=(pr.Contact(("block.top",), "punch"),),
-        fixed={"block.bottom": "y", "block.left": "x"},
-        steps=(pr.Step("press", move={"punch": pr.Motion(y=-0.1)}, increments=increments),),
-    )  # fmt: skip
+    problem = upset_block(
+        stroke(-0.1, increments=increments, tool="punch"), size=(4, 3), n=(2, 2), body="block", plane="punch"
+    )
     return pr.Case(problem, output=pr.Output(pictures=False, report=False))
 
 

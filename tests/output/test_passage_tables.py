@@ -9,19 +9,16 @@ from prensa.output.passages import read_passages, restored
 from prensa.output.progress import ProgressBar
 from prensa.output.report import read_summary
 from prensa.output.run import resume, run
+from problems import pressed_block, stroke
 
 
 def dragged() -> pr.Case:
     """An elastic block of elements 0.5 long, pressed and dragged by a circle over 1.5 of them."""
-    body = pr.Body(pr.Rectangle((4, 1), (8, 2)), pr.NeoHooke(1e3, 0.3))
     drag = pr.Motion(x=0.75, y=-0.05)
-    problem = pr.Problem(
-        "dragged", space="plane strain", bodies={"block": body}, tools={"roller": pr.Circle(radius=2.0, at=(1.0, 3.0))},
-        contacts=(pr.Contact("block.top", "roller", friction=pr.Coulomb(0.1)),), fixed={"block.bottom": "xy"},
-        steps=(
-            pr.Step("press", move={"roller": pr.Motion(y=-0.05)}, increments=2),
-            pr.Step("drag", move={"roller": drag}, increments=12),
-        ),
+    problem = pressed_block(
+        stroke(-0.05, increments=2, tool="roller"), pr.Step("drag", move={"roller": drag}, increments=12),
+        tools={"roller": pr.Circle(radius=2.0, at=(1.0, 3.0))}, material=pr.NeoHooke(1e3, 0.3), size=(4, 1), n=(8, 2),
+        body="block", friction=pr.Coulomb(0.1),
     )  # fmt: skip
     return pr.Case(problem, output=pr.Output(pictures=False))
 
@@ -82,13 +79,8 @@ def test_tables_of_another_case_are_not_gone_on_with(done, tmp_path, file, old, 
 
 def test_a_plane_has_no_passages(tmp_path):
     """Nothing passes through a contact without an end: there is no table, and a second run removes the old one."""
-    case = dragged()
     (tmp_path / "passages.csv").write_text("old")
-    plane = pr.Problem(
-        "plane", bodies=case.problem.bodies, tools={"plane": pr.Plane(touching="block.top")},
-        contacts=(pr.Contact("block.top", "plane"),), fixed={"block.bottom": "xy"},
-        steps=(pr.Step("press", move={"plane": pr.Motion(y=-0.01)}, increments=1),),
-    )  # fmt: skip
+    plane = pressed_block(stroke(-0.01, increments=1), material=pr.NeoHooke(1e3, 0.3), size=(4, 1), n=(8, 2))
     done = run(pr.Case(plane, output=pr.Output(pictures=False)), tmp_path, quiet=True, force=True)
     assert not (tmp_path / "passages.csv").exists()
     assert read_summary(tmp_path)["passage_means"] == {} and not done.increment.means

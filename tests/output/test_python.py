@@ -11,16 +11,15 @@ import prensa as pr
 from prensa.errors import PrensaError
 from prensa.model.problem import Output
 from prensa.output.progress import ProgressBar
+from problems import single_block, stroke, upset_block
 
 
 def pressed(last: float = -0.2, **more) -> pr.Problem:
     """A plastic block under a plane with friction, pressed in three increments; the last ends at *last*."""
-    return pr.Problem(
-        "pressed", bodies={"block": pr.Body(pr.Rectangle((4, 3), (4, 3)), pr.J2(70e3, 0.3, pr.Linear(100, 500)))},
-        tools={"punch": pr.Plane(touching="block.top")}, contacts=(pr.Contact(("block.top",), "punch"),),
-        friction=pr.Coulomb(0.1), fixed={"block.bottom": "y", "block.left": "x"},
-        steps=(pr.Step("press", move={"punch": pr.Motion(y=-0.18)}, increments=3),
-               pr.Step("more", move={"punch": pr.Motion(y=last)}, increments=1)), **more,
+    return upset_block(
+        stroke(-0.18, increments=3, tool="punch"), stroke(last, increments=1, tool="punch", name="more"),
+        material=pr.J2(70e3, 0.3, pr.Linear(100, 500)), size=(4, 3), n=(4, 3), body="block", plane="punch",
+        friction=pr.Coulomb(0.1), **more,
     )  # fmt: skip
 
 
@@ -192,9 +191,9 @@ def test_a_notebook_shows_one_line(monkeypatch):
 def test_a_linear_body_has_its_stiffness(tmp_path):
     """Of one elastic block pulled without contact, K u gives the reactions, which are E' ε times the area."""
     E, nu = 1000.0, 0.25
-    problem = pr.Problem(
-        "pulled", bodies={"b": pr.Body(pr.Rectangle((2, 1), (2, 1)), pr.Elastic(E, nu), element="q4")}, kinematics="small",
-        fixed={"b.left": "x", "b.bottom": "y", "b.right": pr.Fixed(x=0.01)}, steps=(pr.Step("pull", increments=1),),
+    problem = single_block(
+        pr.Step("pull", increments=1), material=pr.Elastic(E, nu), size=(2, 1), n=(2, 1), element="q4",
+        fixed={"b.left": "x", "b.bottom": "y", "b.right": pr.Fixed(x=0.01)}, kinematics="small",
     )  # fmt: skip
     (increment,) = pr.solve(problem, pr.Numerics(condense=False))
     e = pr.evaluate(increment)
@@ -248,11 +247,10 @@ def test_a_run_is_read_back_by_its_folder(result, tmp_path):
 def test_equations_balance_with_every_enforcement(enforcement, kinematics):
     """Whatever enforces contact, and with bodies condensed in the solver, the equations assembled again are those solved."""
     small = kinematics == "small"
-    problem = pr.Problem(
-        "cylinder", bodies={"block": pr.Body(pr.Rectangle((4, 3), (4, 3)), pr.Elastic(1e3, 0.3))}, kinematics=kinematics,
-        contact_geometry="reference" if small else "current", tools={"punch": pr.Circle(radius=6, touching="block.top")},
-        contacts=(pr.Contact("block.top", "punch", enforcement=enforcement, friction=pr.Coulomb(0.2)),),
-        fixed={"block.bottom": "y", "block.left": "x"}, steps=(pr.Step("press", move={"punch": {"y": -0.1}}, increments=2),),
+    problem = upset_block(
+        stroke(-0.1, increments=2, tool="punch"), tools={"punch": pr.Circle(radius=6, touching="b.top")}, size=(4, 3),
+        n=(4, 3), enforcement=enforcement, friction=pr.Coulomb(0.2), kinematics=kinematics,
+        contact_geometry="reference" if small else "current",
     )  # fmt: skip
     for increment in pr.solve(problem, pr.Numerics(condense=True if small else "auto")):
         e = pr.evaluate(increment)

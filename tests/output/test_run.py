@@ -15,18 +15,17 @@ from prensa.output.progress import ProgressBar
 from prensa.output.report import read_summary, write_report
 from prensa.output.run import resume, run
 from prensa.output.vtk import read_collection
+from problems import stroke, upset_block
 
 CONTACT = "block.top-punch"
 
 
 def small(increments: int = 6, **output) -> pr.Case:
     """A plastic block under a plane with friction: every table has something to say, in a fraction of a second."""
-    problem = pr.Problem(
-        "small", bodies={"block": pr.Body(pr.Rectangle((4, 3), (4, 3)), pr.J2(70e3, 0.3, pr.Linear(100, 500)))},
-        tools={"punch": pr.Plane(touching="block.top")}, contacts=(pr.Contact(("block.top",), "punch"),),
-        friction=pr.Coulomb(0.1), fixed={"block.bottom": "y", "block.left": "x"},
-        steps=(pr.Step("press", move={"punch": pr.Motion(y=-0.2)}, increments=increments),
-               pr.Step("back", move={"punch": pr.Motion(y=-0.19)}, increments=3)),
+    problem = upset_block(
+        stroke(-0.2, increments=increments, tool="punch"), stroke(-0.19, increments=3, tool="punch", name="back"),
+        material=pr.J2(70e3, 0.3, pr.Linear(100, 500)), size=(4, 3), n=(4, 3), body="block", plane="punch",
+        friction=pr.Coulomb(0.1),
     )  # fmt: skip
     from prensa.model.problem import Output
 

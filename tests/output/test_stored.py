@@ -15,17 +15,17 @@ from prensa.output.packing import Packer
 from prensa.output.report import stored_run
 from prensa.output.run import run
 from prensa.result.increment import BodyState
+from problems import single_block, stroke, upset_block
 
 
 def strip() -> pr.Problem:
     """A thin strip that is stretched by 10 %, then held, while a roll turns on it."""
-    return pr.Problem(
-        "strip", bodies={"strip": pr.Body(pr.Rectangle((10, 1), (10, 2)), pr.J2(70e3, 0.3, pr.Linear(100, 500)))},
-        tools={"roll": pr.Circle(radius=4, touching="strip.top")}, contacts=(pr.Contact(("strip.top",), "roll"),),
-        friction=pr.Coulomb(0.2), fixed={"strip.bottom": "y", "strip.left": "x"},
-        steps=(pr.Step("stretch", fixed={"strip.right": pr.Fixed(x=1.0)}, increments=3),
-               pr.Step("press", move={"roll": pr.Motion(y=-0.15)}, increments=2),
-               pr.Step("turn", move={"roll": pr.Motion(y=-0.15, rz=0.05)}, increments=2)),
+    return upset_block(
+        pr.Step("stretch", fixed={"strip.right": pr.Fixed(x=1.0)}, increments=3),
+        stroke(-0.15, increments=2, tool="roll"),
+        pr.Step("turn", move={"roll": pr.Motion(y=-0.15, rz=0.05)}, increments=2),
+        tools={"roll": pr.Circle(radius=4, touching="strip.top")}, material=pr.J2(70e3, 0.3, pr.Linear(100, 500)),
+        size=(10, 1), n=(10, 2), body="strip", friction=pr.Coulomb(0.2),
     )  # fmt: skip
 
 
@@ -68,9 +68,9 @@ def test_fields_that_were_not_written_say_so(tmp_path):
 
 
 def synthetic_like() -> pr.Problem:
-    return pr.Problem(
-        "plain", bodies={"block": pr.Body(pr.Rectangle((2, 1), (2, 1)), pr.Elastic(1e3, 0.3))}, kinematics="small",
-        fixed={"block.bottom": "y", "block.left": "x", "block.top": pr.Fixed(y=-0.01)}, steps=(pr.Step("press", increments=2),),
+    return single_block(
+        pr.Step("press", increments=2), size=(2, 1), n=(2, 1), body="block",
+        fixed={"block.bottom": "y", "block.left": "x", "block.top": pr.Fixed(y=-0.01)}, kinematics="small",
     )  # fmt: skip
 
 
@@ -105,9 +105,9 @@ def test_thinning_of_a_sheet_is_exact():
 
 def test_the_tool_that_works_leads():
     """The abscissa of forces belongs to the tool with the largest work, not to the one that goes furthest."""
-    problem = pr.Problem(
-        "two", bodies={"b": pr.Body(pr.Rectangle((1, 1), (1, 1)), pr.Elastic(1, 0.3))}, steps=(pr.Step("a"),),
-        fixed={"b.bottom": "xy"}, tools={"far": pr.Plane(touching="b.top"), "strong": pr.Plane(touching="b.right")},
+    problem = single_block(
+        pr.Step("a"), tools={"far": pr.Plane(touching="b.top"), "strong": pr.Plane(touching="b.right")},
+        material=pr.Elastic(1, 0.3), size=(1, 1), n=(1, 1), fixed={"b.bottom": "xy"},
     )  # fmt: skip
     zero, one = np.zeros(3), np.arange(1.0, 4.0)
     table = {f"{t}.{c}": zero for t in ("far", "strong") for c in ("ux", "uy", "rz", "fx", "fy", "mz")} | {"time": one}

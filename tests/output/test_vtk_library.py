@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from problems import stroke, upset_block
 
 vtk = pytest.importorskip("vtk")
 numpy_support = pytest.importorskip("vtk.util.numpy_support")
@@ -14,14 +15,10 @@ numpy_support = pytest.importorskip("vtk.util.numpy_support")
 @pytest.mark.parametrize("element", ["q4_fbar", "q8", "t6"])
 def test_vtk_reads_the_deformed_body_with_its_arrays(tmp_path, element):
     """VTK integrates the area of the deformed shape that its corners have; nodal values are those of the increment."""
-    problem = pr.Problem(
-        "press",
-        bodies={"block": pr.Body(pr.Rectangle((4, 2), (4, 2)), pr.J2(1000.0, 0.3, pr.Perfect(20.0)), element)},
-        tools={"punch": pr.Plane(touching="block.top")},
-        contacts=[pr.Contact("block.top", "punch", friction=pr.Coulomb(0.2))],
-        fixed={"block.bottom": "y", "block.left": "x"},
-        steps=[pr.Step("press", move={"punch": {"y": -0.2}}, increments=4)],
-    )
+    problem = upset_block(
+        stroke(-0.2, increments=4), material=pr.J2(1000.0, 0.3, pr.Perfect(20.0)), n=(4, 2), element=element,
+        body="block", friction=pr.Coulomb(0.2),
+    )  # fmt: skip
     pr.run(pr.Case(problem), out=tmp_path / "press", quiet=True)
     (*_, last) = pr.solve(problem)
     reader = vtk.vtkXMLUnstructuredGridReader()
