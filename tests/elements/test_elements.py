@@ -14,6 +14,7 @@ from prensa.output.vtk import write_fields
 from prensa.system.state import State
 from prensa.verify.drive import Drive
 from prensa.verify.elements import SPACES, elements_in, quadrilaterals
+from problems import pressed_block, stroke
 
 STEEL = pr.Elastic(200e3, 0.3)
 COMBINATIONS = [(e, s) for s in SPACES for e in elements_in(s)]
@@ -77,11 +78,9 @@ def test_fields_and_pictures_of_every_cell(element, cell, tmp_path):
     matplotlib.use("Agg")
     from prensa.output.plot import deformed
 
-    body = pr.Body(pr.Rectangle(size=(2, 1), n=(3, 2)), STEEL, element)
-    p = pr.Problem(
-        "one", space="plane stress", bodies={"b": body}, tools={"t": pr.Plane(touching="b.top")},
-        contacts=(pr.Contact("b.top", "t", friction=pr.Coulomb(0.2)),), fixed={"b.bottom": "xy"},
-        steps=(pr.Step("s", move={"t": pr.Motion(y=-0.01)}, increments=1),),
+    p = pressed_block(
+        stroke(-0.01, increments=1, name="s"), material=STEEL, size=(2, 1), n=(3, 2), element=element,
+        friction=pr.Coulomb(0.2), space="plane stress",
     )  # fmt: skip
     *_, inc = pr.solve(p)
     path = write_fields(tmp_path / "0001.vtu", inc)
@@ -130,11 +129,7 @@ def test_the_enhanced_element_has_no_hourglass_in_large_compression(material):
 
 def test_rules_of_straight_edges_are_refused_on_quadratic_ones():
     """Gauss points of contact on T6 or Q8 are refused with the remedy."""
-    body = pr.Body(pr.Rectangle(size=(2, 1), n=(3, 2)), STEEL, "t6")
-    p = pr.Problem(
-        "one", bodies={"b": body}, tools={"t": pr.Plane(touching="b.top")}, contacts=(pr.Contact("b.top", "t"),),
-        steps=(pr.Step("s"),),
-    )  # fmt: skip
+    p = pressed_block(pr.Step("s"), material=STEEL, size=(2, 1), n=(3, 2), element="t6", fixed={})
     with pytest.raises(ValueError, match="'gauss2' is a rule of straight edges and t6 has quadratic ones; use 'nodal'"):
         replace(p, contacts=(replace(p.contacts[0], integration="gauss2"),))
 

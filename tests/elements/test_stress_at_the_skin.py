@@ -17,6 +17,7 @@ from prensa.result.results import nodal_stress, skin_stress
 from prensa.system.system import Evaluation
 from prensa.verify.drive import Drive
 from prensa.verify.elements import curve, quadrilaterals
+from problems import single_block, stroke, upset_block
 
 E, NU = 200e3, 0.3
 FLOW = pr.Ludwik(250.0, 500.0, 0.3)
@@ -184,11 +185,10 @@ def test_self_stress_of_default_elements_that_have_yielded_throughout():
 
 def expanded(material: pr.Elastic | pr.J2, element: str, n: int, out: float, radius: float, increments: int = 1) -> np.ndarray:
     """Stresses rr, yy, hoop, ry at a radius of a tube of radii 10 and 20, n elements across, its bore driven outwards."""
-    body = pr.Body(pr.Rectangle((10.0, 3.0), (n, 3), origin=(10.0, 0.0)), material, element)
-    problem = pr.Problem(
-        "tube", space="axisymmetric", kinematics="small", bodies={"tube": body},
-        fixed={"tube.bottom": "y", "tube.top": "y", "tube.left": pr.Fixed(x=out)},
-        steps=(pr.Step("expand", increments=increments),),
+    problem = single_block(
+        pr.Step("expand", increments=increments), material=material, size=(10.0, 3.0), n=(n, 3), origin=(10.0, 0.0),
+        element=element, body="tube", fixed={"tube.bottom": "y", "tube.top": "y", "tube.left": pr.Fixed(x=out)},
+        space="axisymmetric", kinematics="small",
     )  # fmt: skip
     *_, inc = pr.solve(problem)
     tube = inc.bodies["tube"]
@@ -380,12 +380,9 @@ def test_no_node_of_a_perfectly_plastic_body_has_more_than_the_yield_stress(elem
     """Beside the edge of a stamp, where patches end in a kink, the largest von Mises stress that is reported is the
     yield stress.
     """
-    problem = pr.Problem(
-        "stamp", space="plane strain",
-        bodies={"block": pr.Body(pr.Rectangle(size=(4.0, 2.0), n=(8, 4)), pr.J2(1000.0, 0.3, pr.Perfect(2.0)), element)},
-        tools={"stamp": pr.Stamp(width=2.0, fillet=0.1, above="block.top", at=(0.0, 2.0))},
-        contacts=(pr.Contact("block.top", "stamp"),), fixed={"block.bottom": "y", "block.left": "x"},
-        steps=(pr.Step("press", move={"stamp": pr.Motion(y=-0.04)}),),
+    problem = upset_block(
+        stroke(-0.04), tools={"t": pr.Stamp(width=2.0, fillet=0.1, above="block.top", at=(0.0, 2.0))},
+        material=pr.J2(1000.0, 0.3, pr.Perfect(2.0)), element=element, body="block",
     )  # fmt: skip
     *_, last = pr.solve(problem)
     assert last.bodies["block"].mises.max() == pytest.approx(2.0, rel=1e-6)

@@ -15,6 +15,7 @@ from prensa.friction.law import At, bounded
 from prensa.model.schema import loads
 from prensa.reference import levanov, smooth_cap, wanheim_bay
 from prensa.system.state import State
+from problems import pressed_block, stroke, upset_billet
 
 K = 50.0
 P = np.geomspace(1e-3, 1e4, 57)
@@ -45,12 +46,9 @@ class UsersStribeck(pr.FrictionLaw):
 
 def upset(law: pr.FrictionLaw, enforcement: object = pr.Penalty(), increments: int = 4) -> list[float]:
     """Forces of a billet of a hardening metal that is upset."""
-    billet = pr.Problem(
-        "billet", space="axisymmetric",
-        bodies={"billet": pr.Body(pr.Rectangle(size=(10, 5), n=(4, 2)), pr.J2(70e3, 0.33, pr.Voce(60, 120, 8)))},
-        tools={"punch": pr.Plane(touching="billet.top")}, contacts=(pr.Contact("billet.top", "punch", law, enforcement),),
-        fixed={"billet.bottom": "y", "billet.left": "x"},
-        steps=(pr.Step("press", move={"punch": {"y": -0.5}}, increments=increments),),
+    billet = upset_billet(
+        stroke(-0.5, increments=increments, tool="punch"), material=pr.J2(70e3, 0.33, pr.Voce(60, 120, 8)),
+        size=(10, 5), n=(4, 2), body="billet", friction=law, enforcement=enforcement, plane="punch",
     )  # fmt: skip
     return [inc.force("punch").y for inc in pr.solve(billet, pr.Numerics(tolerance=1e-12))]
 
@@ -131,14 +129,11 @@ def test_tables_multiply():
 
 def block_that_slides(law: pr.FrictionLaw) -> pr.Problem:
     """A block under a pressure of 30 that slides by 0.3 in one unit of time."""
-    return pr.Problem(
-        "block", kinematics="small", bodies={"block": pr.Body(pr.Rectangle(size=(4, 1), n=(2, 1)), pr.Elastic(1e5, 0.0))},
-        tools={"plane": pr.Plane(normal=(0, 1), at=(0, 0))}, contacts=(pr.Contact("block.bottom", "plane", law),),
-        fixed={"block.bottom": pr.Fixed(x="held")},
-        steps=(
-            pr.Step("press", loads={"block.top": pr.Load(pressure=30.0)}, increments=1),
-            pr.Step("slide", fixed={"block.bottom": pr.Fixed(x=0.3)}, increments=3),
-        ),
+    return pressed_block(
+        pr.Step("press", loads={"block.top": pr.Load(pressure=30.0)}, increments=1),
+        pr.Step("slide", fixed={"block.bottom": pr.Fixed(x=0.3)}, increments=3),
+        tools={"plane": pr.Plane(normal=(0, 1), at=(0, 0))}, material=pr.Elastic(1e5, 0.0), size=(4, 1), n=(2, 1),
+        body="block", sides=("bottom",), friction=law, fixed={"block.bottom": pr.Fixed(x="held")}, kinematics="small",
     )  # fmt: skip
 
 

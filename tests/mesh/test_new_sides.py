@@ -11,14 +11,17 @@ from prensa.mesh.outline import chains, resampled
 from prensa.mesh.triangulate import triangulated
 from prensa.remeshing.renewal import shape_measure
 from prensa.system.discretise import discretise
+from problems import single_block
 
 SIZE = 0.45
 
 
 def block() -> Mesh:
     """A square of 4 x 4 in T6 with sides of half a unit."""
-    body = pr.Body(pr.Rectangle(size=(4.0, 4.0), n=(8, 8)), pr.J2(200e3, 0.3, pr.Perfect(200.0)), element="t6")
-    return discretise(pr.Problem("block", {"block": body}, (pr.Step("rest"),), fixed={"block.bottom": "xy"})).meshes["block"]
+    return discretise(single_block(
+        pr.Step("rest"), material=pr.J2(200e3, 0.3, pr.Perfect(200.0)), size=(4.0, 4.0), n=(8, 8), element="t6",
+        body="block", fixed={"block.bottom": "xy"},
+    )).meshes["block"]  # fmt: skip
 
 
 def size(x: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from prensa.checks.before.preflight import preflight
 from prensa.cli import app
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.quality import quality
+from problems import pressed_block
 
 
 def test_known_shapes_have_known_numbers():
@@ -73,9 +74,8 @@ def test_check_prints_the_quality_and_warns_of_the_worst_element(tmp_path, capsy
 )  # fmt: skip
 def test_needles_far_from_all_tools_are_no_harm(tool, way, said):
     """A block graded to the middle of its top: stresses vary over lengths that hold its needles, unless a tool comes there."""
-    mesh = pr.Rectangle((100, 100), (160, 60), grade=pr.Grade(x=(0.0,), y=(100.0,), ratio=400))
-    problem = pr.Problem(
-        "graded", {"b": pr.Body(mesh, pr.Elastic(E=1e5, nu=0.3))}, (pr.Step("s", move={"t": way}),), tools={"t": tool},
-        contacts=(pr.Contact("b.top", "t"),), fixed={"b.bottom": "xy"},
+    problem = pressed_block(
+        pr.Step("s", move={"t": way}), tools={"t": tool}, material=pr.Elastic(E=1e5, nu=0.3),
+        mesh=pr.Rectangle((100, 100), (160, 60), grade=pr.Grade(x=(0.0,), y=(100.0,), ratio=400)),
     )  # fmt: skip
     assert any("longer than wide" in str(notice) for notice in preflight(pr.discretise(problem))) is said
