@@ -25,8 +25,8 @@ from prensa.system.state import State
 from prensa.system.system import System
 from prensa.timer import Timer
 from prensa.verify.balance import imbalance
+from problems import indented_billet
 
-ALUMINIUM = pr.J2(E=70e3, nu=0.33, flow=pr.Swift(K=200.0, e0=0.01, n=0.2))
 COARSE = pr.Sizes(far=1.2, near_tools=0.8, per_radius=4)
 ONE = pr.Remesh(COARSE, pr.When(quality=0.0, travel=99.0))  # the first mesh, which is too coarse, alone
 MANY = pr.Remesh(COARSE, pr.When(travel=0.1))
@@ -38,15 +38,9 @@ def press(y: float, **more: Any) -> pr.Step:
 
 
 def indented(*steps: pr.Step, enforcement: Any = None, **more: Any) -> pr.Problem:
-    """A punch with a fillet pressed into a billet of 6 × 6 mm that rests on a plane."""
-    values: dict[str, Any] = {
-        "bodies": {"billet": pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(6, 6)), ALUMINIUM, element="t6")},
-        "contacts": (pr.Contact("billet.top", "punch", enforcement=enforcement or pr.Penalty()),),
-        "tools": {"punch": pr.Stamp(width=6.0, fillet=1.0, touching="billet.top")}, "friction": pr.Coulomb(mu=0.1),
-        "fixed": {"billet.bottom": pr.Fixed(y="held"), "billet.left": pr.Fixed(x="held")}, "space": "axisymmetric",
-        "remesh": MANY,
-    }  # fmt: skip
-    return pr.Problem("indentation", steps=steps, **values | more)
+    """A punch with a fillet pressed into the top of a billet that rests on a plane."""
+    contacts = (pr.Contact("billet.top", "punch", enforcement=enforcement or pr.Penalty()),)
+    return indented_billet(*steps, **{"contacts": contacts, "remesh": MANY} | more)
 
 
 def solved(problem: pr.Problem) -> tuple[list[pr.Increment], float]:
@@ -76,9 +70,8 @@ def test_every_enforcement_is_remeshed(enforcement: Any) -> None:
 
 def pressed_plate(mu: float, space: str) -> tuple[System, State]:
     """A billet between a die narrower than itself and a support, at the end of its first mesh."""
-    bodies = {"billet": pr.Body(pr.Rectangle(size=(10.0, 7.5), n=(10, 8)), ALUMINIUM, element="t6")}
     problem = indented(
-        press(-1.5), bodies=bodies, tools={"punch": pr.Stamp(width=12.0, fillet=1.0, touching="billet.top")},
+        press(-1.5), size=(10.0, 7.5), n=(10, 8), tools={"punch": pr.Stamp(width=12.0, fillet=1.0, touching="billet.top")},
         friction=pr.Coulomb(mu), space=space,
     )  # fmt: skip
     *_, last = pr.solve(replace(problem, remesh="off"))

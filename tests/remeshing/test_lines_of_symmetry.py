@@ -11,21 +11,15 @@ import pytest
 
 import prensa as pr
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
+from problems import flattened_tube
 
 METAL = pr.J2(1000.0, 0.3, pr.Linear(10.0, 20.0))
 
 
-def tube(by_hand: bool = False, **more: object) -> pr.Problem:
-    """A quarter of a tube, pressed flat until nothing is left of its inside; ``by_hand``: with a plane on the middle plane."""
-    tools: dict[str, pr.Tool] = {"punch": pr.Plane(at=(0.0, 5.0))}
-    contacts = [pr.Contact("t.outer", "punch")]
-    if by_hand:
-        tools["mirror"] = pr.Plane(normal=(0.0, 1.0), at=(0.0, 0.0))
-        contacts.append(pr.Contact("t", "mirror", friction=pr.Coulomb(0.0)))
-    ring = pr.Annulus(inner=4.0, outer=5.0, n=(12, 2), angles=(0.0, np.pi / 2))
-    return pr.Problem(
-        "tube", bodies={"t": pr.Body(ring, METAL, "t6")}, tools=tools, contacts=contacts, fixed={"t.start": "y", "t.end": "x"},
-        friction=pr.Coulomb(0.1), steps=(pr.Step("flatten", by={"punch": pr.Motion(y=-4.3)}, increments=24),),
+def tube(**more: object) -> pr.Problem:
+    """A quarter of a tube, pressed flat until nothing is left of its inside."""
+    return flattened_tube(
+        pr.Step("flatten", by={"punch": pr.Motion(y=-4.3)}, increments=24), material=METAL, element="t6", n=(12, 2),
         remesh=pr.Remesh(pr.Sizes(far=0.6, near_tools=0.6, per_strain=0.0), pr.When(travel=1.35)), **more,
     )  # fmt: skip
 
@@ -55,7 +49,7 @@ def test_a_bore_that_closes_on_new_meshes_meets_its_mirror_image(flattened: list
 
 def test_it_is_what_a_plane_written_by_hand_gives(flattened: list[pr.Increment]) -> None:
     """The punch's force to 2 % once the inside lies flat, though a tool of the description asks for other sizes of elements."""
-    by_hand = list(pr.solve(tube(by_hand=True)))
+    by_hand = list(pr.solve(tube(plane=True)))
     time, force = np.array([(i.time, i.force("punch").y) for i in by_hand]).T
     flat = [i for i in flattened if i.force("punch").y > 150.0]
     assert len(flat) >= 4

@@ -11,21 +11,16 @@ import pytest
 
 import prensa as pr
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
+from problems import indented_billet
 
-ALUMINIUM = pr.J2(E=70e3, nu=0.33, flow=pr.Swift(K=200.0, e0=0.01, n=0.2))
 FORCE = {"axisymmetric": 7000.0, "plane strain": 450.0}
 SPACES = pytest.mark.parametrize("space", FORCE)
 
 
-def indented(space: str, *steps: pr.Step, spring: pr.Springs | None = None) -> pr.Problem:
-    """A punch of radius 3 mm with a fillet of 1 mm over a billet on a plane."""
-    billet = pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(6, 6)), ALUMINIUM, element="t6")
-    return pr.Problem(
-        "indentation", {"billet": billet}, steps,
-        {"punch": pr.Stamp(width=6.0, fillet=1.0, touching="billet.top", spring=spring)}, friction=pr.Coulomb(mu=0.1),
-        fixed={"billet.bottom": pr.Fixed(y="held"), "billet.left": pr.Fixed(x="held")}, space=space,
-        remesh=pr.Remesh(size=pr.Sizes(far=1.2, near_tools=0.8, per_radius=4), when=pr.When(travel=0.12)),
-    )  # fmt: skip
+def indented(space: str, *steps: pr.Step, **more: Any) -> pr.Problem:
+    """New meshes whenever the punch has moved by a tenth of its fillet."""
+    remesh = pr.Remesh(size=pr.Sizes(far=1.2, near_tools=0.8, per_radius=4), when=pr.When(travel=0.12))
+    return indented_billet(*steps, space=space, remesh=remesh, **more)
 
 
 def press(depth: float = 1.2, until: pr.Until | None = None, **more: Any) -> pr.Step:

@@ -22,19 +22,13 @@ from prensa.remeshing.transfer import utilisation
 from prensa.system.discretise import discretise
 from prensa.system.element_sizes import size_field
 from prensa.timer import Timer
-
-ALUMINIUM = pr.J2(E=70e3, nu=0.33, flow=pr.Swift(K=200.0, e0=0.01, n=0.2))
+from problems import ALUMINIUM, indented_billet, single_block, stroke
 
 
 def indented(space: str = "axisymmetric", depth: float = 1.2, **remesh: Any) -> pr.Problem:
     """A punch of radius 3 mm with a fillet of 1 mm, pressed into a billet on a plane."""
-    billet = pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(6, 6)), ALUMINIUM, element="t6")
-    return pr.Problem(
-        "indentation", {"billet": billet}, (pr.Step("press", move={"punch": pr.Motion(y=-depth)}),),
-        {"punch": pr.Stamp(width=6.0, fillet=1.0, touching="billet.top")}, friction=pr.Coulomb(mu=0.1),
-        fixed={"billet.bottom": pr.Fixed(y="held"), "billet.left": pr.Fixed(x="held")}, space=space,
-        remesh=pr.Remesh(size=pr.Sizes(far=1.2, near_tools=0.8, per_radius=4), **remesh),
-    )  # fmt: skip
+    remeshing = pr.Remesh(size=pr.Sizes(far=1.2, near_tools=0.8, per_radius=4), **remesh)
+    return indented_billet(stroke(-depth, tool="punch"), space=space, remesh=remeshing)
 
 
 @pytest.mark.parametrize("space", ["axisymmetric", "plane strain"])
@@ -114,10 +108,9 @@ def test_no_more_meshes_than_allowed(caplog: pytest.LogCaptureFixture) -> None:
 
 def upset(**when: Any) -> pr.Problem:
     """A billet between smooth flat dies: its elements stay good for long."""
-    billet = pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(5, 5)), ALUMINIUM, element="t6")
-    return pr.Problem(
-        "upsetting", {"billet": billet}, (pr.Step("press", move={"die": pr.Motion(y=-2.6)}),),
-        {"die": pr.Plane(touching="billet.top")}, fixed={"billet.bottom": "y", "billet.left": "x"}, space="axisymmetric",
+    return single_block(
+        stroke(-2.6, tool="die"), tools={"die": pr.Plane(touching="billet.top")}, material=ALUMINIUM, size=(6.0, 6.0),
+        n=(5, 5), element="t6", body="billet", space="axisymmetric",
         remesh=pr.Remesh(pr.Sizes(far=1.2, near_tools=0.5), pr.When(**when)),
     )  # fmt: skip
 

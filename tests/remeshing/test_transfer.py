@@ -21,18 +21,18 @@ from prensa.system.discretise import discretise
 from prensa.system.state import State
 from prensa.system.system import System
 from prensa.timer import Timer
+from problems import single_block, stroke
 
 J2 = pr.J2(E=200e3, nu=0.3, flow=pr.Ludwik(s0=250.0, K=500.0, n=0.3))
 
 
 def upsetting(mu: float, space: str = "axisymmetric", to: float = -1.5) -> pr.Problem:
     """A billet of 10 × 7.5 mm between flat dies."""
-    billet = pr.Body(pr.Rectangle(size=(10.0, 7.5), n=(8, 6)), J2, element="t6")
-    return pr.Problem(
-        "upsetting", {"billet": billet}, (pr.Step("press", move={"punch": pr.Motion(y=to)}),),
-        {"punch": pr.Plane(touching="billet.top")}, friction=pr.Coulomb(mu=mu),
-        fixed={"billet.bottom": pr.Fixed(y="held"), "billet.left": pr.Fixed(x="held")}, space=space,
-        remesh=pr.Remesh(size=pr.Sizes(far=1.5)),
+    return single_block(
+        stroke(to, tool="punch"), tools={"punch": pr.Plane(touching="billet.top")}, material=J2, size=(10.0, 7.5),
+        n=(8, 6), element="t6", body="billet",
+        fixed={"billet.bottom": pr.Fixed(y="held"), "billet.left": pr.Fixed(x="held")}, friction=pr.Coulomb(mu=mu),
+        space=space, remesh=pr.Remesh(size=pr.Sizes(far=1.5)),
     )  # fmt: skip
 
 

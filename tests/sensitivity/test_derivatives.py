@@ -23,6 +23,7 @@ from prensa.sensitivity import direct
 from prensa.sensitivity.parameters import numbers, value_of, with_values
 from prensa.system.discretise import discretise
 from prensa_bench.robustness.families import drawn
+from problems import pointed_disc
 from rings import FLOW, ring
 
 EXACT = "contacts=[{surface: ring, against: die, enforcement: {type: exact}}]"
@@ -509,15 +510,8 @@ def test_what_has_no_derivative_is_refused() -> None:
 
 def lip(s0: float = 10.0, plane: bool = False) -> Problem:
     """A disc whose pointed lip is pressed to the axis, where a plane may stand."""
-    disc = pr.Patch(((0.05, 0.0), (2.0, 0.0), (2.0, 0.5), (0.05, 0.1)), (4, 1))
-    return pr.Problem(
-        "bore",
-        bodies={"d": pr.Body(disc, pr.J2(1000.0, 0.3, pr.Linear(s0, 20)))},
-        tools={"mandrel": pr.Plane(normal=(1.0, 0.0), at=(0.0, 0.0))} if plane else {},
-        space="axisymmetric",
-        fixed={"d.bottom": "y"},
-        steps=[pr.Step("close", by={"d.right": pr.Motion(x=-0.3)}, increments=16)],
-    )
+    step = pr.Step("close", by={"d.right": pr.Motion(x=-0.3)}, increments=16)
+    return pointed_disc(step, material=pr.J2(1000.0, 0.3, pr.Linear(s0, 20)), plane=plane)
 
 
 def test_derivatives_go_on_at_a_line_of_symmetry(caplog: pytest.LogCaptureFixture) -> None:
