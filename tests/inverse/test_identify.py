@@ -13,6 +13,7 @@ import prensa as pr
 from prensa.cli import app
 from prensa.errors import ArgumentError
 from prensa.inverse.tables import Table
+from problems import single_block, stroke
 
 K, N = "bodies.billet.material.flow.K", "bodies.billet.material.flow.n"
 RADIUS, HEIGHT, PRESSED, ROWS = 5.0, 6.0, 2.0, 8
@@ -20,15 +21,11 @@ RADIUS, HEIGHT, PRESSED, ROWS = 5.0, 6.0, 2.0, 8
 
 def billet() -> pr.Problem:
     """One element that is upset without friction, of σ_y = 500 ε̄^0.2 and next to no elasticity."""
-    return pr.Problem(
-        "upsetting",
-        space="axisymmetric",
-        bodies={"billet": pr.Body(pr.Rectangle((RADIUS, HEIGHT), (1, 1)), pr.J2(2e7, 0.3, pr.Ludwik(1e-3, 500.0, 0.2)))},
-        tools={"die": pr.Plane(touching="billet.top")},
-        friction=pr.Coulomb(0.0),
-        fixed={"billet.bottom": "y"},
-        steps=[pr.Step("press", move={"die": {"y": -PRESSED}}, increments=8)],
-    )
+    return single_block(
+        stroke(-PRESSED, increments=8, tool="die"), tools={"die": pr.Plane(touching="billet.top")},
+        material=pr.J2(2e7, 0.3, pr.Ludwik(1e-3, 500.0, 0.2)), size=(RADIUS, HEIGHT), n=(1, 1), body="billet",
+        fixed={"billet.bottom": "y"}, space="axisymmetric", friction=pr.Coulomb(0.0),
+    )  # fmt: skip
 
 
 def halves(error: str, gain: float) -> np.ndarray:

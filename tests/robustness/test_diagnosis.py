@@ -14,15 +14,14 @@ from prensa.output.report import read_summary
 from prensa.output.run import run
 from prensa.system.failure import LimitPoint
 from prensa_bench.robustness.blocks import draw
+from problems import pressed_block, single_block, stroke
 
 
 def crushed(*first: pr.Step) -> pr.Case:
     """A block crushed between rough plates by more than its mesh can bear."""
-    body = pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), pr.J2(1000.0, 0.3, pr.Perfect(5.0)))
-    problem = pr.Problem(
-        "crushed", bodies={"b": body}, tools={"t": pr.Plane(touching="b.top")},
-        contacts=(pr.Contact("b.top", "t", friction=pr.Coulomb(3.0)),), fixed={"b.bottom": "xy"},
-        steps=(*first, pr.Step("crush", move={"t": pr.Motion(y=-0.97)}, increments=1)),
+    problem = pressed_block(
+        *first, stroke(-0.97, increments=1, name="crush"), material=pr.J2(1000.0, 0.3, pr.Perfect(5.0)), size=(2, 1),
+        n=(6, 3), friction=pr.Coulomb(3.0),
     )  # fmt: skip
     return pr.Case(problem, pr.Numerics(max_cutbacks=0), pr.Output(report=False))
 
@@ -53,11 +52,9 @@ def test_a_failure_of_the_first_increment_leaves_a_picture_of_the_initial_state(
 
 def test_a_cylinder_on_the_far_side_of_a_point_has_passed_through_it():
     """Both ends of the increment are free of contact; the straight way between them is not."""
-    bar = pr.Body(pr.Rectangle(size=(4, 0.5), n=(8, 1)), pr.Elastic(1000.0, 0.3))
-    problem = pr.Problem(
-        "through", bodies={"b": bar}, tools={"t": pr.Circle(radius=1.0, at=(2.0, 4.0))},
-        contacts=(pr.Contact("b.top", "t"),), fixed={"b.left": "xy", "b.right": "xy"},
-        steps=(pr.Step("go", move={"t": pr.Motion(y=-8.0)}, increments=1),),
+    problem = pressed_block(
+        stroke(-8.0, increments=1, name="go"), tools={"t": pr.Circle(radius=1.0, at=(2.0, 4.0))}, size=(4, 0.5),
+        n=(8, 1), fixed={"b.left": "xy", "b.right": "xy"},
     )  # fmt: skip
     system = pr.discretise(problem)
     state = system.initial()
@@ -69,11 +66,9 @@ def test_a_cylinder_on_the_far_side_of_a_point_has_passed_through_it():
 
 def test_a_run_with_a_step_of_that_size_finds_the_contact(tmp_path):
     """The touch is found although the tool is apart at both ends, and the run ends in words or with the bar pushed along."""
-    bar = pr.Body(pr.Rectangle(size=(4, 0.5), n=(16, 2)), pr.Elastic(1000.0, 0.3))
-    problem = pr.Problem(
-        "through", bodies={"b": bar}, tools={"t": pr.Circle(radius=1.0, at=(2.0, 4.0))},
-        contacts=(pr.Contact("b.top", "t"),), fixed={"b.left": "xy", "b.right": "xy"},
-        steps=(pr.Step("go", move={"t": pr.Motion(y=-8.0)}, increments=1),),
+    problem = pressed_block(
+        stroke(-8.0, increments=1, name="go"), tools={"t": pr.Circle(radius=1.0, at=(2.0, 4.0))}, size=(4, 0.5),
+        n=(16, 2), fixed={"b.left": "xy", "b.right": "xy"},
     )  # fmt: skip
     increments = []
     try:
@@ -113,10 +108,9 @@ def test_a_tool_that_nothing_resists_is_named(push, words):
     moment.
     """
     place = {"at": (0.0, 10.0)} if "m" not in push else {"touching": "b.top"}
-    problem = pr.Problem(
-        "free", {"b": pr.Body(pr.Rectangle(size=(4, 2), n=(8, 4)), pr.Elastic(1000.0, 0.3))},
-        (pr.Step("push", push={"t": pr.Push(**push)}),), {"t": pr.Circle(radius=4.0, **place)},
-        friction=pr.Coulomb(0.1), fixed={"b.bottom": "xy"},
+    problem = single_block(
+        pr.Step("push", push={"t": pr.Push(**push)}), tools={"t": pr.Circle(radius=4.0, **place)},
+        fixed={"b.bottom": "xy"}, friction=pr.Coulomb(0.1),
     )  # fmt: skip
     with pytest.raises(SolveError) as caught:
         list(pr.solve(problem))

@@ -21,6 +21,7 @@ from prensa.output.run import resume, run
 from prensa.policy import Policy
 from prensa.solver import time_stepping
 from prensa.system.discretise import discretise
+from problems import pressed_block, single_block, stroke, upset_block
 
 FRICTION = (
     None, pr.Coulomb(0.3), pr.Coulomb(3.0), pr.Coulomb(pr.MuExponential(0.1, 0.4, 0.05)), pr.Shear(0.4, k=20.0),
@@ -44,14 +45,11 @@ def problems(draw, linear: bool = False) -> pr.Problem:
     first = draw(st.sampled_from(({"move": {"t": pr.Motion(y=-0.06)}}, {"push": {"t": pr.Push(y=-8.0)}})))
     second = {"move": {"t": pr.Motion(**({"y": -0.02} if axi else {"x": 0.03}))}}
     increments = draw(st.sampled_from((1, 3, None)))
-    return pr.Problem(
-        "p", space="axisymmetric" if axi else "plane strain", kinematics=kinematics, contact_geometry=geometry,
-        bodies={"b": pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), material)}, tools={"t": tool},
-        contacts=(
-            pr.Contact("b.top", "t", friction=draw(st.sampled_from(FRICTION)), enforcement=draw(st.sampled_from(ENFORCEMENT))),
-        ),
-        fixed={"b.bottom": "xy"},
-        steps=(pr.Step("one", increments=increments, **first), pr.Step("two", increments=increments, **second)),
+    return pressed_block(
+        pr.Step("one", increments=increments, **first), pr.Step("two", increments=increments, **second),
+        tools={"t": tool}, material=material, size=(2, 1), n=(6, 3), friction=draw(st.sampled_from(FRICTION)),
+        enforcement=draw(st.sampled_from(ENFORCEMENT)), space="axisymmetric" if axi else "plane strain",
+        kinematics=kinematics, contact_geometry=geometry,
     )  # fmt: skip
 
 
@@ -148,15 +146,10 @@ KILLS = 20
 
 
 def small() -> pr.Case:
-    body = pr.Body(pr.Rectangle(size=(2, 1), n=(6, 4)), pr.J2(1000.0, 0.3, pr.Voce(5.0, 5.0, 8.0)))
-    problem = pr.Problem(
-        "killed", bodies={"b": body}, tools={"t": pr.Plane(touching="b.top")},
-        contacts=(pr.Contact(("b.top", "b.right"), "t", friction=pr.Coulomb(0.3)),),
-        fixed={"b.bottom": "y", "b.left": "x"},
-        steps=(
-            pr.Step("press", move={"t": pr.Motion(y=-0.2)}, increments=12),
-            pr.Step("back", move={"t": pr.Motion(y=-0.19)}, increments=6),
-        ),
+    problem = upset_block(
+        stroke(-0.2, increments=12), stroke(-0.19, increments=6, name="back"),
+        material=pr.J2(1000.0, 0.3, pr.Voce(5.0, 5.0, 8.0)), size=(2, 1), n=(6, 4), sides=("top", "right"),
+        friction=pr.Coulomb(0.3),
     )  # fmt: skip
     return pr.Case(problem, output=pr.Output(pictures=False, report=False))
 
@@ -221,10 +214,9 @@ def test_a_run_killed_at_random_moments_ends_the_same(tmp_path):
 def test_factors_of_earlier_attempts_are_not_used():
     """A run that starts within the tolerance is improved with factors of its own: a resumed one has no others."""
     improved = Policy(fine_residual=1e-30)  # whatever is converged is improved once more
-    problem = pr.Problem(
-        "linear", kinematics="small", bodies={"b": pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), pr.Elastic(1000.0, 0.3))},
-        fixed={"b.bottom": "xy"}, loads={"b.top": pr.Load(pressure=1.0, follower=False)},
-        steps=(pr.Step("one", increments=7),),
+    problem = single_block(
+        pr.Step("one", increments=7), size=(2, 1), n=(6, 3), fixed={"b.bottom": "xy"}, kinematics="small",
+        loads={"b.top": pr.Load(pressure=1.0, follower=False)},
     )  # fmt: skip
     states = solved(problem, policy=improved)
     for k in range(len(states) - 1):

@@ -20,6 +20,7 @@ from prensa_bench.robustness.families import drawn
 from prensa_bench.robustness.families.cycles import unsettled
 from prensa_bench.robustness.files import Record, read, solve_into, solve_stages
 from prensa_bench.robustness.judging import judge_files, unlike
+from problems import pressed_block, stroke
 
 # ---------------------------------------------------------------------------------------------------------- own geometry
 TOOLS = {
@@ -91,16 +92,11 @@ def pressed(**changed: object) -> Drawn:
     """A small elastic-plastic block under a stamp: pressed with a force, moved along, lifted."""
     tool = stamp((0.0, 2.0), 3.0, 0.6)
     settings = {"units": pr.Units(), "space": "plane strain"} | changed
-    p = pr.Problem(
-        "block",
-        bodies={"block": pr.Body(pr.Rectangle((6.0, 2.0), (10, 3), (-3.0, 0.0)), pr.J2(1e4, 0.3, pr.Linear(20.0, 100.0)))},
-        tools={"tool": tool.tool}, contacts=(pr.Contact(("block.top",), "tool"),), friction=pr.Coulomb(0.2),
-        fixed={"block.bottom": "xy"},
-        steps=(
-            pr.Step("push", push={"tool": pr.Push(y=-70.0)}, increments=4),
-            pr.Step("slide", push={"tool": pr.Push(y=-70.0)}, move={"tool": pr.Motion(x=0.05)}, increments=4),
-        ),
-        **settings,
+    p = pressed_block(
+        pr.Step("push", push={"tool": pr.Push(y=-70.0)}, increments=4),
+        pr.Step("slide", push={"tool": pr.Push(y=-70.0)}, move={"tool": pr.Motion(x=0.05)}, increments=4),
+        tools={"tool": tool.tool}, material=pr.J2(1e4, 0.3, pr.Linear(20.0, 100.0)), size=(6.0, 2.0), n=(10, 3),
+        origin=(-3.0, 0.0), body="block", friction=pr.Coulomb(0.2), **settings,
     )  # fmt: skip
     return Drawn((p,), {"tool": tool}, {"block.top-tool": 0.2}, 1e4, 0.3, 60.0)
 
@@ -201,12 +197,10 @@ def test_a_wrong_answer_is_found(what):
 def test_wrong_answers_of_bodies_of_revolution_are_found(element, tmp_path):
     """A cylinder under a flat tool: right as it is, and its volume, areas and balance refused when they are spoilt."""
     tool = plane((0.0, 2.0), (0.0, -1.0))
-    p = pr.Problem(
-        "cylinder", space="axisymmetric",
-        bodies={"rod": pr.Body(pr.Rectangle((3.0, 2.0), (4, 3)), pr.Elastic(1e4, 0.2), element)}, tools={"tool": tool.tool},
-        contacts=(pr.Contact(("rod.top",), "tool"),), fixed={"rod.bottom": "xy"},
-        steps=(pr.Step("press", move={"tool": pr.Motion(y=-0.02)}, increments=2),
-               pr.Step("lift", move={"tool": pr.Motion(y=0.01)}, increments=2)),
+    p = pressed_block(
+        stroke(-0.02, increments=2, tool="tool"), stroke(0.01, increments=2, tool="tool", name="lift"),
+        tools={"tool": tool.tool}, material=pr.Elastic(1e4, 0.2), size=(3.0, 2.0), n=(4, 3), element=element,
+        body="rod", space="axisymmetric",
     )  # fmt: skip
     solve_into(tmp_path, p, np.inf)
     d, record = Drawn((p,), {"tool": tool}, {"rod.top-tool": 0.0}, 1e4, 0.2), read(tmp_path, p)

@@ -7,6 +7,7 @@ import pytest
 import prensa as pr
 from prensa.system.discretise import discretise
 from prensa_bench import robustness
+from problems import pressed_block, stroke
 
 
 @pytest.mark.parametrize(("suite", "least"), [("elastic", 0.96), ("plastic", 0.86)])
@@ -98,11 +99,9 @@ def test_drawn_problems_are_posed_by_their_drawing(suite):
 @pytest.mark.parametrize("offset", [-1.0, 0.0, 100.0])
 def test_what_places_resolve_bounds_the_balance_of_stiff_contacts(offset):
     """A block under a stiff penalty is out of balance by what its distance from the origin says, and not by more."""
-    block = pr.Body(pr.Rectangle((1, 1), (4, 3), origin=(0.1, offset)), pr.Elastic(1000, 0.3))
-    problem = pr.Problem(
-        "stiff", space="axisymmetric", bodies={"b": block}, tools={"tool": pr.Plane(touching="b.top")},
-        contacts=(pr.Contact("b.top", "tool", enforcement=pr.Penalty(beta=1e6)),), fixed={"b.bottom": "y"},
-        steps=(pr.Step("press", move={"tool": pr.Motion(y=-0.01)}, increments=2),),
+    problem = pressed_block(
+        stroke(-0.01, increments=2, tool="tool"), size=(1, 1), n=(4, 3), origin=(0.1, offset),
+        enforcement=pr.Penalty(beta=1e6), plane="tool", fixed={"b.bottom": "y"}, space="axisymmetric",
     )  # fmt: skip
     system = discretise(problem)
     *_, inc = pr.solve(system)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 import prensa as pr
 from prensa.result.increment import Increment
 from prensa_bench.robustness import blocks
+from problems import stroke, upset_billet
 
 Array = NDArray[np.float64]
 NX, NY = 16, 8
@@ -174,13 +175,10 @@ def test_units_do_not_matter_to_enhanced_modes() -> None:
     """The modes of an axisymmetric enhanced element are of one dimension: a block a million times as wide is as stiff."""
     forces = []
     for length in (1.0, 1e6):
-        p = pr.Problem(
-            "wide", space="axisymmetric",
-            bodies={"block": pr.Body(
-                pr.Rectangle((4 * length, 2 * length), (4, 3)), pr.Elastic(E / length**2, NU), "q4_enhanced")},
-            tools={"tool": pr.Circle(radius=9 * length, touching="block.top")}, contacts=(pr.Contact("block.top", "tool"),),
-            fixed={"block.bottom": "y", "block.left": "x"},
-            steps=(pr.Step("press", move={"tool": pr.Motion(y=-0.2 * length)}, increments=2),),
+        p = upset_billet(
+            stroke(-0.2 * length, increments=2, tool="tool"),
+            tools={"tool": pr.Circle(radius=9 * length, touching="b.top")}, material=pr.Elastic(E / length**2, NU),
+            size=(4 * length, 2 * length), n=(4, 3), element="q4_enhanced",
         )  # fmt: skip
         forces.append([i.force("tool").y for i in pr.solve(p)])
     assert forces[1] == pytest.approx(forces[0], rel=1e-8)

@@ -9,6 +9,7 @@ import pytest
 
 import prensa as pr
 from prensa.result.increment import Statistics
+from problems import pressed_block
 
 ROUND_OFF = 1e-11
 """Relative residual below which an iterate may be round-off, and says nothing about the rate."""
@@ -21,15 +22,12 @@ def pressed(
     increments: int = 8, depth: float = 1.2, sideways: float = 0.0, element: str = "q4_fbar",
 ) -> pr.Problem:  # fmt: skip
     """A block on a bonded base, pressed by a cylinder (or *tool*) and dragged with friction."""
-    mesh = pr.Rectangle(size=(12, 6), n=(24, 12))
     move = pr.Motion(y=-depth) if space == "axisymmetric" else pr.Motion(y=-depth, x=sideways)
-    return pr.Problem(
-        "order", space=space, kinematics=kinematics, allow_large_strain=kinematics == "small",
-        bodies={"block": pr.Body(mesh, material, element=element)},
-        tools={"tool": tool or pr.Circle(radius=10, touching="block.top")},
-        contacts=(pr.Contact(("block.top", "block.right"), "tool", friction=pr.Coulomb(mu) if mu else None),),
-        fixed={"block.bottom": "xy"},
-        steps=(pr.Step("press", move={"tool": move}, increments=increments),),
+    return pressed_block(
+        pr.Step("press", move={"tool": move}, increments=increments),
+        tools={"tool": tool or pr.Circle(radius=10, touching="block.top")}, material=material, size=(12, 6),
+        n=(24, 12), element=element, body="block", sides=("top", "right"), friction=pr.Coulomb(mu) if mu else None,
+        space=space, kinematics=kinematics, allow_large_strain=kinematics == "small",
     )  # fmt: skip
 
 
