@@ -50,9 +50,9 @@ def pressed_block(
     body: str = "b",
     **more: Any,
 ) -> pr.Problem:
-    """A block on a bonded base under tools, by default a plane of that name on its top: its ``sides`` against each of them.
+    """A block on a bonded base under ``tools``, by default a plane on its top, which is called ``plane``.
 
-    ``enforcement`` and ``integration`` are those of all its contacts.
+    The ``sides`` of the block are in contact with each tool, by the same ``enforcement`` (a penalty) and ``integration``.
     """
     tools = {plane: pr.Plane(touching=f"{body}.top")} if tools is None else tools
     surface, by = tuple(f"{body}.{side}" for side in sides), enforcement or pr.Penalty()
@@ -119,7 +119,7 @@ def indented_billet(*steps: pr.Step, spring: pr.Springs | None = None, **more: A
 def flattened_tube(
     *steps: pr.Step, material: pr.Material, element: str, n: tuple[int, int], plane: bool = False, **more: Any
 ) -> pr.Problem:
-    """A quarter of a tube under a plane, whose inside comes to its line of symmetry; ``plane``: where a smooth tool stands."""
+    """A quarter of a tube that a plane flattens until its inside meets the line of symmetry, on which ``plane`` puts a tool."""
     tools, contacts = {"punch": pr.Plane(at=(0.0, 5.0))}, [pr.Contact("t.outer", "punch")]
     if plane:
         tools["mirror"] = pr.Plane(normal=(0.0, 1.0), at=(0.0, 0.0))
@@ -131,7 +131,7 @@ def flattened_tube(
 
 
 def pointed_disc(*steps: pr.Step, material: pr.Material, plane: bool = False, **more: Any) -> pr.Problem:
-    """A disc whose pointed lip ends close to its axis; ``plane``: where a tool stands."""
+    """A disc with a bore whose lip is pointed and close to the axis, on which ``plane`` puts a tool."""
     return single_block(
         *steps, mesh=pr.Patch(((0.05, 0.0), (2.0, 0.0), (2.0, 0.5), (0.05, 0.1)), (4, 1)), material=material, body="d",
         tools={"mandrel": pr.Plane(normal=(1.0, 0.0), at=(0.0, 0.0))} if plane else {}, space="axisymmetric",
