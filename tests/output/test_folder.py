@@ -23,7 +23,7 @@ from problems import stroke, upset_block
 def small(name: str = "small", increments: int = 3) -> pr.Case:
     """An elastic block under a plane."""
     problem = upset_block(
-        stroke(-0.1, increments=increments, tool="punch"), size=(4, 3), n=(2, 2), body="block", plane="punch"
+        stroke(-0.1, increments=increments, tool="punch"), size=(4, 3), n=(2, 2), body="block", plane="punch", name=name
     )
     return pr.Case(problem, output=pr.Output(pictures=False, report=False))
 

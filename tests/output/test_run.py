@@ -25,7 +25,7 @@ def small(increments: int = 6, **output) -> pr.Case:
     problem = upset_block(
         stroke(-0.2, increments=increments, tool="punch"), stroke(-0.19, increments=3, tool="punch", name="back"),
         material=pr.J2(70e3, 0.3, pr.Linear(100, 500)), size=(4, 3), n=(4, 3), body="block", plane="punch",
-        friction=pr.Coulomb(0.1),
+        friction=pr.Coulomb(0.1), name="small",
     )  # fmt: skip
     from prensa.model.problem import Output
 
