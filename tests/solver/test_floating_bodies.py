@@ -124,11 +124,10 @@ def rolled_down(
     """A block under a roller beside its middle, with friction, that a force lowers through a gap; nothing else moves it."""
     axisymmetric, by = space == "axisymmetric", enforcement or pr.Penalty()
     return pressed_block(
-        pr.Step("press", push={"t": pr.Push(y=-300.0)}, increments=2),
-        tools={"t": pr.Circle(radius, at=(0.0 if axisymmetric else 2.3, 4.0 + radius + gap))},
-        material=pr.Elastic(1e4, 0.3), size=(6.0, 4.0), n=(24, 16), element=element, friction=pr.Coulomb(mu),
-        enforcement=by, fixed={"b.bottom": "y", "b.left": "x"} if axisymmetric else {"b.bottom": "xy"}, space=space,
-        **more,
+        pr.Step("press", push={"t": pr.Push(y=-300.0)}, increments=2), material=pr.Elastic(1e4, 0.3), size=(6.0, 4.0),
+        n=(24, 16), element=element, tools={"t": pr.Circle(radius, at=(0.0 if axisymmetric else 2.3, 4.0 + radius + gap))},
+        contacts=[pr.Contact("b.top", "t", friction=pr.Coulomb(mu), enforcement=by)],
+        fixed={"b.bottom": "y", "b.left": "x"} if axisymmetric else {"b.bottom": "xy"}, space=space, **more,
     )  # fmt: skip
 
 
