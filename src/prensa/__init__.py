@@ -12,6 +12,10 @@ _MODEL = (
     "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",
 )  # fmt: skip
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
+    "Box": "prensa.model.meshes",
+    "Bricks": "prensa.model.meshes",
+    "SpatialFixed": "prensa.model.spatial",
+    "SpatialMotion": "prensa.model.spatial",
     "load": "prensa.model.schema",
     "dump": "prensa.model.schema",
     "CaseError": "prensa.model.schema",

@@ -90,8 +90,7 @@ def report_preflight(system: System) -> None:
     """Refuse what cannot be solved, and log what there is to say of the rest, before a run."""
     notices = preflight(system)
     refuse(notices)
-    doubts = warnings_of(system.problem) if system.plan_of is None else []
-    for words in [*doubts, *map(str, notices)]:
+    for words in [*warnings_of(system.problem), *map(str, notices)]:
         log.warning("%s", words)
 
 

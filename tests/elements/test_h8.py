@@ -43,7 +43,7 @@ def block_of(X, cells, element, material, kinematics):
     formulation, mode = element_of(element), Mode(False, kinematics == "finite", 1.0)
     volume, folded = formulation.volumes(X[cells], mode)
     assert not folded.any()
-    law = material_of(material, kinematics, "3d")
+    law = material_of(material, kinematics, "solid")
     return Block("b", cells, X[cells], law, formulation, mode, slot, volume), pattern
 
 

@@ -236,7 +236,7 @@ def test_every_material_behind_the_door_is_in_the_list():
     assert {m.type for m in MATERIALS.values()} >= set(DOORS["material"].own())
 
 
-@pytest.mark.parametrize("space", ["plane strain", "plane stress", "3d"])
+@pytest.mark.parametrize("space", ["plane strain", "plane stress", "solid"])
 @pytest.mark.parametrize("kinematics", ["small", "finite"])
 def test_hencky_of_ones_own_is_hencky(kinematics, space):
     """The stress stated in Python gives the stresses, tangents, histories and energies of the compiled law, to 1e-12."""
@@ -449,7 +449,7 @@ def test_a_field_does_not_hide_what_a_law_is_asked_for():
 def test_history_is_known_by_name():
     """The fields of a law cover its history without overlap, in every layout."""
     for material in MATERIALS.values():
-        for space in ("plane strain", "plane stress", "3d"):
+        for space in ("plane strain", "plane stress", "solid"):
             law = material_of(material, "finite", space)
             places = [k for part in law.fields.values() for k in range(*part.columns.indices(law.size))]
             assert places == list(range(law.size))

@@ -59,14 +59,14 @@ def assert_exact(law, h, old, d, tolerance):
 @pytest.mark.parametrize("case", LAWS, ids=name)
 def test_tangent_is_the_derivative_of_the_stress(case):
     """∂P/∂f agrees with central differences within 1e-6 at random states, elastic and plastic."""
-    law = material_of(*case, "3d")
+    law = material_of(*case, "solid")
     assert_exact(law, *states(law, np.random.default_rng(1)), 1e-7, 1e-6)
 
 
 @pytest.mark.parametrize("case", LAWS, ids=name)
 def test_tangent_is_symmetric_where_the_law_says_so(case):
     """A = Aᵀ to 1e-12 of the largest entry at random states for the laws that say that they are symmetric."""
-    law = material_of(*case, "3d")
+    law = material_of(*case, "solid")
     A = update(law, *states(law, np.random.default_rng(1))).A
     error = np.abs(A - A.transpose(0, 2, 1)).max() / np.abs(A).max()
     assert (error <= 1e-12) == law.symmetric
@@ -93,7 +93,7 @@ COINCIDENT = np.array(
 @pytest.mark.parametrize("case", LAWS, ids=name)
 def test_coincident_principal_strains_have_a_tangent_too(case):
     """At two or three equal eigenvalues, or nearly equal ones, the tangent agrees with central differences within 1e-6."""
-    law = material_of(*case, "3d")
+    law = material_of(*case, "solid")
     h = COINCIDENT
     if law.plastic:  # at rest a flow curve may have a kink
         h = np.delete(h, 4, axis=0)
@@ -103,7 +103,7 @@ def test_coincident_principal_strains_have_a_tangent_too(case):
 @pytest.mark.parametrize("case", LAWS, ids=name)
 def test_plane_strain_is_a_special_case(case):
     """Strains without components out of the plane, shear apart, give the plane law's P, A and history, to 1e-12 of each."""
-    plane, space = material_of(*case), material_of(*case, "3d")
+    plane, space = material_of(*case), material_of(*case, "solid")
     h2, old2 = states(plane, np.random.default_rng(2))
     h2[:, 4] = 0.0
     flat = update(plane, h2, old2)
@@ -138,7 +138,7 @@ def rotation(axis, angle):
 @pytest.mark.parametrize("case", FINITE, ids=name)
 def test_a_rotation_turns_the_stress_and_changes_nothing_else(case):
     """F = Q f turns P into Q P and leaves the plastic strain alone, to 1e-10 (objectivity)."""
-    law = material_of(*case, "3d")
+    law = material_of(*case, "solid")
     h, old = states(law, np.random.default_rng(3))
     base = update(law, h, old)
     Q = rotation([1.0, -2.0, 0.5], 1.1)
@@ -157,7 +157,7 @@ def test_a_rotation_turns_the_stress_and_changes_nothing_else(case):
 @pytest.mark.parametrize("case", LAWS, ids=name)
 def test_turned_axes_turn_the_answer(case):
     """A gradient R f Rᵀ with the history turned alike gives R P Rᵀ, to 1e-10 (isotropy: no axis is special)."""
-    law = material_of(*case, "3d")
+    law = material_of(*case, "solid")
     h, old = states(law, np.random.default_rng(4))
     base = update(law, h, old)
     R = rotation([0.3, 1.0, 2.0], 0.8)
@@ -178,7 +178,7 @@ def test_turned_axes_turn_the_answer(case):
 @pytest.mark.parametrize("case", ELASTIC, ids=name)
 def test_elastic_stress_is_the_derivative_of_the_energy(case):
     """P = ∂ψ/∂f by differences of the energy function of the history, within 1e-6."""
-    law = material_of(*case, "3d")
+    law = material_of(*case, "solid")
     h = np.random.default_rng(5).normal(size=(20, 9)) * 0.05
     old = np.zeros((20, law.size))
     d = 1e-6
@@ -190,7 +190,7 @@ def test_elastic_stress_is_the_derivative_of_the_energy(case):
 
 def test_neo_hooke_against_its_closed_form():
     """P equals μ(F − F⁻ᵀ) + λ ln J F⁻ᵀ, the textbook expression, to 1e-11, also in two increments."""
-    law = material_of(pr.NeoHooke(1000.0, 0.3), "finite", "3d")
+    law = material_of(pr.NeoHooke(1000.0, 0.3), "finite", "solid")
     rng = np.random.default_rng(6)
     first, second = rng.normal(size=(2, 20, 3, 3)) * 0.15
     old = update(law, first.reshape(-1, 9), np.zeros((20, 6))).new
@@ -207,7 +207,7 @@ def test_neo_hooke_against_its_closed_form():
 @pytest.mark.parametrize("case", ELASTIC, ids=name)
 def test_strains_of_a_billionth_of_a_thousandth_keep_their_digits(case):
     """At strains of 1e-12 P is that of Hooke's law to 1e-11: nothing cancels against the unit tensor."""
-    law = material_of(*case, "3d")
+    law = material_of(*case, "solid")
     h = np.random.default_rng(7).normal(size=(20, 9)) * 1e-12
     P = update(law, h, np.zeros((20, law.size))).P.reshape(-1, 3, 3)
     e = 0.5 * (h.reshape(-1, 3, 3) + h.reshape(-1, 3, 3).transpose(0, 2, 1))
@@ -244,7 +244,7 @@ def test_principal_axes_are_exact_to_round_off(scale):
 @pytest.mark.parametrize("case", FINITE, ids=name)
 def test_a_point_turned_inside_out_is_reported(case):
     """A deformation gradient with a negative determinant sets ``failed`` of its point and of no other."""
-    law = material_of(*case, "3d")
+    law = material_of(*case, "solid")
     h = np.zeros((2, 9))
     h[1, 8] = -1.5
     assert update(law, h, np.zeros((2, law.size))).failed.tolist() == [False, True]
@@ -253,7 +253,7 @@ def test_a_point_turned_inside_out_is_reported(case):
 @pytest.mark.parametrize("case", PLASTIC, ids=name)
 def test_plastic_flow_keeps_the_volume_and_dissipates(case):
     """The logarithm of det b_e (small strain: the trace of ε_e) is the trial one to 1e-10; plastic strain and work grow."""
-    law = material_of(*case, "3d")
+    law = material_of(*case, "solid")
     h, old = states(law, np.random.default_rng(9))
     out = update(law, h, old)
     before = law.elastic_strains(old).sum(-1)

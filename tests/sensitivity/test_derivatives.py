@@ -490,7 +490,7 @@ def test_what_has_no_derivative_is_refused() -> None:
     with pytest.raises(ArgumentError, match="remesh: off"):
         pr.solve(ring("remesh=auto", "bodies.ring.element=t6"), derivatives=["friction.mu"])
     with pytest.raises(ArgumentError, match="solve a Problem"):
-        pr.solve(replace(discretise(ring()), plan_of=lambda system, number, start: None), derivatives=["friction.mu"])
+        pr.solve(replace(discretise(ring()), more=[object()]), derivatives=["friction.mu"])
     with pytest.raises(ArgumentError, match="is stabilised"):
         pr.solve(ring("stabilise=auto"), derivatives=["friction.mu"])
     with pytest.raises(ArgumentError, match="removes the tools"):

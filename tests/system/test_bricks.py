@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.analysis import solve
 from prensa.errors import PrensaError
-from prensa.system.bricks import BricksUnderPlane, PlaneStep, discretise_bricks
 from prensa.system.planning import plan_step
 from problems import pressed_block, stroke
 
@@ -33,6 +31,23 @@ def where(flags) -> np.ndarray:
     return np.flatnonzero(flags)
 
 
+def under_plane(X, cells, material, top, at, normal, supports, steps, friction=None, enforcement=None, **given):
+    """Bricks X, cells under a plane on the faces ``top``; supports by name: nodes and axes; steps: name, way, increments."""
+    sides = {"surface": np.unique(top)} | {name: nodes for name, (nodes, _) in supports.items()}
+    mesh = pr.Bricks(X.tolist(), cells.tolist(), {name: nodes.tolist() for name, nodes in sides.items()})
+    how = {} if enforcement is None else {"enforcement": enforcement}
+    element = {"element": given.pop("element")} if "element" in given else {}
+    return pr.Problem(
+        "bricks", space="solid", bodies={"body": pr.Body(mesh, material, **element)},
+        tools={"plane": pr.Plane(normal=normal, at=at)},
+        contacts=(pr.Contact("body.surface", "plane", friction=friction, **how),),
+        fixed={f"body.{name}": pr.SpatialFixed(**dict.fromkeys(axes, "held")) for name, (_, axes) in supports.items()},
+        steps=tuple(
+            pr.Step(name, move={"plane": pr.SpatialMotion(**way)}, increments=next(iter(n), None)) for name, way, *n in steps
+        ), **given,
+    )  # fmt: skip
+
+
 # ---------------------------------------------------------------------------------------- (1) a layer is the plane problem
 
 
@@ -45,18 +60,18 @@ def test_a_layer_of_bricks_is_the_problem_in_plane_strain(kinematics, enforcemen
     """
     n, size, thickness = (6, 3), (2.0, 1.0), 0.7
     X, cells, top = bricks((*n, 1), (*size, thickness))
-    problem = BricksUnderPlane(
+    problem = under_plane(
         X, cells, SWIFT, top, (1.0, 1.0, 0.3), (0.0, -1.0, 0.0),
         {"bottom": (where(X[:, 1] == 0.0), "xy"), "sides": (np.arange(len(X)), "z")},
-        (PlaneStep("press", {"y": -0.05}, 4), PlaneStep("push", {"x": 0.04}, 6)),
-        pr.Coulomb(0.3), enforcement, "h8", kinematics,
+        (("press", {"y": -0.05}, 4), ("push", {"x": 0.04}, 6)),
+        pr.Coulomb(0.3), enforcement, element="h8", kinematics=kinematics,
     )  # fmt: skip
     plane = pressed_block(
         stroke(-0.05, increments=4), pr.Step("push", move={"t": pr.Motion(x=0.04)}, increments=6), material=SWIFT,
         size=size, n=n, element="q4", friction=pr.Coulomb(0.3), enforcement=enforcement, kinematics=kinematics,
         thickness=thickness,
     )  # fmt: skip
-    spatial, two = list(solve(discretise_bricks(problem))), list(pr.solve(plane))
+    spatial, two = list(pr.solve(problem)), list(pr.solve(plane))
     assert len(spatial) == len(two) == 10
     seen: set[int] = set()
     largest = max(max(abs(b.force("t").x), abs(b.force("t").y)) for b in two)
@@ -78,11 +93,11 @@ def test_a_layer_of_bricks_is_the_problem_in_plane_strain(kinematics, enforcemen
 def test_bricks_press_in_what_elements_of_the_plane_do(deep, edges):
     """Their depth, and two edges at most, as under points of the plane."""
     X, cells, top = bricks((6, 3, 1), (3.0, 1.5 * deep, 0.7))
-    problem = BricksUnderPlane(
+    problem = under_plane(
         X, cells, SWIFT, top, (1.0, 2.0 * deep, 0.3), (0.0, -1.0, 0.0), {"bottom": (where(X[:, 1] == 0.0), "xyz")},
-        (PlaneStep("press", {"y": -0.05}, 4),),
+        (("press", {"y": -0.05}, 4),),
     )  # fmt: skip
-    (s,) = discretise_bricks(problem).surfaces
+    (s,) = pr.discretise(problem).surfaces
     assert np.allclose(s.points.depth, 0.5 * deep)
     assert np.allclose(s.unit, s.modulus / (0.5 * edges))
 
@@ -92,11 +107,11 @@ def test_an_upset_cube_converges_quadratically_and_balances():
     """An eighth of a plastic cube under the plane with friction: contact forces, tool and supports agree to 1e-9."""
     X, cells, top = bricks((4, 4, 4), (1.0, 1.0, 1.0))
     supports = {name: (where(X[:, k] == 0.0), name) for k, name in enumerate("xyz")}
-    problem = BricksUnderPlane(
-        X, cells, SWIFT, top, (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), supports, (PlaneStep("press", {"y": -0.2}, 8),),
+    problem = under_plane(
+        X, cells, SWIFT, top, (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), supports, (("press", {"y": -0.2}, 8),),
         pr.Coulomb(0.2),
     )  # fmt: skip
-    increments = list(solve(discretise_bricks(problem), pr.Numerics(tolerance=1e-11, reuse_factors=False)))
+    increments = list(pr.solve(problem, pr.Numerics(tolerance=1e-11, reuse_factors=False)))
     assert len(increments) == 8
     for inc in increments:
         assert inc.statistics.cutbacks == 0
@@ -125,11 +140,11 @@ def test_the_tangent_is_the_derivative_in_stick_slip_and_open(enforcement):
     X, cells, top = bricks((4, 2, 4), (2.0, 1.0, 2.0))
     rng = np.random.default_rng(4)
     X = X + 0.03 * rng.normal(size=X.shape)
-    problem = BricksUnderPlane(
+    problem = under_plane(
         X, cells, SWIFT, top, (1.0, 1.0, 1.0), (0.2, -1.0, 0.1), {"bottom": (where(X[:, 1] < 0.2), "xyz")},
-        (PlaneStep("press", {"y": -0.1}),), pr.Coulomb(0.005), enforcement,
+        (("press", {"y": -0.1}),), pr.Coulomb(0.005), enforcement,
     )  # fmt: skip
-    system = discretise_bricks(problem)
+    system = pr.discretise(problem)
     state, tool = system.initial(), system.dofs.tool.dofs(0)
     plan = plan_step(system, 0, state.u)
     # a first random increment gives the body and the contact a history
@@ -183,11 +198,11 @@ def test_a_skew_patch_has_uniform_pressure(element):
     inside = (X > 0.0) & (X < 1.0)
     X = X + 0.06 * rng.uniform(-1, 1, size=X.shape) * inside  # nodes of a face stay in it
     supports = {name: (where(X[:, k] == 0.0), name) for k, name in enumerate("xyz")}
-    problem = BricksUnderPlane(
+    problem = under_plane(
         X, cells, pr.Elastic(1000.0, 0.3), top, (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), supports,
-        (PlaneStep("press", {"y": -0.05}, 2),), enforcement=pr.Penalty(k_n=1e5), element=element,
+        (("press", {"y": -0.05}, 2),), enforcement=pr.Penalty(k_n=1e5), element=element,
     )  # fmt: skip
-    *_, inc = solve(discretise_bricks(problem))
+    *_, inc = pr.solve(problem)
     (contact,) = inc.contacts.values()
     # the law acts on areas of the start of the increment; the stretch of the surface is uniform
     p = contact.pressure
@@ -202,11 +217,11 @@ def test_friction_is_the_same_in_all_directions_of_the_plane(angle):
     """A block held on its bottom, pushed along 30 degrees: the force on the tool is along it, and |t| = mu p at every node."""
     X, cells, top = bricks((2, 1, 2), (1.0, 0.5, 1.0))
     way = np.array([np.cos(np.radians(angle)), 0.0, np.sin(np.radians(angle))])
-    problem = BricksUnderPlane(
+    problem = under_plane(
         X, cells, pr.Elastic(1000.0, 0.0), top, (0.0, 0.5, 0.0), (0.0, -1.0, 0.0), {"all": (np.arange(len(X)), "xyz")},
-        (PlaneStep("press", {"y": -0.001}, 1), PlaneStep("push", {"x": 0.3 * way[0], "z": 0.3 * way[2]}, 5)), pr.Coulomb(0.25),
+        (("press", {"y": -0.001}, 1), ("push", {"x": 0.3 * way[0], "z": 0.3 * way[2]}, 5)), pr.Coulomb(0.25),
     )  # fmt: skip
-    *_, inc = solve(discretise_bricks(problem))
+    *_, inc = pr.solve(problem)
     (contact,) = inc.contacts.values()
     f = np.array(inc.force("plane")[:3])
     assert np.allclose(f - [0.0, f[1], 0.0], -0.25 * f[1] * way, rtol=0, atol=1e-12 * f[1])
@@ -220,14 +235,14 @@ def test_a_run_in_space_is_continued_from_its_arrays_bit_for_bit():
     from prensa.system.state import State
 
     X, cells, top = bricks((3, 2, 2), (1.0, 1.0, 1.0))
-    problem = BricksUnderPlane(
+    problem = under_plane(
         X, cells, SWIFT, top, (0.0, 1.0, 0.0), (0.1, -1.0, 0.0), {"bottom": (where(X[:, 1] == 0.0), "xyz")},
-        (PlaneStep("press", {"y": -0.06}, 3), PlaneStep("push", {"x": 0.02, "z": 0.01}, 3)), pr.Coulomb(0.2),
+        (("press", {"y": -0.06}, 3), ("push", {"x": 0.02, "z": 0.01}, 3)), pr.Coulomb(0.2),
     )  # fmt: skip
-    states = [inc.state for inc in solve(discretise_bricks(problem))]
+    states = [inc.state for inc in pr.solve(problem)]
     assert states[2].contact.traction.shape == (12, 2)
     again = State.from_arrays(states[2].arrays())
-    rest = [inc.state for inc in solve(discretise_bricks(problem), start=again)]
+    rest = [inc.state for inc in pr.solve(problem, start=again)]
     assert len(rest) == len(states) - 3
     for a, b in zip(rest, states[3:], strict=True):
         x, y = a.arrays(), b.arrays()
@@ -240,15 +255,96 @@ def test_a_run_in_space_is_continued_from_its_arrays_bit_for_bit():
     [
         ({"enforcement": pr.Exact()}, "'penalty' or 'augmented'"),
         ({"friction": pr.Shear(0.4, k=20.0)}, "proportional to the pressure"),
-        ({"steps": (PlaneStep("turn", {"rx": 0.1}),)}, "moves along x, y and z, not rx"),
-        ({"surface": np.array([[0, 1, 2, 5]])}, "face 0 of the contact surface"),
+        ({"steps": (("turn", {"rz": 0.1}),)}, "tools do not turn in space yet"),
+        ({"normal": (0.0, -1.0)}, "normal has 2 components; solid has 3"),
+        ({"element": "q4"}, "'q4' is an element of the plane"),
+        ({"loads": {"body.surface": pr.Load(pressure=1.0)}}, "'loads' is not there in space yet"),
+        ({"thickness": 2.0}, "no thickness"),
+        ({"top": np.array([[0, 1, 2, 5]])}, "no face on the outside"),
     ],
 )
-def test_what_the_slice_does_not_have_is_refused(change, words):
-    """Exact enforcement, laws with a yield stress, turning planes and faces inside the body are named."""
+def test_what_is_not_there_in_space_yet_is_refused(change, words):
+    """Exact enforcement, laws with a yield stress, turning planes, loads, elements of the plane, faces inside are named."""
     X, cells, top = bricks((2, 1, 1), (1.0, 1.0, 1.0))
-    problem = BricksUnderPlane(
-        X, cells, SWIFT, top, (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), {}, (PlaneStep("press", {"y": -0.1}),)
-    )
+    given = {
+        "top": top, "at": (0.0, 1.0, 0.0), "normal": (0.0, -1.0, 0.0), "supports": {}, "steps": (("press", {"y": -0.1}),),
+    } | change  # fmt: skip
     with pytest.raises(PrensaError, match=words):
-        discretise_bricks(replace(problem, **change))
+        pr.discretise(under_plane(X, cells, SWIFT, **given))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"bodies": {"b": pr.Body(pr.Box((1.0, 1.0, 1.0), (1, 1, 1)), SWIFT)}}, "bricks need 'space: solid'"),
+        ({"fixed": {"b.bottom": pr.SpatialFixed(z="held")}}, "z is an axis of 'space: solid'"),
+        (
+            {"tools": {"t": pr.Plane(normal=(0.0, -1.0, 0.0), at=(0.0, 1.0, 0.0))}},
+            "at has 3 components; plane strain has 2",
+        ),
+    ],
+)
+def test_what_is_of_space_is_refused_in_the_plane(change, words):
+    """Bricks, supports along z and places in space."""
+    given = {
+        "bodies": {"b": pr.Body(pr.Rectangle((1.0, 1.0), (1, 1)), SWIFT)}, "tools": {"t": pr.Plane(touching="b.top")},
+        "steps": (pr.Step("press"),),
+    } | change  # fmt: skip
+    with pytest.raises(PrensaError, match=words):
+        pr.Problem("plane", **given)
+
+
+def test_a_box_is_graded_towards_a_place():
+    """Sizes of a box shrink towards a corner; sides are those across the axes, seen from outside."""
+    from prensa.mesh.generate import mesh_of
+
+    mesh = mesh_of(pr.Box((2.0, 1.0, 3.0), (4, 2, 5), origin=(1.0, 0.0, 0.0), toward=(1.0, 1.0, 0.0), ratio=4.0), 8)
+    x = np.unique(mesh.points[:, 0])
+    assert (x[0], x[-1]) == (1.0, 3.0)
+    assert (np.diff(np.diff(x)) > 0).all()
+    assert {name: len(faces) for name, faces in mesh.edges.items()} == {
+        "left": 10, "right": 10, "bottom": 20, "top": 20, "back": 8, "front": 8,
+    }  # fmt: skip
+    for name, axis, sign in (
+        ("left", 0, -1),
+        ("right", 0, 1),
+        ("bottom", 1, -1),
+        ("top", 1, 1),
+        ("back", 2, -1),
+        ("front", 2, 1),
+    ):
+        a, b, c, d = mesh.points[mesh.edges[name].T]
+        assert (sign * np.cross(c - a, d - b)[:, axis] > 0).all()
+
+
+FILE = """
+name: bricks
+space: solid
+bodies:
+  b:
+    mesh: {type: box, size: [1, 1, 1], n: [2, 2, 2]}
+    material: {type: elastic, E: 1000, nu: 0.3}
+tools:
+  t: {type: plane, normal: [0, -1, 0], at: [0, 1, 0]}
+contacts:
+  - {surface: b.top, against: t}
+fixed:
+  b.bottom: {x: held, y: held}
+steps:
+  - name: press
+    move: {t: {y: -0.1}}
+"""
+
+
+def test_a_case_file_cannot_say_it_yet():
+    """Each place of a file that speaks of space is refused with its line; z is no key of it at all."""
+    from prensa.model.schema import loads
+
+    with pytest.raises(pr.CaseError) as caught:
+        loads(FILE, "bricks.yaml")
+    said = str(caught.value).splitlines()
+    places = ["3:8", "6:5", "9:20", "9:40"]
+    assert [line.partition(": ")[0] for line in said] == [f"bricks.yaml:{place}" for place in places]
+    assert all("is described in Python alone so far" in line for line in said)
+    with pytest.raises(pr.CaseError, match="unknown key 'z'"):
+        loads(FILE.replace("y: -0.1}}", "z: -0.1}}"))

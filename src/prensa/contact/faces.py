@@ -7,7 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
+from prensa.contact.integration import SPREAD
 from prensa.contact.rules.nodal import Nodal
+from prensa.mesh.bricks import bricks_behind
 from prensa.types import Array, Flags, Index
 
 _PLACE = 1.0 / 3.0**0.5
@@ -84,6 +86,14 @@ class FacePoints:
         """Flags of the points at the nodes (k,)."""
         return flags.copy()
 
+    def elements_behind(self, cells: Index) -> Index:
+        """Bricks (m,) of cells (e, 8) that the faces are sides of."""
+        return bricks_behind(self.faces, cells)
+
+    def node_normals(self, x: Array) -> Array:
+        """`normals`: the points are the nodes."""
+        return self.normals(x)
+
     def normals(self, x: Array) -> Array:
         """Outward unit normals (k, 3) at the nodes, weighted by the areas of the faces."""
         a = x[self.faces]
@@ -91,6 +101,25 @@ class FacePoints:
         out = np.zeros((len(self), 3))
         np.add.at(out, self.slots, n[:, None])
         return np.asarray(out / np.linalg.norm(out, axis=1)[:, None])
+
+
+def face_points(X: Array, cells: Index, faces: Index, volume: Array) -> FacePoints:
+    """Points at the nodes of faces (k, 4) of bricks cells (m, 8) of the initial volume (m,), at positions X (n, 3)."""
+    nodes = np.unique(faces)
+    return FacePoints(nodes, faces, *_depths(X, faces, volume[bricks_behind(faces, cells)], nodes))
+
+
+def _depths(X: Array, faces: Index, volume: Array, nodes: Index) -> tuple[Array, Array]:
+    """Means at the nodes (k,) of the size of elements into the body, volume (m,) over area, and of what of it a point presses in.
+
+    That is no more than `SPREAD` times the width of the face, its area over its longest side.
+    """
+    area, x, ends = face_measures(X[faces]).sum(axis=1), X[faces], faces.ravel()
+    longest = np.linalg.norm(np.roll(x, -1, axis=1) - x, axis=2).max(axis=1)
+    into = volume / area
+    sums = [np.bincount(ends, np.repeat(h, 4)) for h in (into, np.minimum(into, SPREAD * area / longest))]
+    depth, pressed = (total[nodes] / np.bincount(ends)[nodes] for total in sums)
+    return depth, pressed
 
 
 def face_measures(x: Array) -> Array:

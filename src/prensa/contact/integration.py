@@ -120,6 +120,18 @@ class Points:
         out[:, :, 0] += length[:, None] * N
         return np.asarray(2 * np.pi * s.factor[:, None, None] * out)
 
+    def elements_behind(self, cells: Index) -> Index:
+        """Elements (m,) of cells (e, a) that the edges are sides of."""
+        return behind(self.edges, cells)
+
+    def normals(self, x: Array) -> Array:
+        """`point_normals`."""
+        return point_normals(self, x)
+
+    def node_normals(self, x: Array) -> Array:
+        """`node_normals` of its nodes."""
+        return node_normals(x, self.nodes, self.edges)
+
     def tributary(self, x: Array) -> Array:
         """∫ N_A dΓ (n,) of the surface nodes on positions x of the whole system: the trapezoid-lumped mass, exact."""
         return self._areas(x, self.lumped, len(self.nodes))

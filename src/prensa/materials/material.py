@@ -56,12 +56,12 @@ class Material(Member, abstract=True):
     def law(self, kinematics: str, space: str = "plane strain") -> Law:
         """The law in ``small`` or ``finite`` kinematics.
 
-        ``plane stress``: with its adaptor; ``3d``: with the tensors of three dimensions; else those of the plane.
+        ``plane stress``: with its adaptor; ``solid``: with the tensors of three dimensions; else those of the plane.
         """
         from prensa.materials.plane_stress import PlaneStress
 
         finite = kinematics == "finite"
-        law = self.bulk_law(finite, layout=SPATIAL if space == "3d" else PLANE)
+        law = self.bulk_law(finite, layout=SPATIAL if space == "solid" else PLANE)
         return PlaneStress(law, finite) if space == "plane stress" else law
 
     def bulk_law(self, finite: bool, **tensors: Any) -> Law:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from prensa.mesh import blocks
+from prensa.mesh import blocks, bricks
 from prensa.mesh.convert import Draft, draft_of, mesh_from_draft, nodes_of
 from prensa.mesh.mesh import Mesh, MeshError, boundary_edges, edges_between
 from prensa.mesh.spacing import graded
@@ -140,4 +140,8 @@ def mesh_of(description: Any, element: str | int = "q4", unit: str = "mm", besid
             return mesh_from_draft(outlined(description), nodes, beside)
         case model.Patch():
             return mesh_from_draft(blocks.patch(description), nodes, beside)
+        case model.Box():
+            return bricks.box(description)
+        case model.Bricks():
+            return bricks.from_arrays(description)
     raise TypeError(f"unknown mesh {description!r}")

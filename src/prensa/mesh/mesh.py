@@ -62,8 +62,11 @@ class Mesh:
                 f"{f'{written!r}: ' * bool(written)}unknown boundary {name!r}{suggest(name, [*self.edges, *self.corners])}"
             )
         if name not in self._walked:
-            self._walked[name] = ordered_nodes(self.edges[name])
+            self._walked[name] = self._along(name)
         return self._walked[name].copy()
+
+    def _along(self, name: str) -> Index:
+        return ordered_nodes(self.edges[name])
 
     @cached_property
     def _walked(self) -> dict[str, Index]:

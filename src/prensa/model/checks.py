@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from prensa.model import crank, feed, until
+from prensa.model import crank, feed, space, until
 from prensa.model.names import SYMMETRY, Finding, suggest
 from prensa.model.remeshing import remeshing_of
 from prensa.registry import DOORS
@@ -31,6 +31,7 @@ def find(p: Any) -> Iterator[Finding]:
     if not p.steps:
         yield Finding(("steps",), "at least one step is needed")
     yield from _whole(p)
+    yield from space.findings(p)
     yield from _remeshing(p)
     for key, tool in p.tools.items():
         if tool is not None:
@@ -154,8 +155,10 @@ def _boundaries(body: Any) -> list[str]:
         case "annulus":
             ends = ["start", "end", "inner-start", "outer-start", "inner-end", "outer-end"]
             return ["inner", "outer", *(ends if mesh.angles[1] - mesh.angles[0] < 6.283185 else ends[2:4])]
-        case "points":
+        case "points" | "bricks":
             return list(mesh.boundaries)
+        case "box":
+            return ["left", "right", "bottom", "top", "back", "front"]
         case "outline":
             holes = [f"hole-{k + 1}" for k in range(len(mesh.holes))]
             return [*dict.fromkeys(mesh.sides or ("outline",)), *holes]
@@ -422,6 +425,6 @@ def _boundary_moved(p: Any, step: Any, path: tuple[str | int, ...], motion: Any)
     if motion.rz is not None:
         yield Finding((*path, "rz"), f"{name!r} is a boundary, which has no rotation; give x or y", at_key=True)
     support = step.fixed.get(name)
-    for axis in ("x", "y"):
-        if getattr(motion, axis) is not None and getattr(support, axis, None) is not None:
+    for axis in ("x", "y", "z"):
+        if getattr(motion, axis, None) is not None and getattr(support, axis, None) is not None:
             yield Finding((*path, axis), f"{axis} of {name!r} is given by 'fixed' and by 'by'; keep one", at_key=True)

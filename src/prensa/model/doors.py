@@ -58,7 +58,7 @@ def name_of(kind: str) -> Any:
     door = DOORS[kind]
 
     def check(value: Any, info: ValidationInfo) -> Any:
-        if not isinstance(value, str) or (value in door.members() and getattr(door.find(value), "offered", True)):
+        if not isinstance(value, str) or value in door.members():
             return value
         if ":" not in value:
             known = [repr(name) for name in NameOf(kind).names]

@@ -15,7 +15,8 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator,
 from pydantic.dataclasses import dataclass
 
 from prensa.errors import CaseError, Mark, Mistake
-from prensa.model.units import Angle, BodyForce, Displacement, Force, Moment, Number, Pressure, SpringStiffness
+from prensa.model.python_alone import PythonAlone
+from prensa.model.units import Angle, BodyForce, Displacement, Force, Length, Moment, Number, Pressure, SpringStiffness
 
 _FROZEN = ConfigDict(extra="forbid", arbitrary_types_allowed=False, allow_inf_nan=False)
 _T = TypeVar("_T")
@@ -66,6 +67,30 @@ def described(cls: type[_T]) -> type[_T]:
 def as_names(value: Any) -> Any:
     """Accept one name for a list of one."""
     return (value,) if isinstance(value, str) else tuple(value) if isinstance(value, list) else value
+
+
+# -------------------------------------------------------------------------------------------------- vectors and places
+def _space_of(value: Any) -> str:
+    return "solid" if isinstance(value, list | tuple) and len(value) == 3 else "plane"
+
+
+def vector_of(number: Any) -> Any:
+    """Type of two components in the plane, three in space."""
+    return Annotated[
+        Annotated[tuple[number, number], Tag("plane")] | Annotated[tuple[number, number, number], Tag("solid")],
+        Discriminator(_space_of),
+    ]
+
+
+IN_SPACE = PythonAlone(lambda value: len(value) == 3)
+"""Marks a vector whose three components a case file may not have yet."""
+
+if TYPE_CHECKING:
+    Position: TypeAlias = tuple[float, float] | tuple[float, float, float]
+    Direction: TypeAlias = Position
+else:
+    Position = Annotated[vector_of(Length), IN_SPACE]
+    Direction = Annotated[vector_of(Number), IN_SPACE]
 
 
 # --------------------------------------------------------------------------------------------- time-dependent values

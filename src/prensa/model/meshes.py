@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import field
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
@@ -367,4 +367,41 @@ class File:
         return self
 
 
-Mesh = Annotated[Rectangle | Strip | Wire | Disc | Annulus | Patch | Outline | Points | File, Field(discriminator="type")]
+@described
+class Box:
+    """Structured box of bricks, in space: ``size``, ``origin`` (least corner) and ``n`` elements along x, y and z.
+
+    ``toward``: a place in it towards which elements shrink, in the ratio ``ratio`` (largest over smallest size along an axis).
+    Boundaries: ``left`` and ``right`` across x, ``bottom`` and ``top`` across y, ``back`` and ``front`` across z.
+    """
+
+    size: tuple[Annotated[Length, Field(gt=0)], Annotated[Length, Field(gt=0)], Annotated[Length, Field(gt=0)]]
+    n: tuple[Annotated[Whole, Field(ge=1)], Annotated[Whole, Field(ge=1)], Annotated[Whole, Field(ge=1)]]
+    origin: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+    toward: tuple[Length, Length, Length] | None = None
+    ratio: Annotated[Number, Field(ge=1)] = 8.0
+    type: Literal["box"] = "box"
+
+    offered: ClassVar[bool] = False
+
+
+@described
+class Bricks:
+    """Mesh in space given by its arrays: ``points`` (n, 3), ``cells`` (m, 8), ``boundaries`` name → node list.
+
+    Cells list their nodes counter-clockwise seen from above, the lower four first. A boundary is the set of element faces on
+    the outside whose four nodes are in the list; a list of one node is a point.
+    """
+
+    points: tuple[tuple[Length, Length, Length], ...]
+    cells: tuple[tuple[int, int, int, int, int, int, int, int], ...]
+    boundaries: Mapping[str, tuple[int, ...]]
+    type: Literal["bricks"] = "bricks"
+
+    offered: ClassVar[bool] = False
+
+
+Mesh = Annotated[
+    Rectangle | Strip | Wire | Disc | Annulus | Patch | Outline | Points | File | Box | Bricks,
+    Field(discriminator="type"),
+]

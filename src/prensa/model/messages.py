@@ -9,7 +9,8 @@ from typing import Any
 from prensa.errors import Mistake, shown
 from prensa.model.checks import FindingsError
 from prensa.model.names import Finding, meant, of_the_trade, suggest
-from prensa.model.places import Place, Root, expected, fields_of, follow, is_names, tags
+from prensa.model.places import Place, Root, bare, expected, fields_of, follow, is_names, offered
+from prensa.model.python_alone import PythonAlone
 
 MOST = 200  # errors that are explained: a table in the wrong place has thousands
 _BOUNDS = {
@@ -104,7 +105,7 @@ def _missing(place: Place, above: Place) -> Mistake:
 
 
 def _type(place: Place, tag: Any) -> Mistake:
-    known = list(tags(place.kind))
+    known = offered(place.kind)
     if tag is None:
         return Mistake(place.mark(), f"{place.label} needs a 'type'; known: {', '.join(map(repr, known))}")
     written = place.node.value.get("type") if place.node is not None and isinstance(place.node.value, dict) else None
@@ -126,6 +127,8 @@ def _noun(place: Place) -> str:
 def _choice(error: Any, place: Place, above: Place) -> Mistake:
     value, key = error["input"], place.path[-1]
     words = error["ctx"]["expected"].replace(" or ", ", ").replace("'", "").split(", ")
+    alone = [m for m in bare(place.kind)[1] if isinstance(m, PythonAlone)]
+    words = [w for w in words if not any(m.when(w) for m in alone)]
     options = [w.lower() if w in ("True", "False") else w for w in words if w]
     if not isinstance(value, str):
         return Mistake(place.mark(), _wrong(error, place))

@@ -74,6 +74,11 @@ def tags(annotation: Any) -> dict[str, Any]:
     return {_tag(m): m for m in members(annotation)}
 
 
+def offered(annotation: Any) -> list[str]:
+    """Those of the `tags` that a file may give."""
+    return [tag for tag, member in tags(annotation).items() if getattr(bare(member)[0], "offered", True)]
+
+
 def _tag(member: Any) -> str:
     kind, meta = bare(member)
     return next((m.tag for m in meta if isinstance(m, Tag)), None) or str(type_name(kind))
@@ -259,7 +264,9 @@ def _expected_of_union(annotation: Any) -> str:
         return "a length or a list with one for each point"
     if "grade" in named:
         return "the name of an edge or a corner, or a mapping with x, y and ratio"
-    return f"a mapping with 'type' ({_listed(list(named), 'or')})"
+    if "solid" in named:
+        return expected(named["plane"])
+    return f"a mapping with 'type' ({_listed(offered(annotation), 'or')})"
 
 
 def _listed(words: list[str], last: str = "and") -> str:

@@ -48,6 +48,7 @@ from prensa.model.meshes import (
     Strip,
     Wire,
 )
+from prensa.model.python_alone import PythonAlone
 from prensa.model.remeshing import Remesh, RemeshValue, Sizes, When
 from prensa.model.units import (
     Displacement,
@@ -110,7 +111,7 @@ class Body:
 
     def element_in(self, space: str) -> str:
         """Name of the element in a problem of that ``space``, the default filled in."""
-        return self.element or ("q4" if space == "plane stress" else "q4_fbar")
+        return self.element or {"plane stress": "q4", "solid": "h8_fbar"}.get(space, "q4_fbar")
 
 
 # ---------------------------------------------------------------------------------------------------------- friction
@@ -380,11 +381,12 @@ class Problem:
     ``name`` stands in pictures and tables. ``bodies`` deform, ``tools`` are rigid, ``steps`` say one after the other what
     happens; all three, and ``contacts``, ``ties``, ``fixed`` (supports) and ``loads``, are described below. ``friction`` is
     that of all contacts which have none of their own. ``units``: the system of all numbers. ``start``: an earlier run that
-    this one continues. ``space``: ``plane strain``, ``plane stress`` or ``axisymmetric`` (x is the radius, y the axis); plane
-    problems have ``thickness``, in plane stress the initial one; axisymmetric ones have none. ``kinematics``: ``finite``
-    (updated Lagrangian) or ``small``. ``contact_geometry``: ``current`` (moved surface, true tool normal) or ``reference``
-    (gap on the undeformed surface along its own normal: linear Signorini). ``allow_large_strain``: what ``small`` gives where
-    strains or rotations are beyond 0.1, which is refused otherwise. ``body_force``: force per volume ρb on each body.
+    this one continues. ``space``: ``plane strain``, ``plane stress`` or ``axisymmetric`` (x is the radius, y the axis); from
+    Python ``solid`` too, bodies in space. Plane problems have ``thickness``, in plane stress the initial one; axisymmetric
+    ones have none. ``kinematics``: ``finite`` (updated Lagrangian) or ``small``. ``contact_geometry``: ``current`` (moved
+    surface, true tool normal) or ``reference`` (gap on the undeformed surface along its own normal: linear Signorini).
+    ``allow_large_strain``: what ``small`` gives where strains or rotations are beyond 0.1, which is refused otherwise.
+    ``body_force``: force per volume ρb on each body.
     ``contacts`` left out (or empty): every tool against the outline of every body; ``no_contact``: what tools may go through.
     ``stabilise``: viscous forces on the velocities of the nodes carry bodies over limit points, where they snap or buckle:
     ``auto``, or the share of the work that they may dissipate (``auto``: 2e-4); ``off`` without. What they do dissipate is in
@@ -404,7 +406,9 @@ class Problem:
     loads: Mapping[str, Load] = field(default_factory=dict)
     body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
     friction: Friction | None = None
-    space: Literal["plane strain", "plane stress", "axisymmetric"] = "plane strain"
+    space: Annotated[
+        Literal["plane strain", "plane stress", "axisymmetric", "solid"], PythonAlone(lambda space: space == "solid")
+    ] = "plane strain"
     kinematics: Literal["finite", "small"] = "finite"
     contact_geometry: Literal["current", "reference"] = "current"
     allow_large_strain: bool = False

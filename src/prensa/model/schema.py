@@ -26,6 +26,7 @@ from prensa.model.overrides import override
 from prensa.model.places import SECTIONS, bare, hints, is_names, root
 from prensa.model.plausibility import warnings_of
 from prensa.model.problem import Case, Fixed, Problem, Units
+from prensa.model.python_alone import of_python_alone
 from prensa.model.units import Length
 
 __all__ = ["CaseError", "brief", "dump", "load", "loads", "warnings_of"]
@@ -102,6 +103,9 @@ def loads(
         raise CaseError(mistakes(errors, findings, start, known)) from None
     if known:
         raise CaseError(sorted(known))
+    # what `dump` wrote of a problem that a script described is read again
+    if bounded and (alone := tuple(of_python_alone(case.problem))):
+        raise CaseError(mistakes([], alone, start, []))
     object.__setattr__(case.problem, "stated", frozenset(data))
     return case
 

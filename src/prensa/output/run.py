@@ -85,6 +85,8 @@ def run(
     take("run", "case", case, Case, "give a Case: what load returns, or Case(problem)")
     take("run", "out", out, (str, PathLike, type(None)), "give the path of a folder or None")
     began = clocks.perf_counter()
+    if case.problem.space == "solid":
+        raise PrensaError("run: tables and pictures of bodies in space are not written yet; iterate over solve(problem)")
     system = discretise(case.problem)  # a case that cannot run leaves earlier results alone
     refuse(preflight(system))
     parse_all(case.problem)

@@ -114,7 +114,7 @@ def known(system: System) -> bool:
         p.space in ("axisymmetric", "plane strain")
         and p.kinematics == "finite"
         and p.contact_geometry == "current"
-        and system.ties is None and system.bodies is None and not system.more and not system.gone and system.plan_of is None
+        and system.ties is None and system.bodies is None and not system.more and not system.gone
         and all(_known_block(b) for b in system.blocks)
         and all(not s.sharp and s.description.enforcement.type in KNOWN_ENFORCEMENTS for s in system.surfaces)
     )  # fmt: skip

@@ -109,10 +109,11 @@ def _refuse_to_move(guard: Guard | None, d: Direction) -> None:
 
 def refuse(system: System, start: State | None, derivatives: Sequence[str]) -> None:
     """Refuse what has no derivative."""
-    if system.plan_of is not None or system.more:
+    if system.dofs.dimension != 2:
+        raise ArgumentError("derivatives: those of bodies in space are not there yet; leave 'derivatives' out")
+    if system.more:
         raise ArgumentError(
-            "derivatives: a system that is more than its description (of bricks, or with extensions) has no numbers to vary; "
-            "solve a Problem"
+            "derivatives: a system that is more than its description (with extensions) has no numbers to vary; solve a Problem"
         )
     augmented = [s.name for s in system.surfaces if s.description.enforcement.max_updates]
     if augmented:

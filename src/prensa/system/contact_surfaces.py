@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from prensa.mesh.bricks import BrickMesh
 from prensa.mesh.mesh import Mesh, MeshError, keys
 from prensa.model import problem as model
 from prensa.types import Array, Flags, Index
@@ -15,7 +16,7 @@ ON_TIE = 0.05  # distance over the length of an edge below which it lies on the 
 
 
 def contact_edges(problem: model.Problem, contact: model.Contact, meshes: dict[str, Mesh]) -> Index:
-    """Edges (k, 2|3) of a contact in node numbers of its body, body on the left.
+    """Edges (k, 2|3) of a contact in node numbers of its body, body on the left; in space faces (k, 4).
 
     Raises
     ------
@@ -26,9 +27,11 @@ def contact_edges(problem: model.Problem, contact: model.Contact, meshes: dict[s
     """
     body = contact.surface[0].partition(".")[0]
     mesh = meshes[body]
-    if contact.surface == (body,):
+    if contact.surface == (body,) and not isinstance(mesh, BrickMesh):
         return _rest_of_outline(problem, contact, body, meshes)
     edges = named_edges(mesh, contact.surface)
+    if isinstance(mesh, BrickMesh):
+        return edges
     for other in problem.contacts[: problem.contacts.index(contact)]:
         if other.against != contact.against or other.surface[0].partition(".")[0] != body or other.surface == (body,):
             continue

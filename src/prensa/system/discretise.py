@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
 from prensa.contact.cut import may_cut, with_neighbours
-from prensa.contact.integration import Points, behind, depth_of, node_normals, point_normals, points_of
+from prensa.contact.faces import face_points
+from prensa.contact.integration import Points, depth_of, points_of
 from prensa.contact.surface import Surface
 from prensa.elements.element import Mode, element_of
 from prensa.errors import PrensaError, take
 from prensa.layout import DofMap
 from prensa.materials.material import material_of
+from prensa.mesh.bricks import BrickMesh
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh, MeshError, ordered_nodes
 from prensa.mesh.thin import thin_way_up
@@ -91,7 +94,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
         pattern, slots = beside.pattern, [b.slots for b in beside.blocks]
     else:
         pattern = _pattern(cells, surfaces, dofs, more, _sets(problem, meshes, offsets, dofs, surfaces))
-        slots = [slots_of(cells[name], pattern, 2) for name in problem.bodies]
+        slots = [slots_of(cells[name], pattern, dofs.dimension) for name in problem.bodies]
     blocks = [_block(problem, name, cells[name], X, slot) for name, slot in zip(problem.bodies, slots)]
     system = System(problem, meshes, offsets, X, blocks, tools, surfaces, pattern, dofs, ties, more=more)
     for name in [*problem.fixed, *(k for s in problem.steps for k in (*s.fixed, *problem.driven(s)))]:
@@ -157,7 +160,7 @@ def on_meshes(system: System, remeshed: Remeshed) -> System:
     pattern = _pattern(cells, surfaces, dofs, (), _sets(problem, meshes, offsets, dofs, surfaces))
     blocks = [_block(problem, name, cells[name], x, slots_of(cells[name], pattern, 2)) for name in problem.bodies]
     made = System(
-        problem, meshes, offsets, x, blocks, system.tools, surfaces, pattern, dofs, plan_of=system.plan_of,
+        problem, meshes, offsets, x, blocks, system.tools, surfaces, pattern, dofs,
         first=system.first or system, mirrors=system.mirrors,
     )  # fmt: skip
     return with_origins(made, remeshed)
@@ -192,6 +195,11 @@ def _candidates(
     """Candidate points of a contact on its surface."""
     owner = contact.surface[0].partition(".")[0]
     mesh, edges = meshes[owner], contact_edges(problem, contact, meshes)
+    if isinstance(mesh, BrickMesh):
+        cells = mesh.cells + offsets[owner]
+        volume, _ = element_of(problem.bodies[owner].element_in(problem.space)).volumes(X[cells], _mode(problem))
+        # it answers as points on edges do, but for what there is in the plane alone
+        return cast(Points, face_points(X, cells, edges + offsets[owner], volume.sum(axis=1)))
     depth = depth_of(edges, mesh.cells, mesh.points)
     nodes, edges = ordered_nodes(edges) + offsets[owner], edges + offsets[owner]
     axisymmetric = problem.space == "axisymmetric"
@@ -208,7 +216,7 @@ def _dofs(problem: model.Problem, candidates: list[Points], nodes: int, extensio
     ]
     more += [(e.field, "node", nodes, e.components) for e in extensions]
     more += factor_field(any(step.control for step in problem.steps))
-    return DofMap(2, nodes, len(problem.tools), more)
+    return DofMap(3 if problem.space == "solid" else 2, nodes, len(problem.tools), more)
 
 
 def _surfaces(
@@ -228,8 +236,8 @@ def _surfaces(
         out.append(
             Surface(
                 contact.name, contact, owner, points, sum(len(s.points) for s in out), points.at(X),
-                dofs.stencils(points.support, master), point_normals(points, X), node_normals(X, points.nodes, points.edges),
-                law.modulus(), behind(points.edges - offsets[owner], meshes[owner].cells),
+                dofs.stencils(points.support, master), points.normals(X), points.node_normals(X), law.modulus(),
+                points.elements_behind(meshes[owner].cells + offsets[owner]),
                 dofs.fields[contact.name] if contact.enforcement.has_multipliers else None,
             )
         )  # fmt: skip
@@ -295,9 +303,8 @@ def _joined_alike(system: System, cells: Mapping[str, Index], surfaces: Sequence
 
 def _block(problem: model.Problem, name: str, cells: Index, X: Array, slot: Slots) -> Block:
     """The elements of a body."""
-    body, axisymmetric = problem.bodies[name], problem.space == "axisymmetric"
+    body, mode = problem.bodies[name], _mode(problem)
     element = element_of(body.element_in(problem.space))
-    mode = Mode(axisymmetric, problem.kinematics == "finite", 2 * np.pi if axisymmetric else problem.thickness)
     volume, folded = element.volumes(X[cells], mode)
     if folded.any():
         e = int(np.argmax(folded))
@@ -308,6 +315,11 @@ def _block(problem: model.Problem, name: str, cells: Index, X: Array, slot: Slot
         )
     law = material_of(body.material, problem.kinematics, problem.space)
     return Block(name, cells, X[cells], law, element, mode, slot, volume)
+
+
+def _mode(problem: model.Problem) -> Mode:
+    axisymmetric = problem.space == "axisymmetric"
+    return Mode(axisymmetric, problem.kinematics == "finite", 2 * np.pi if axisymmetric else problem.thickness)
 
 
 def _refuse_edges_on_points(tool: PlacedTool, points: Points, X: Array, normal: Array) -> None:

@@ -10,6 +10,7 @@ from prensa.friction.fading import Fading, fading
 from prensa.friction.law import FrictionLaw
 from prensa.model import problem as model
 from prensa.model.seconds import duration_of
+from prensa.model.spatial import SPATIAL_AXES
 from prensa.system.control import FACTOR
 from prensa.system.minimal_supports import found_supports
 from prensa.system.schedule import (
@@ -59,8 +60,6 @@ def plan_step(system: System, number: int, step_start: Array, ends: Array | None
         If an unknown is prescribed twice with different values.
 
     """
-    if system.plan_of is not None:
-        return system.plan_of(system, number, step_start)
     p, step = system.problem, system.problem.steps[number]
     ended = Ends(ends)
     gone = model.tools_removed(p, number)
@@ -114,16 +113,15 @@ def _supports(p: model.Problem, number: int) -> dict[tuple[str, str], tuple[floa
     supports: dict[tuple[str, str], tuple[float | Table, int, bool]] = {}
     for k, source in [(-1, p.fixed), *[(i, s.fixed) for i, s in enumerate(p.steps[: number + 1])]]:
         for name, f in source.items():
-            if f.free:
-                supports.pop((name, "x"), None)
-                supports.pop((name, "y"), None)
-            for c in ("x", "y"):
-                if getattr(f, c) is not None:
-                    supports[(name, c)] = (getattr(f, c), max(k, 0), False)
+            for c in SPATIAL_AXES if f.free else ():
+                supports.pop((name, c), None)
+            for c in SPATIAL_AXES:
+                if (value := getattr(f, c, None)) is not None:
+                    supports[(name, c)] = (value, max(k, 0), False)
         for name, motion in p.driven(p.steps[k]).items() if k >= 0 else ():
-            for c in ("x", "y"):
-                if getattr(motion, c) is not None:
-                    supports[(name, c)] = (getattr(motion, c), k, True)
+            for c in SPATIAL_AXES:
+                if (way := getattr(motion, c, None)) is not None:
+                    supports[(name, c)] = (way, k, True)
         for name, feed in p.steps[k].feed.items() if 0 <= k < number else ():
             supports.pop((name, feed.axis), None)  # nothing holds what was fed
     return supports

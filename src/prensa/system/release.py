@@ -106,7 +106,7 @@ def _rolling(system: System, state: State, plan: StepPlan) -> list[int]:
 
     Such a tool was held for want of a word; the moment that it has belongs to the points that it leaves behind as it rolls.
     """
-    if system.dofs.dimension != 2 or system.plan_of is not None:
+    if system.dofs.dimension != 2:
         return []
     now, earlier = system.problem.steps[plan.number], system.problem.steps[: plan.number]
     way = np.zeros(system.ndof)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol, Unpack
@@ -101,7 +101,7 @@ class BodyForces(Protocol):
 
 @dataclass
 class System:
-    """The discretised problem. ``plan_of`` (system, step, start of the step) → plan of a step, if the description has none.
+    """The discretised problem.
 
     ``gone``: whether its tools are, and ``removed`` the contacts that they had; their rows in the state stay. ``first``: the
     system on the meshes of the description, where this one is on others. ``mirrors``: how many of its tools, the last ones, stand
@@ -121,7 +121,6 @@ class System:
     beginning: State | None = None
     bodies: BodyForces | None = None
     more: Sequence[Interaction] = ()
-    plan_of: Callable[[System, int, Array], StepPlan] | None = None
     gone: bool = False
     removed: Sequence[Surface] = ()
     first: System | None = None

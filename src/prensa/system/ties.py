@@ -15,6 +15,7 @@ from scipy.sparse import block_diag, coo_matrix, csr_matrix, identity
 from prensa.layout import DofMap
 from prensa.mesh.mesh import COINCIDENT, Mesh, MeshError
 from prensa.model import problem as model
+from prensa.model.spatial import SPATIAL_AXES
 from prensa.system.mortar import Side, combinations, integrals
 from prensa.types import Array, Flags, Index
 
@@ -114,13 +115,13 @@ def make_ties(
 def held_components(
     problem: model.Problem, meshes: dict[str, Mesh], offsets: dict[str, int], X: Array
 ) -> Flags:
-    """Components (n, 2) that a support or the axis of revolution prescribes at some time."""
-    held = np.zeros((len(X), 2), dtype=bool)
+    """Components (n, d) that a support or the axis of revolution prescribes at some time."""
+    held = np.zeros(X.shape, dtype=bool)
     for source in (problem.fixed, *(source for s in problem.steps for source in (s.fixed, problem.driven(s)))):
         for name, support in source.items():
             body, _, edge = name.partition(".")
             nodes = meshes[body].nodes(edge, name) + offsets[body]
-            held[nodes] |= [support.x is not None, support.y is not None]
+            held[nodes] |= [getattr(support, c, None) is not None for c in SPATIAL_AXES[: X.shape[1]]]
     if problem.space == "axisymmetric":
         held[:, 0] |= X[:, 0] <= 1e-12 * float(np.ptp(X, axis=0).max())
     return held

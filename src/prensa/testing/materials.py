@@ -128,7 +128,7 @@ def _return_wrong(curve: FlowCurve, a: Array, rate: float, rng: np.random.Genera
 
 
 # ------------------------------------------------------------------------------------------------------------ materials
-LAW_SPACES = ("plane strain", "plane stress", "3d")  # axisymmetry has the law of plane strain
+LAW_SPACES = ("plane strain", "plane stress", "solid")  # axisymmetry has the law of plane strain
 
 
 def check_material(material: Material, *, strain: float = 0.03, dt: float = 0.1, seed: int = 0) -> None:
@@ -262,7 +262,7 @@ def _turned_wrong(
     law: Law, h: Array, old: Array, dt: float, base: Out, space: str, rng: np.random.Generator
 ) -> Iterator[str]:
     Q = np.eye(3)
-    if space == "3d":
+    if space == "solid":
         Q = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         Q *= np.linalg.det(Q)
     else:

@@ -22,7 +22,7 @@ class ToolError(PrensaError):
 
 @dataclass(frozen=True)
 class PlacedTool:
-    """A rigid body: its shape in the tool frame, initial reference point ``at`` (2,), and the face ``direction`` (2,)."""
+    """A rigid body: its shape in the tool frame, initial reference point ``at`` (d,), and the face ``direction`` (d,)."""
 
     name: str
     shape: Tool
@@ -67,7 +67,8 @@ def place(name: str, d: ToolShape, meshes: dict[str, Mesh], rounding: float = 0.
 
     """
     target = d.touching or d.above or d.below
-    outward = np.array([0.0, 1.0])
+    dimension = 2 if d.at is None else len(d.at)  # in space a place is given
+    outward = np.eye(dimension)[1]
     if target:
         body, _, edge = target.partition(".")
         mesh = meshes[body]
@@ -81,7 +82,7 @@ def place(name: str, d: ToolShape, meshes: dict[str, Mesh], rounding: float = 0.
         else:
             outward = side_of(name, target, mesh.points, mesh.edges[edge])
     direction = d.looks(outward)
-    at = np.array(d.at if d.at is not None else (0.0, 0.0), dtype=np.float64)
+    at = np.array(d.at if d.at is not None else np.zeros(dimension), dtype=np.float64)
     shape = d.shape(direction, rounding)
     if not target:
         return PlacedTool(name, shape, at, direction, d)

@@ -20,9 +20,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from prensa.model.doors import Member
-from prensa.model.fields import Springs
+from prensa.model.fields import Position, Springs
 from prensa.model.names import Finding
-from prensa.model.units import Length
 from prensa.tools.implicit import Implicit
 from prensa.types import Array
 
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
 
 
 COMMON: dict[str, Any] = {
-    "at": tuple[Length, Length] | None,
+    "at": Position | None,
     "touching": str | None,
     "above": str | None,
     "below": str | None,
@@ -52,11 +51,15 @@ class ToolShape(Member, abstract=True):
     """
 
     door: ClassVar[str] = "tool"
+    dimensions: ClassVar[tuple[int, ...]] = (2,)
+    """Dimensions of the spaces in which it has a shape."""
+    offered: ClassVar[bool] = True
+    """Whether a case file may name it."""
     direction_key: ClassVar[str] = ""
     """Key that says where the face looks; empty where the tool's frame never turns to look at a boundary."""
 
     if TYPE_CHECKING:  # added to each class behind its own fields, so that these come first
-        at: tuple[float, float] | None = field(default=None, kw_only=True)
+        at: Position | None = field(default=None, kw_only=True)
         touching: str | None = field(default=None, kw_only=True)
         above: str | None = field(default=None, kw_only=True)
         below: str | None = field(default=None, kw_only=True)
@@ -90,7 +93,7 @@ class ToolShape(Member, abstract=True):
         Parameters
         ----------
         direction
-            Unit vector (2,) in which the face looks.
+            Unit vector (d,) in which the face looks.
         rounding
             Radius (length) of corners that the description leaves to the program.
 
@@ -98,7 +101,7 @@ class ToolShape(Member, abstract=True):
         return self._implicit()
 
     def looks(self, outward: Array) -> Array:
-        """Unit vector (2,) in which the face looks, before a boundary with the outward normal (2,)."""
+        """Unit vector (d,) in which the face looks, before a boundary with the outward normal (d,)."""
         given = getattr(self, self.direction_key, None) if self.direction_key else None
         direction = np.array(given, dtype=np.float64) if given is not None else -outward
         return np.asarray(direction / np.linalg.norm(direction))
@@ -111,7 +114,7 @@ class ToolShape(Member, abstract=True):
     def _no_length(self, path: tuple[str | int, ...]) -> Iterator[Finding]:
         key = self.direction_key
         given = getattr(self, key, None) if key else None
-        if given is not None and given[0] == 0 and given[1] == 0:
+        if given is not None and not any(given):
             yield Finding((*path, key), f"the direction (0, 0) of '{key}' has no length; give a vector such as [0, 1]")
 
     def _along_axis(self, p: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:

@@ -94,7 +94,7 @@ def _jumps(system: System, plan: StepPlan) -> Iterator[str]:
     plan: with the true start of its step. What `motions` predicted, which knows it where nothing was driven by force,
     is left out.
     """
-    if system.plan_of is not None:  # the description has no tables
+    if system.dofs.dimension != 2:
         return
     here = dict(zip(plan.fixed.tolist(), plan.values(plan.t0).tolist()))
     missing = {int(dof): way for g in plan.groups for dof, way in zip(g.dofs, g.missing(plan.t0).tolist())}

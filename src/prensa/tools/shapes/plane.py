@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from prensa.geometry.outline import block
-from prensa.model.units import Number
+from prensa.model.fields import Direction
 from prensa.tools.analytic import Analytic, Closest
 from prensa.tools.tool import ToolShape
 from prensa.types import Array
@@ -19,14 +19,15 @@ __all__ = ["Plane"]
 class Plane(ToolShape):
     """Rigid half-space. ``normal``: outward normal (towards the bodies)."""
 
-    normal: tuple[Number, Number] | None = None
+    normal: Direction | None = None
     type: Literal["plane"] = "plane"
 
     direction_key: ClassVar[str] = "normal"
+    dimensions: ClassVar[tuple[int, ...]] = (2, 3)
 
     def shape(self, direction: Array, rounding: float = 0.0) -> HalfSpace:
-        """Half-space behind the line across the direction."""
-        return HalfSpace((float(direction[0]), float(direction[1])))
+        """Half-space behind the line, in space the plane, across the direction."""
+        return HalfSpace(tuple(direction.tolist()))
 
     def outline(self, depth: float) -> list[Array]:
         """Rectangle above y = 0."""
