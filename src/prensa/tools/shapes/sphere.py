@@ -1,0 +1,53 @@
+"""Rigid sphere in space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from prensa.model.units import Length
+from prensa.tools.analytic import Analytic, Closest
+from prensa.tools.tool import ToolShape
+from prensa.types import Array
+
+__all__ = ["Sphere"]
+
+
+class Sphere(ToolShape):
+    """Rigid sphere in space; the reference point is its centre. From Python alone so far."""
+
+    radius: Annotated[Length, Field(gt=0)]
+    type: Literal["sphere"] = "sphere"
+
+    dimensions: ClassVar[tuple[int, ...]] = (3,)
+    offered: ClassVar[bool] = False
+
+    def shape(self, direction: Array, rounding: float = 0.0) -> Ball:
+        """Ball about the reference point."""
+        return Ball(self.radius)
+
+    def face(self) -> tuple[float, str]:
+        """The radius."""
+        return self.radius, "radius"
+
+
+@dataclass(frozen=True)
+class Ball(Analytic):
+    """Ball of radius R about the reference point: g = |ξ| − R, n = ξ/|ξ|, ∂n/∂ξ = (I − n⊗n)/|ξ|."""
+
+    radius: float
+
+    @property
+    def extent(self) -> float:  # type: ignore[override]
+        """Radius."""
+        return self.radius
+
+    def closest(self, xi: Array) -> Closest:
+        """Points (k, 3) → `Closest`; the centre itself counts as below it."""
+        r = np.linalg.norm(xi, axis=1)
+        n = np.where((r > 0)[:, None], xi / np.where(r > 0, r, 1.0)[:, None], -np.eye(3)[1])
+        across = np.eye(3) - n[:, :, None] * n[:, None]
+        return Closest(r - self.radius, n, across / np.maximum(r, 1e-3 * self.radius)[:, None, None])
