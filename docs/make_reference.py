@@ -18,7 +18,7 @@ from prensa.model import problem as model
 from prensa.model import text
 from prensa.model.doors import NameOf
 from prensa.model.places import bare, hints, is_names, members, type_name
-from prensa.model.python_alone import PythonAlone
+from prensa.model.python_alone import PythonAlone, in_files
 from prensa.model.units import RATIO, Dimension
 from prensa.registry import public
 
@@ -113,8 +113,9 @@ def _described(cls: type) -> Iterator[str]:
     yield ""
     yield "| key | value | unit | default | example |"
     yield "|---|---|---|---|---|"
+    known = in_files(cls)
     for f in dataclasses.fields(cls):
-        if f.name != "type":
+        if f.name != "type" and f.name in known:
             annotation, at = hints(cls)[f.name], (cls.__name__, f.name)
             what = VALUES.get(at, "{}").format(value(annotation))
             cells = (
@@ -146,11 +147,11 @@ def undocumented() -> list[str]:
     """Keys that neither the docstring of their class nor the table of shared keys names."""
     shared = set(re.findall(r"`(\w+)`", "".join(row for row in OPENING.splitlines(True) if row.startswith("| `"))))
     return [
-        f"{cls.__name__}.{f.name}"
+        f"{cls.__name__}.{name}"
         for classes in SECTIONS.values()
         for cls in classes
-        for f in dataclasses.fields(cls)
-        if f.name not in {"type", *shared} and not re.search(rf"(?<!\w){f.name}(?!\w)", inspect.getdoc(cls) or "")
+        for name in in_files(cls)
+        if name not in {"type", *shared} and not re.search(rf"(?<!\w){name}(?!\w)", inspect.getdoc(cls) or "")
     ]
 
 

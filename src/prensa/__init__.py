@@ -14,6 +14,7 @@ _MODEL = (
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "Box": "prensa.model.meshes",
     "Bricks": "prensa.model.meshes",
+    "BodyContact": "prensa.model.problem",
     "SpatialFixed": "prensa.model.spatial",
     "SpatialMotion": "prensa.model.spatial",
     "load": "prensa.model.schema",

@@ -41,6 +41,7 @@ def find(p: Any) -> Iterator[Finding]:
     yield from _friction(p)
     yield from _measures(p)
     yield from _ties(p)
+    yield from _body_contacts(p)
     yield from _supports(p, p, ())
     seen: set[str] = set()
     for i, step in enumerate(p.steps):
@@ -298,6 +299,28 @@ def _ties(p: Any) -> Iterator[Finding]:
             yield from _boundary(p, getattr(tie, key), ("ties", i, key))
         if tie.slave.partition(".")[0] == tie.master.partition(".")[0]:
             yield Finding(("ties", i, "master"), "a tie joins two bodies; both sides are of the same one")
+
+
+def _body_contacts(p: Any) -> Iterator[Finding]:
+    """What contact between bodies cannot do yet."""
+    for i, c in enumerate(p.body_contacts):
+        path = ("body_contacts", i)
+        for key in ("slave", "master"):
+            yield from _boundary(p, getattr(c, key), (*path, key))
+        owners = [name.partition(".")[0] for name in (c.slave, c.master)]
+        if owners[0] == owners[1]:
+            yield Finding((*path, "master"), "it joins two bodies; contact of a body with itself is not there yet")
+        quadratic = [b for b in owners if b in p.bodies and DOORS["element"].find(p.bodies[b].element_in(p.space)).quadratic]  # type: ignore[attr-defined]
+        if quadratic:
+            yield Finding(path, f"sides of {quadratic[0]!r} have quadratic edges; contact between bodies needs straight ones")
+        if c.enforcement.type != "penalty":
+            yield Finding((*path, "enforcement"), "contact between bodies is enforced by 'penalty'")
+    if p.body_contacts and p.space != "plane strain":
+        yield Finding(("body_contacts",), "contact between bodies is there in plane strain alone yet")
+    if p.body_contacts and p.contact_geometry == "reference":
+        yield Finding(("contact_geometry",), "contact between bodies is on moved sides; use 'current'")
+    if p.body_contacts and remeshing_of(p) is not None:
+        yield _not_remeshed("sides in contact with other bodies are not carried over; use 'remesh: off'")
 
 
 def _supports(p: Any, owner: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:

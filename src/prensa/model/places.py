@@ -8,7 +8,7 @@ from __future__ import annotations
 import types
 import typing
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, is_dataclass
 from functools import lru_cache
 from typing import Annotated, Any, Literal
 
@@ -17,6 +17,7 @@ from pydantic.fields import FieldInfo
 
 from prensa.errors import Mark
 from prensa.model import problem as vocabulary
+from prensa.model.python_alone import in_files
 from prensa.model.text import Node
 from prensa.model.units import Dimension
 
@@ -101,7 +102,7 @@ def chosen(annotation: Any, node: Node | None) -> list[type]:
 
 def fields_of(annotation: Any, node: Node | None = None) -> list[str]:
     """Keys that a mapping at this place may have (none where the keys are names)."""
-    names = [f.name for c in chosen(annotation, node) for f in fields(c)]
+    names = [name for c in chosen(annotation, node) for name in in_files(c)]
     return list(dict.fromkeys(names))
 
 

@@ -48,7 +48,7 @@ from prensa.model.meshes import (
     Strip,
     Wire,
 )
-from prensa.model.python_alone import PythonAlone
+from prensa.model.python_alone import WHOLE, PythonAlone
 from prensa.model.remeshing import Remesh, RemeshValue, Sizes, When
 from prensa.model.units import (
     Displacement,
@@ -218,6 +218,26 @@ class Tie:
 
     slave: str
     master: str
+
+
+@described
+class BodyContact:
+    """Contact of two bodies along a side of each, without friction: they press on each other, slide, and open.
+
+    Gaps are weighted with the shape functions of the ``slave`` side, the finer or softer one (mortar method): a uniform pressure
+    goes through meshes that do not match. ``enforcement``: a `Penalty`, at E*/h of the softer side.
+    """
+
+    slave: str
+    master: str
+    enforcement: Enforcement = field(default_factory=_default_enforcement)
+
+    offered: ClassVar[bool] = False
+
+    @property
+    def name(self) -> str:
+        """``<slave>-<master>``."""
+        return f"{self.slave}-{self.master}"
 
 
 # -------------------------------------------------------------------------------------------------- motion and loads
@@ -402,6 +422,7 @@ class Problem:
     contacts: tuple[Contact, ...] = ()
     no_contact: tuple[NoContact, ...] = ()
     ties: tuple[Tie, ...] = ()
+    body_contacts: Annotated[tuple[BodyContact, ...], WHOLE] = ()
     fixed: Mapping[str, FixedValue] = field(default_factory=dict)
     loads: Mapping[str, Load] = field(default_factory=dict)
     body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)

@@ -24,6 +24,10 @@ class PythonAlone:
     when: Callable[[Any], bool]
 
 
+WHOLE = PythonAlone(lambda value: True)
+"""The field as a whole."""
+
+
 @lru_cache
 def marks(cls: Any) -> dict[str, PythonAlone]:
     """The marked fields of a class of the vocabulary."""
@@ -37,6 +41,11 @@ def _mark(hint: Any) -> PythonAlone | None:
         return next((m for m in hint.__metadata__ if isinstance(m, PythonAlone)), None) or _mark(hint.__origin__)
     options = typing.get_args(hint) if typing.get_origin(hint) in (typing.Union, types.UnionType) else ()
     return next((mark for option in options if (mark := _mark(option)) is not None), None)
+
+
+def in_files(cls: Any) -> list[str]:
+    """Fields of a class that a case file may have."""
+    return [f.name for f in dataclasses.fields(cls) if marks(cls).get(f.name) is not WHOLE]
 
 
 def of_python_alone(value: Any, path: tuple[str | int, ...] = ()) -> Iterator[Finding]:
@@ -55,7 +64,7 @@ def of_python_alone(value: Any, path: tuple[str | int, ...] = ()) -> Iterator[Fi
         for f in dataclasses.fields(value):
             given, mark = getattr(value, f.name), marked.get(f.name)
             if mark is not None and given != f.default and mark.when(given):
-                yield Finding((*path, f.name), f"{_shown(f.name, given)} {ALONE}")
+                yield Finding((*path, f.name), f"{f.name if mark is WHOLE else _shown(f.name, given)} {ALONE}")
             else:
                 yield from of_python_alone(given, (*path, f.name))
 

@@ -74,7 +74,7 @@ def stored_run(directory: Path) -> Stored:
 
     summary = read_summary(directory)
     placements = {t: Placement(tuple(p["at"]), tuple(p["direction"])) for t, p in summary.get("tools", {}).items()}
-    return Stored(directory, loads(summary["case"], SUMMARY), placements, summary["status"] == "completed")
+    return Stored(directory, loads(summary["case"], SUMMARY, bounded=False), placements, summary["status"] == "completed")
 
 
 def number(value: float, digits: int = 5) -> str:
@@ -118,7 +118,7 @@ def _library() -> str:
 def _tables(stored: Stored, summary: dict[str, Any]) -> dict[str, Any]:
     from prensa.model.schema import loads
 
-    case = loads(summary["case"], SUMMARY)
+    case = loads(summary["case"], SUMMARY, bounded=False)
     problem, history = case.problem, stored.history
     last = {k: v[-1] for k, v in history.items()} if len(history["time"]) else {}
     scale = max((abs(float(last[f"energy.{e}"])) for e in energies_of(problem)), default=0.0) if last else 0.0

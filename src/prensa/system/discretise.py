@@ -23,6 +23,7 @@ from prensa.mesh.thin import thin_way_up
 from prensa.model import problem as model
 from prensa.registry import DOORS
 from prensa.system.assembly import Block, Pattern, Slots, make_pattern, slots_of
+from prensa.system.body_contact import body_contacts
 from prensa.system.contact_surfaces import contact_edges
 from prensa.system.control import couplings, factor_field
 from prensa.system.interaction import Interaction
@@ -89,7 +90,8 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
         for surface in surfaces:
             _refuse_edges_on_points(named[surface.against], surface.points, surface.X, surface.normal)
     cells = {name: m.cells + offsets[name] if offsets[name] else m.cells for name, m in meshes.items()}
-    more = [i for e in extensions for i in e.interactions(dofs, X, cells)]
+    more: list[Interaction] = [i for e in extensions for i in e.interactions(dofs, X, cells)]
+    more += body_contacts(problem, meshes, offsets, dofs, X)
     if beside is not None and not more and _joined_alike(beside, cells, surfaces):
         pattern, slots = beside.pattern, [b.slots for b in beside.blocks]
     else:

@@ -47,11 +47,12 @@ def overlaps(system: System) -> Iterator[Overlap]:
 
 
 def neighbours(system: System) -> Iterator[Overlap]:
-    """Pairs of bodies without a tie of which one lies on the other along an edge at least, with the middle of such an edge."""
+    """Pairs of bodies that lie on one another along an edge at least, without tie or contact; the middle of such an edge."""
     x = system.positions(system.initial().u)
     outlines = [_outline(system, body, x) for body in system.meshes] if system.dofs.dimension == 2 else []
+    joined = [{s.partition(".")[0] for s in (c.slave, c.master)} for c in system.problem.body_contacts]
     for a, b in combinations(outlines, 2):
-        if b.body in system.tied_bodies(a.body):
+        if b.body in system.tied_bodies(a.body) or {a.body, b.body} in joined:
             continue
         for one, other in ((a, b), (b, a)):
             ends = one.points[one.edges]
