@@ -72,6 +72,7 @@ steps: [{name: press}]
         loads(text)
     box = "box, size: [1, 1, 1], n: [1, 1, 1]"
     spatial = text.replace("bodies:", "space: solid\nbodies:").replace("rectangle, size: [1, 1], n: [1, 1]", box)
-    spatial = spatial.replace("at: [0, 2]", "at: [0, 2, 0]").replace("steps:", "contacts: [{surface: b.top, against: ball}]\nsteps:")
+    spatial = spatial.replace("at: [0, 2]", "at: [0, 2, 0]")
+    spatial = spatial.replace("steps:", "contacts: [{surface: b.top, against: ball}]\nsteps:")
     with pytest.raises(pr.CaseError, match="7:3: 'sphere' is described in Python alone so far"):
         loads(spatial)
