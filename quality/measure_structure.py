@@ -56,8 +56,8 @@ import structure  # noqa: E402
 ORDER = [
     "types", "errors", "registry", "layout", "derivatives", "policy", "timer", "reference", "model", "kernels", "geometry",
     "importers", "mesh", "friction", "materials", "tools", "testing", "elements", "contact", "system", "linear", "result",
-    "measures", "checks", "solver", "remeshing", "analysis", "sensitivity", "output", "verify", "study", "inverse", "bench",
-    "cli", "__main__",
+    "measures", "checks", "solver", "remeshing", "conduction", "analysis", "sensitivity", "output", "verify", "study",
+    "inverse", "bench", "cli", "__main__",
 ]  # fmt: skip
 """Rooms from below upwards, those of older checkouts (`bench`) among them."""
 UNTUNED = {"verify", "bench", "output"}

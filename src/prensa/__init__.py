@@ -15,6 +15,8 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "Box": "prensa.model.meshes",
     "Bricks": "prensa.model.meshes",
     "BodyContact": "prensa.model.problem",
+    "Conductor": "prensa.model.heat",
+    "Heat": "prensa.model.heat",
     "SpatialFixed": "prensa.model.spatial",
     "SpatialMotion": "prensa.model.spatial",
     "load": "prensa.model.schema",

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from prensa.checks.after.passages import Passages
 from prensa.checks.before.preflight import preflight
+from prensa.conduction import Conduction
 from prensa.errors import ArgumentError, refuse, take
 from prensa.linear.condensation import to_be_condensed
 from prensa.linear.threads import threads_of
@@ -83,7 +84,10 @@ def solve(
 
     if remeshing_of(system.problem) is not None:
         return Remeshing(system, stepping, policy).run(state)
-    return stepping(system).run(state)
+    increments, heat = stepping(system).run(state), system.problem.heat
+    if heat is not None and start is not None:
+        raise ArgumentError("solve: temperatures are not part of a state; solve a problem with heat from its beginning")
+    return increments if heat is None else Conduction(base, heat).along(increments)
 
 
 def report_preflight(system: System) -> None:

@@ -186,7 +186,8 @@ def test_the_reference_has_every_class() -> None:
         if isinstance(c, type) and dataclasses.is_dataclass(c)
         if c.__module__ == vocabulary.__name__ or name in vocabulary.__all__
     }
-    assert known | {c for _, c in public()} == described
+    known = {c for c in known | {c for _, c in public()} if getattr(c, "offered", True)}  # others are not of a file yet
+    assert known == described
 
 
 def test_settings_have_the_defaults_that_the_guide_says() -> None:

@@ -14,6 +14,7 @@ from pydantic import TypeAdapter
 from prensa.model import problem as vocabulary
 from prensa.model.places import bare, chosen, hints, is_names, members
 from prensa.model.problem import Case
+from prensa.model.python_alone import in_files
 from prensa.model.schema import _plain as plain
 from prensa.model.text import Node
 from prensa.model.units import RATIO, Dimension
@@ -67,7 +68,7 @@ def test_every_class_and_key_is_on_the_page():
             todo += [c for hint in hints(cls).values() for c in classes_in(hint) if getattr(c, "offered", True)]
     assert {c.__name__ for c in seen} - names <= {"Case"}
     for cls in CLASSES:
-        keys = {f.name for f in dataclasses.fields(cls)} - {"type"}
+        keys = {*in_files(cls)} - {"type"}
         assert keys == {key for one in REFERENCE.examples()[cls.__name__] for key in one}, cls
 
 

@@ -32,6 +32,7 @@ from prensa.model.fields import (
     in_order,
     value_kind,
 )
+from prensa.model.heat import Heat
 from prensa.model.meshes import (
     Annulus,
     ArcSide,
@@ -423,6 +424,7 @@ class Problem:
     no_contact: tuple[NoContact, ...] = ()
     ties: tuple[Tie, ...] = ()
     body_contacts: Annotated[tuple[BodyContact, ...], WHOLE] = ()
+    heat: Annotated[Heat | None, WHOLE] = None
     fixed: Mapping[str, FixedValue] = field(default_factory=dict)
     loads: Mapping[str, Load] = field(default_factory=dict)
     body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)

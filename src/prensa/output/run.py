@@ -87,6 +87,8 @@ def run(
     began = clocks.perf_counter()
     if case.problem.space == "solid":
         raise PrensaError("run: tables and pictures of bodies in space are not written yet; iterate over solve(problem)")
+    if case.problem.heat is not None:
+        raise PrensaError("run: temperatures are not written yet; iterate over solve(problem)")
     system = discretise(case.problem)  # a case that cannot run leaves earlier results alone
     refuse(preflight(system))
     parse_all(case.problem)

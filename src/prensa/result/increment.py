@@ -292,6 +292,20 @@ class Derivatives:
         raise NotImplementedError
 
 
+class Temperatures(NamedTuple):
+    """Temperatures (n,) of the nodes by body, and heat (force × length) since the beginning.
+
+    Work of ``friction``, of which ``into_tools`` went away, what came in ``through_sides`` that are held at a temperature, and
+    what is ``stored`` over the temperature at the beginning: friction + through_sides = stored + Σ into_tools.
+    """
+
+    bodies: Mapping[str, Array]
+    friction: float
+    into_tools: Mapping[str, float]
+    through_sides: float
+    stored: float
+
+
 @dataclass(frozen=True, repr=False)
 class Increment(Drawn):
     """A converged, committed increment. ``number`` counts from 1 over the whole run (0 is the initial state)."""
@@ -324,6 +338,8 @@ class Increment(Drawn):
     """Share of the increment after which forces that drive the run jumped in it, as its work says; nan where they did not."""
     seconds: float = 0.0
     """Since the beginning, by the durations of the steps."""
+    temperatures: Temperatures | None = field(default=None, repr=False, compare=False)
+    """Of the bodies, where the problem describes heat."""
     derivatives: Derivatives | None = field(default=None, repr=False, compare=False)
     """By the parameters that `solve` was asked for; None without."""
     _more: More | None = field(default=None, repr=False, compare=False)

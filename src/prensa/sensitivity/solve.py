@@ -111,6 +111,8 @@ def refuse(system: System, start: State | None, derivatives: Sequence[str]) -> N
     """Refuse what has no derivative."""
     if system.dofs.dimension != 2:
         raise ArgumentError("derivatives: those of bodies in space are not there yet; leave 'derivatives' out")
+    if system.problem.heat is not None:
+        raise ArgumentError("derivatives: those of temperatures are not there yet; leave 'derivatives' out")
     if system.problem.body_contacts:
         raise ArgumentError("derivatives: those of contact between bodies are not there yet; leave 'derivatives' out")
     if system.more:
