@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
@@ -12,8 +13,7 @@ from prensa.contact.rules.nodal import Nodal
 from prensa.mesh.bricks import bricks_behind
 from prensa.types import Array, Flags, Index
 
-_PLACE = 1.0 / 3.0**0.5
-_FACE_POINTS = [(x, y) for x in (-_PLACE, _PLACE) for y in (-_PLACE, _PLACE)]
+_FACE_POINTS = list(product(np.polynomial.legendre.leggauss(2)[0].tolist(), repeat=2))
 _CORNERS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
 
 

@@ -85,10 +85,7 @@ def run(
     take("run", "case", case, Case, "give a Case: what load returns, or Case(problem)")
     take("run", "out", out, (str, PathLike, type(None)), "give the path of a folder or None")
     began = clocks.perf_counter()
-    if case.problem.space == "solid":
-        raise PrensaError("run: tables and pictures of bodies in space are not written yet; iterate over solve(problem)")
-    if case.problem.heat is not None:
-        raise PrensaError("run: temperatures are not written yet; iterate over solve(problem)")
+    _refuse_unwritten(case.problem)
     system = discretise(case.problem)  # a case that cannot run leaves earlier results alone
     refuse(preflight(system))
     parse_all(case.problem)
@@ -138,6 +135,13 @@ def resume(directory: str | Path, quiet: bool = False, bar: ProgressBar | None =
 
 
 # ------------------------------------------------------------------------------------------------------------- details
+def _refuse_unwritten(problem: Problem) -> None:
+    """Refuse what no file of results knows yet."""
+    for there, what in ((problem.space == "solid", "bodies in space"), (problem.heat is not None, "temperatures")):
+        if there:
+            raise PrensaError(f"run: {what} are not written yet; iterate over solve(problem)")
+
+
 class _Run:
     """A run from its start or resume to its end: opens the writers, solves, closes."""
 

@@ -48,6 +48,6 @@ class Ball(Analytic):
     def closest(self, xi: Array) -> Closest:
         """Points (k, 3) → `Closest`; the centre itself counts as below it."""
         r = np.linalg.norm(xi, axis=1)
-        n = np.where((r > 0)[:, None], xi / np.where(r > 0, r, 1.0)[:, None], -np.eye(3)[1])
-        across = np.eye(3) - n[:, :, None] * n[:, None]
-        return Closest(r - self.radius, n, across / np.maximum(r, 1e-3 * self.radius)[:, None, None])
+        away = np.where(r > 0, r, self.radius)[:, None]
+        n = np.where((r > 0)[:, None], xi / away, -np.eye(3)[1])
+        return Closest(r - self.radius, n, (np.eye(3) - n[:, :, None] * n[:, None]) / away[:, :, None])
