@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import expm, logm, polar
@@ -10,6 +12,8 @@ import prensa as pr
 from prensa.errors import PrensaError
 from prensa.materials.hill import Hill
 from prensa.model.problem import Problem
+from prensa.sensitivity.change import known
+from prensa.sensitivity.parameters import value_of, with_values
 from prensa.testing import check_material
 
 R0, R45, R90 = 0.793, 0.317, 0.510  # AA6022-T4, measured
@@ -152,6 +156,24 @@ def test_a_turned_problem_has_the_turned_answer(space: str) -> None:
     assert np.abs(new[..., 4:6] - old[..., 4:6] @ Q.T).max() <= 1e-9
     assert np.abs(new[..., 6] - old[..., 6]).max() <= 1e-9
     assert old[..., 6].max() > 0.1
+
+
+@pytest.mark.parametrize("flow", [FLOW, pr.FlowTable(((0.0, 120.0), (0.1, 250.0), (1.0, 400.0)))], ids=lambda f: f.type)
+def test_derivatives_are_those_of_runs(flow: pr.FlowCurve) -> None:
+    """By a coefficient, the angle, Young's modulus and a number of the flow curve: closed forms against runs beside."""
+    material = Hill(E, NU, flow, angle=25.0, **SHEET)
+    names = ["H", "angle", "E", "flow.K" if flow is FLOW else "flow.points.1.1"]
+    rule = pr.Numerics(time_rule="backward_euler")
+    paths = [f"bodies.billet.material.{name}" for name in names]
+    problem = replace(pressed(material, "q4_fbar", "plane strain"), friction=pr.Coulomb(0.0))
+    assert known(pr.discretise(problem))
+    found = list(pr.solve(problem, rule, derivatives=paths))[-1].derivative("die.force.y")
+    for path in paths:
+        value = value_of(problem, path)
+        beside = [
+            list(pr.solve(with_values(problem, {path: value * (1.0 + s)}), rule))[-1].force("die").y for s in (1e-5, -1e-5)
+        ]
+        assert found[path] == pytest.approx((beside[0] - beside[1]) / (2e-5 * value), rel=1e-5)
 
 
 def test_space_and_case_files_are_refused_in_words(tmp_path) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.friction.law import At as FrictionAt
 from prensa.kernels.record import exp, sqrt, where
 from prensa.materials.corotational import Tensor
 from prensa.materials.point_material import PointAt
@@ -236,3 +237,33 @@ def test_what_is_not_a_point_function_is_refused_in_words() -> None:
 
     with pytest.raises(pr.PrensaError, match="plastic_work"):
         Forgetful(1.0, 0.3, 2.0, 1.0).law("finite")
+
+
+class Radial(Fibres):
+    """Fibres that turn from the bottom to the top."""
+
+    def axes(self, X: Any) -> Any:
+        return self.angle * X[:, 1]
+
+
+def test_axes_start_where_they_are_said_to_and_go_to_new_meshes() -> None:
+    """One direction for each point, of unit length on a new mesh too."""
+    from prensa.remeshing.transfer import carried
+
+    body = pr.Body(pr.Rectangle(size=(4, 3), n=(6, 5)), Radial(200.0, 0.3, 4.0, 150.0, 0.3), element="t6")
+    system = pr.discretise(pr.Problem("block", bodies={"block": body}, fixed={"block.bottom": "xy"}, steps=[pr.Step("rest")]))
+    block = system.blocks[0]
+    angle = 0.3 * block.positions(system.X)[..., 1]
+    assert np.allclose(block.undeformed[..., 4:6], np.stack([np.cos(angle), np.sin(angle)], axis=-1), rtol=0, atol=1e-15)
+    points = np.random.default_rng(0).uniform([0, 0], [4.0, 3.0], (50, 3, 2))
+    there = carried(block, system.X, block.undeformed, points)[..., 4:6]
+    assert np.abs(np.linalg.norm(there, axis=-1) - 1.0).max() <= 1e-14
+    assert np.abs(np.arctan2(there[..., 1], there[..., 0]) - 0.3 * points[..., 1]).max() <= 1e-3
+
+
+def test_friction_knows_the_temperature() -> None:
+    """It goes with the points that are asked about."""
+    at = FrictionAt(temperature=np.array([20.0, 300.0])).repeated(2)
+    assert at.temperature is not None
+    assert at.temperature.tolist() == [20.0, 300.0, 20.0, 300.0]
+    assert FrictionAt().repeated(2).temperature is None
