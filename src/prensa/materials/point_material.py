@@ -61,10 +61,10 @@ class PointAt(NamedTuple):
         """Whether the point flows: where its trial stress is beyond the limit, or where a solver holds it."""
         return beyond if self.active is None else self.active
 
-    def flow_stress(self, strain: Node, rise: Node | float = 0.0) -> Node:
+    def flow_stress(self, strain: Node, rise: Node) -> Node:
         """Of the field ``flow`` at an equivalent plastic strain, a ``rise`` of which the increment has brought."""
         assert self.curve is not None
-        return self.curve.stress(strain, rise + 0.0 * strain, self.dt)
+        return self.curve.stress(strain, rise, self.dt)
 
 
 class PointMaterial(Material, abstract=True):
