@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, TypeAlia
 import numpy as np
 from pydantic import Field
 
-from prensa.kernels.record import Node, root, sqrt, where
+from prensa.kernels.record import Node, differs, root, sqrt, where
 from prensa.materials.corotational import Tensor
 from prensa.materials.flow_curve import FlowCurve
 from prensa.materials.hencky_j2 import NO_STRAIN, ON_SURFACE
@@ -102,7 +102,7 @@ class Hill(PointMaterial):
         G, d, (strain, work), curve = self._shear(), trial.deviator, old, at.curve
         assert curve is not None
         s, hill = (2.0 * G * d.xx, 2.0 * G * d.yy, 2.0 * G * d.xy), Coefficients(self.F, self.G, self.H, self.N)  # type: ignore[arg-type]
-        q, was = hill.equivalent(s), curve.at_rest(strain)
+        q, was = hill.equivalent(s), at.flow_stress(strain)
         over, most = q - at.J * was, q / (2.0 * G * hill.softest())
         inside = over < 0.0
         low, high, start = where(inside, -most, 0.0), where(inside, 0.0, most), over / (6.0 * G)
@@ -118,6 +118,7 @@ class Hill(PointMaterial):
         now = at.flow_stress(strain + rise, rise)
         left = hill.returned(s, 2.0 * G * rise / (at.J * now))
         less = [x / (2.0 * G) - y for x, y in zip(left, (d.xx, d.yy, d.xy))]
-        elastic = trial + Tensor(less[0], less[1], -(less[0] + less[1]), less[2])
+        plastic = Tensor(-less[0], -less[1], less[0] + less[1], -less[2])
+        elastic = trial - Tensor(*(where(differs(rise, 0.0), x, 0.0) for x in plastic))
         work = work + 0.5 * (at.J_n * was + at.J * now) * rise
         return elastic, (strain + rise, work)

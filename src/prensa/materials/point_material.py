@@ -22,7 +22,6 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from prensa.derivatives import COMPLEX_STEP
 from prensa.errors import ArgumentError
 from prensa.kernels.differentiate import forward, reverse, units
 from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts
@@ -61,18 +60,18 @@ class PointAt(NamedTuple):
         """Whether the point flows: where its trial stress is beyond the limit, or where a solver holds it."""
         return beyond if self.active is None else self.active
 
-    def flow_stress(self, strain: Node, rise: Node) -> Node:
-        """Of the field ``flow`` at an equivalent plastic strain, a ``rise`` of which the increment has brought."""
+    def flow_stress(self, strain: Node, rise: Node | None = None) -> Node:
+        """Of the field ``flow`` at an equivalent plastic strain; ``rise``: what the increment brought of it, None: before it."""
         assert self.curve is not None
-        return self.curve.stress(strain, rise, self.dt)
+        return self.curve.at_rest(strain) if rise is None else self.curve.stress(strain, rise, self.dt)
 
 
 class PointMaterial(Material, abstract=True):
     """Base of materials whose law is a point function: plain Python on numbers with the functions of `prensa.kernels.record`.
 
     Strains are logarithmic elastic ones, ½ ln b_e, in finite kinematics, and those of small strain in small; stresses are
-    Kirchhoff's. Plastic flow keeps the volume. Derivatives are exact, those by the fields that are numbers too. Increments are of
-    backward Euler. Laws of the plane so far.
+    Kirchhoff's. Plastic flow keeps the volume. Derivatives are exact, those by the fields that are numbers too. Increments of
+    second order in time are those of backward Euler from a shifted beginning, of the variables too. Laws of the plane so far.
     """
 
     variables: ClassVar[tuple[str, ...]] = ()
@@ -129,15 +128,8 @@ class PointMaterial(Material, abstract=True):
 
 def _derivative(energy: Any, strain: Tensor) -> Tensor:
     """Of an energy by a strain, exact."""
-    if any(isinstance(x, Node) for x in strain):
-        at = [as_found(x, x) for x in strain]
-        xx, yy, zz, xy = reverse([energy(Tensor(*at))], [ONE], at)
-        return Tensor(xx, yy, zz, 0.5 * xy)
-    components: tuple[Any, ...] = tuple(strain)
-    if any(np.iscomplexobj(x) for x in components):
-        raise TypeError("the derivative of an energy is found at real numbers, or recorded")
-    steps = 1j * COMPLEX_STEP * np.eye(4)
-    xx, yy, zz, xy = (np.imag(energy(Tensor(*(x + s for x, s in zip(strain, step))))) / COMPLEX_STEP for step in steps)
+    at = [as_found(x, x) for x in strain]
+    xx, yy, zz, xy = reverse([energy(Tensor(*at))], [ONE], at)
     return Tensor(xx, yy, zz, 0.5 * xy)
 
 
@@ -174,8 +166,26 @@ class Form:
 
     @property
     def size(self) -> int:
-        """Columns of the history: b_e − I or the elastic strain, the axes of a material that has some, the variables."""
-        return self.first_variable + len(self.material.variables)
+        """Columns of the history: b_e − I or the elastic strain, the axes of a material that has some, the variables.
+
+        Of one that flows the trial tensor, see `prensa.materials.laws.J2`, and the last rise of each variable too.
+        """
+        return self.rises.stop if self.material.plastic else self.variables.stop
+
+    @property
+    def variables(self) -> slice:
+        """Columns of the variables."""
+        return slice(self.first_variable, self.first_variable + len(self.material.variables))
+
+    @property
+    def trial(self) -> slice:
+        """Columns of the trial tensor of a material that flows."""
+        return slice(self.variables.stop, self.variables.stop + STRAIN_COLUMNS.stop)
+
+    @property
+    def rises(self) -> slice:
+        """Columns of the last rises of the variables of a material that flows."""
+        return slice(self.trial.stop, self.trial.stop + len(self.material.variables))
 
     @property
     def numbers(self) -> int:
@@ -188,49 +198,82 @@ class Form:
         return 1 + self.template.numbers if self.curve == TABLE else None
 
     def point(
-        self, h: Sequence[Node], old: Sequence[Node], p: Sequence[Node], active: Node | None = None, warm: Node | None = None
+        self, h: Sequence[Node], old: Sequence[Node], p: Sequence[Node], begun: bool, active: Node | None = None,
+        warm: Node | None = None,
     ) -> Point:  # fmt: skip
-        """The law at a gradient h, from a history."""
+        """The law at a gradient h, from a history; ``begun``: from one of `begin`, else a committed one."""
         material: PointMaterial = self.template.filled(p[1:])
-        first, (cos, sin) = self.first_variable, (old[AXES_COLUMNS] if material.directed else (ZERO, ZERO))
-        t: tuple[Node, ...]
+        cos, sin = old[AXES_COLUMNS] if material.directed else (ZERO, ZERO)
+        t, J, J_n = self._carried(h, old[STRAIN_COLUMNS]), one_like(h[0]), one_like(h[0])
+        trial = Tensor(*t)
         if self.finite:
-            t = push_forward(h, old[STRAIN_COLUMNS])
             trial, J, J_n = Tensor(*logarithm(t)), sqrt(determinant(t)), sqrt(determinant(old[STRAIN_COLUMNS]))
             if material.directed:
                 cos, sin = turned_axes(h, old[STRAIN_COLUMNS], cos, sin)
-        else:
-            t = tuple(a + b for a, b in zip(old[STRAIN_COLUMNS], (h[0], h[3], h[4], 0.5 * (h[1] + h[2]))))
-            trial, J, J_n = Tensor(*t), one_like(h[0]), one_like(h[0])
         if material.directed:
             trial = trial.in_axes(cos, sin)
         curve = None if self.curve == NO_CURVE.kind else Curve(self.curve, p[1 + self.template.numbers :], TABLE_ARRAYS)
-        elastic, variables = material.respond(trial, old[first:], PointAt(p[0], J, J_n, warm, active, curve))
-        stress = material.stress(elastic)
-        energy = material.energy(elastic)
-        kept: Sequence[Node] = t
+        was = old[self.variables]
+        elastic, variables = material.respond(trial, was, PointAt(p[0], J, J_n, warm, active, curve))
+        stress, left, energy = material.stress(elastic), elastic, material.energy(elastic)
         if material.directed:
-            stress, elastic = kirchhoff(stress, elastic) if self.finite else stress, elastic
-            stress, left = stress.from_axes(cos, sin), elastic.from_axes(cos, sin)
-        else:
-            left = elastic
-        if elastic is not trial:
+            stress = (kirchhoff(stress, elastic) if self.finite else stress).from_axes(cos, sin)
+            left = elastic.from_axes(cos, sin)
+        history = [*t, *([cos, sin] if material.directed else []), *variables]
+        if material.plastic:
             moved = _any_differs(elastic, trial)
             new = exponential(tuple(left)) if self.finite else tuple(left)
-            kept = [where(moved, a, b) for a, b in zip(new, t)]
-        axes = (cos, sin) if material.directed else ()
-        return Point(stress, (*kept, *axes, *variables), energy, t)
+            history[STRAIN_COLUMNS] = kept = [where(moved, a, b) for a, b in zip(new, t)]
+            as_if = self._carried(h, old[self.trial] if begun else old[STRAIN_COLUMNS])
+            history += [where(moved, a, b) for a, b in zip(as_if, kept)]
+            shifts = old[self.rises] if begun else [ZERO] * len(was)
+            history += [where(moved, a - b + c, 0.0) for a, b, c in zip(variables, was, shifts)]
+        return Point(stress, history, energy, t)
+
+    def _carried(self, h: Sequence[Node], b: Sequence[Node]) -> tuple[Node, ...]:
+        """What b_e − I, or an elastic strain, becomes if nothing flows."""
+        if self.finite:
+            return push_forward(h, b)
+        return tuple(x + y for x, y in zip(b, (h[0], h[3], h[4], 0.5 * (h[1] + h[2]))))
+
+    def at_rest(self, old: Sequence[Node], p: Sequence[Node]) -> tuple[Tensor, Node]:
+        """Cauchy stress along x and y and stored energy per initial volume of a committed history."""
+        material: PointMaterial = self.template.filled(p[1:])
+        b = old[STRAIN_COLUMNS]
+        strain = Tensor(*(logarithm(b) if self.finite else b))
+        if not material.directed:
+            stress, energy = material.stress(strain), material.energy(strain)
+        else:
+            axes = old[AXES_COLUMNS]
+            strain = strain.in_axes(*axes)
+            stress, energy = material.stress(strain), material.energy(strain)
+            stress = (kirchhoff(stress, strain) if self.finite else stress).from_axes(*axes)
+        return stress * (1.0 / sqrt(determinant(b))) if self.finite else stress, energy
+
+    def begin(self, old: Sequence[Node], share: Node) -> list[Node]:
+        """A history after a ``share`` of what the last increment has brought more; rises are then what variables shifted by."""
+        b, out = old[STRAIN_COLUMNS], list(old)
+        e, was = (logarithm(x) if self.finite else x for x in (b, old[self.trial]))
+        moved = _any_differs(Tensor(*b), Tensor(*old[self.trial]))
+        flow = share * (Tensor(*was) - Tensor(*e)).deviator
+        less = tuple(Tensor(*e) - flow)
+        new = exponential(less) if self.finite else less
+        shifts = [where(moved, share * x, 0.0) for x in old[self.rises]]
+        out[STRAIN_COLUMNS] = [where(moved, x, y) for x, y in zip(new, b)]
+        out[self.variables] = [x + y for x, y in zip(old[self.variables], shifts)]
+        out[self.trial], out[self.rises] = b, shifts
+        return out
 
     def answer(self, h: Sequence[Node], at: Given) -> Found:
         """The law at a gradient of the increment."""
-        found, names = self.point(h, at.committed, at.p), self.material.variables
-        first, none = self.first_variable, (ZERO, ZERO, ZERO)
-        work, strains = ZERO, none
+        begun = at.committed if at.share is None else self.begin(at.committed, at.share)
+        found, names = self.point(h, begun, at.p, at.share is not None), self.material.variables
+        work, strains = ZERO, (ZERO, ZERO, ZERO)
         if self.material.plastic:
-            work = found.history[first + names.index("plastic_work")]
-            k = first + names.index("plastic_strain")
-            strains = at.committed[k], at.committed[k], found.history[k]
-        volume = sqrt(determinant(at.committed[STRAIN_COLUMNS]))
+            work = found.history[self.first_variable + names.index("plastic_work")]
+            k = self.first_variable + names.index("plastic_strain")
+            strains = at.committed[k], begun[k], found.history[k]
+        volume = sqrt(determinant(begun[STRAIN_COLUMNS]))
         return Found(tuple(found.stress), found.history, found.energy, work, volume, strains)
 
 
@@ -251,10 +294,10 @@ def _any_differs(a: Tensor, b: Tensor) -> Node:
 
 
 @generated
-def _update(form: Form, tangent: bool, held: bool, heated: bool) -> Program:
+def _update(form: Form, begun: bool, tangent: bool, held: bool, heated: bool) -> Program:
     h, old, flag = many("h", PLANE.components), many("old", form.size), given("failed", 0)
     active, warm = given("held", 0) if held else None, given("temperature", 0) if heated else None
-    found = form.point(h, old, many("p", form.numbers), active, warm)
+    found = form.point(h, old, many("p", form.numbers), begun, active, warm)
     s, t = tuple(found.stress), found.trial
     if form.finite:
         P = first_piola(h, s, 1.0 / sqrt(determinant(old[STRAIN_COLUMNS])))
@@ -276,9 +319,22 @@ def _update(form: Form, tangent: bool, held: bool, heated: bool) -> Program:
     return Program(arrays, written)
 
 
+@generated
+def _at_rest(form: Form) -> Program:
+    stress, energy = form.at_rest(many("old", form.size), many("p", form.numbers))
+    arrays: dict[str, Kind] = {"old": Rows(form.size), "p": Shared(), "out": Rows(5)}
+    return Program(arrays, puts("out", [*stress, energy]))
+
+
+@generated
+def _begin(form: Form) -> Program:
+    arrays: dict[str, Kind] = {"old": Rows(form.size), "share": Shared(), "new": Rows(form.size)}
+    return Program(arrays, puts("new", form.begin(many("old", form.size), given("share", 0))))
+
+
 @dataclass(frozen=True)
 class PointMaterialLaw:
-    """The law of a `PointMaterial`; fields of the history: elastic strains, axes of one that has some, the variables."""
+    """The law of a `PointMaterial`; fields of the history: see `Form.size`."""
 
     material: PointMaterial
     finite: bool
@@ -306,6 +362,8 @@ class PointMaterialLaw:
             out["axes"] = Field(AXES_COLUMNS, self._axes, "axes")
         for k, name in enumerate(self.material.variables, self._form.first_variable):
             out[name] = Field(slice(k, k + 1), travel="growing" if name in ("plastic_strain", "plastic_work") else "smooth")
+        if self.plastic:
+            out |= {"trial": Field(self._form.trial, travel="flow"), "rises": Field(self._form.rises)}
         return out
 
     def _axes(self, X: Array) -> Array:
@@ -361,36 +419,34 @@ class PointMaterialLaw:
         form, p, knots, coefficients = Form.of(self.material, self.finite, at.dt)
         held = out.failed if at.flows is None else at.flows
         warm = np.zeros(len(h)) if at.temperature is None else at.temperature
-        kernel = _update(form, at.tangent, at.flows is not None, at.temperature is not None)
+        begun = at.begun and self.plastic  # others begin as they were committed
+        kernel = _update(form, begun, at.tangent, at.flows is not None, at.temperature is not None)
         kernel(len(h), h, old, p, knots, coefficients, held, warm[:, None], out.P, out.A, out.new, out.failed)
 
-    def _strain(self, history: Array) -> tuple[Tensor, tuple[Any, Any]]:
-        """Elastic strain along the material's axes, and these, of committed histories (..., h)."""
-        b: Any = np.moveaxis(history[..., STRAIN_COLUMNS], -1, 0)
-        with np.errstate(all="ignore"):
-            strain = Tensor(*(logarithm(b) if self.finite else b))
-        if not self.material.directed:
-            return strain, (1.0, 0.0)
-        cos: Any = history[..., AXES_COLUMNS.start]
-        sin: Any = history[..., AXES_COLUMNS.start + 1]
-        return strain.in_axes(cos, sin), (cos, sin)
+    def begin(self, history: Array, share: float) -> Array:
+        """What an increment begins with: a committed history (n, h) after a ``share`` of what the last one has brought more."""
+        form, out = self._form, history.copy()
+        if share:
+            _begin(form)(len(history), history, np.array([share]), out)
+        else:
+            out[:, form.trial], out[:, form.rises] = history[:, STRAIN_COLUMNS], 0.0
+        return out
+
+    def _at_rest(self, history: Array) -> Array:
+        """Cauchy stress and energy (n, 5) of committed histories (n, h)."""
+        out = np.empty((len(history), 5))
+        form, p, _, _ = Form.of(self.material, self.finite, 0.0)
+        _at_rest(form)(len(history), history, p, out)
+        return out
 
     def energy(self, history: Array) -> Array:
         """Elastic energy per initial volume, (..., h) → (...)."""
-        with np.errstate(all="ignore"):
-            return np.asarray(self.material.energy(self._strain(history)[0])) + np.zeros(history.shape[:-1])
+        flat = np.ascontiguousarray(history.reshape(-1, history.shape[-1]))
+        return self._at_rest(flat)[:, 4].reshape(history.shape[:-1])
 
     def cauchy(self, history: Array) -> Array:
         """Cauchy stress xx, yy, zz, xy of committed histories (n, h) → (n, 4)."""
-        strain, axes = self._strain(history)
-        with np.errstate(all="ignore"):
-            stress = self.material.stress(strain)
-            if self.material.directed:
-                stress = (kirchhoff(stress, strain) if self.finite else stress).from_axes(*axes)
-        out = np.stack(np.broadcast_arrays(*stress), axis=-1)
-        b: Any = np.moveaxis(history[..., STRAIN_COLUMNS], -1, 0)
-        J: Any = sqrt(determinant(b)) if self.finite else np.ones(len(history))
-        return np.asarray(out / J[:, None])
+        return np.ascontiguousarray(self._at_rest(history)[:, :4])
 
     def flow_stress(self, strain: Array) -> Array:
         """Flow stress (n,) at plastic strains (n,), at rest."""
