@@ -231,6 +231,13 @@ def test_what_is_not_a_point_function_is_refused_in_words() -> None:
     with pytest.raises(TypeError, match="where"):
         update(Choice(1.0, 0.3, 2.0).law("finite"), np.zeros((1, 5)), None)
 
+    class Leaking(Exponentiated):
+        def respond(self, trial: Tensor, old: Sequence[Any], at: PointAt) -> tuple[Tensor, Sequence[Any]]:
+            return 0.5 * trial, old
+
+    with pytest.raises(pr.PrensaError, match="say that it is plastic"):
+        update(Leaking(1.0, 0.3, 2.0).law("finite"), np.zeros((1, 5)), None)
+
     class Flowing(Metal):
         flow: Any = None
 

@@ -215,6 +215,8 @@ class Form:
         curve = None if self.curve == NO_CURVE.kind else Curve(self.curve, p[1 + self.template.numbers :], TABLE_ARRAYS)
         was = old[self.variables]
         elastic, variables = material.respond(trial, was, PointAt(p[0], J, J_n, warm, active, curve))
+        if elastic is not trial and not material.plastic:
+            raise ArgumentError(f"{self.material.__name__} returns another strain than 'trial': say that it is plastic")
         stress, left, energy = material.stress(elastic), elastic, material.energy(elastic)
         if material.directed:
             stress = (kirchhoff(stress, elastic) if self.finite else stress).from_axes(cos, sin)
