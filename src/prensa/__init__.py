@@ -44,6 +44,8 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "ToolShape": "prensa.tools.tool",
     "IsotropicMaterial": "prensa.materials.material",
     "Material": "prensa.materials.material",
+    "PointCurve": "prensa.materials.flow_curve",
+    "PointMaterial": "prensa.materials.point_material",
 }
 
 

@@ -47,7 +47,7 @@ class Door:
 
     def own(self) -> dict[str, type]:
         """Members that come with prensa, in alphabetical order of their modules."""
-        own = [(name, cls) for name, cls in self.members().items() if cls.__module__.startswith("prensa.")]
+        own = [(name, cls) for name, cls in self.members().items() if cls.__module__.startswith(f"{self.package}.")]
         return dict(sorted(own, key=lambda item: item[1].__module__))
 
     def add(self, cls: type[_T]) -> type[_T]:

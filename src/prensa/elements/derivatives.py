@@ -1,36 +1,25 @@
-"""Derivatives of plane elements of isotropic metal in finite strain, generated: along directions and backwards.
+"""Derivatives of plane elements in finite strain, generated: along directions and backwards.
 
-Point functions of elements (`prensa.elements.plane`) and the law (`prensa.materials.hencky_j2`) are recorded with the places x_n
-and x of the nodes as an increment begins and ends, the committed history, moduli and the flow curve; which points flow is that of
+Point functions of elements (`prensa.elements.plane`) and laws (`prensa.materials.point_form`) are recorded with the places x_n
+and x of the nodes as an increment begins and ends, the committed history and the numbers of the law; which points flow is that of
 the increment. Weights of forces and histories come back by the reverse mode of the same graphs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from prensa.elements.plane import CENTRE, dilatation, fbar, forces, gradient, gradients
 from prensa.elements.shapes import Table
-from prensa.kernels import record
 from prensa.kernels.differentiate import forward, reverse
 from prensa.kernels.emit import Kind, Program, Put, Rows, Shared, generated, puts, total
-from prensa.kernels.record import ONE, ZERO, Node, cell, differs, given, lift, many, piece, where
-from prensa.materials.flow_curve import FlowParameters
-from prensa.materials.hardening import CURVE_SCALARS, SHIFT_BEGUN, SHIFT_COMMITTED, SHIFT_NOW, TABLE, TABLE_ARRAYS
-from prensa.materials.hencky_j2 import (
-    Begun,
-    Flows,
-    Metal,
-    begin,
-    determinant,
-    first_piola,
-    hencky_j2,
-    stored_energy,
-)
-from prensa.materials.j2 import CURVE_AT, TABLES, metal
+from prensa.kernels.record import ONE, Node, cell, given, lift, many, piece, where
+from prensa.materials.hardening import SHIFT_BEGUN, SHIFT_COMMITTED, SHIFT_NOW, TABLE_ARRAYS
+from prensa.materials.hencky_j2 import first_piola
+from prensa.materials.j2 import TABLES
+from prensa.materials.point_form import Given, PointForm, PointLaw
 from prensa.types import Array
 
 BATCH = 4
@@ -38,16 +27,13 @@ BATCH = 4
 
 
 class Variant(NamedTuple):
-    """What differs between kernels: nodes and points, whether f is f̄, mode, kind of the flow curve (negative: none) and what it
-    limits, whether flow was ``shifted``.
-    """
+    """What differs between kernels: nodes and points, whether f is f̄, mode, the law, whether flow was ``shifted``."""
 
     nodes: int
     points: int
     bar: bool
     axisymmetric: bool
-    kind: int
-    cauchy: bool
+    law: PointForm
     shifted: bool
 
     @property
@@ -58,11 +44,11 @@ class Variant(NamedTuple):
     @property
     def fields(self) -> int:
         """Columns of the history."""
-        return 10 if self.kind >= 0 else 4
+        return self.law.size
 
 
 class _Recorded(NamedTuple):
-    """The point functions of an element: what it depends on, and forces, history, stored energy per initial volume.
+    """The point functions of an element: what it depends on, and forces, history, energies per initial volume.
 
     ``centre``: what points have in common, the dilatation of F-bar's.
     """
@@ -74,15 +60,15 @@ class _Recorded(NamedTuple):
     p: list[Node]
     forces: list[Node]
     history: list[Node]
-    energy: Node
+    energies: tuple[Node, Node]
     strains: tuple[Node, Node, Node]
 
 
 def _record(v: Variant) -> _Recorded:
-    """Record an element at a point; strains: plastic ones as committed, as the increment begins and ends."""
+    """Record an element at a point; energies: what is stored and the plastic work."""
     n = v.nodes
     x_n, x, shapes, weight = many("x_n", v.dofs), many("x", v.dofs), many("shapes", 3 * n), given("shapes", 3 * n)
-    committed, p = many("committed", v.fields), many("p", CURVE_AT + CURVE_SCALARS)
+    committed, p = many("committed", v.fields), many("p", v.law.numbers)
     u = [b - a for a, b in zip(x_n, x)]
     g = gradients(x_n, shapes, v.axisymmetric)
     h = stretched = gradient(u, g)
@@ -90,24 +76,13 @@ def _record(v: Variant) -> _Recorded:
     if v.bar:
         middle = [dilatation(gradient(u, gradients(x_n, [lift(s) for s in CENTRE], v.axisymmetric)))]
         stretched, _, ratio = fbar(h, middle[0], v.axisymmetric)
-    m = metal(v.kind, v.cauchy, p)
-    begun, flows, strains = _begun(committed, m, v)
-    found = hencky_j2(stretched, begun, m, flows)
+    old, new, share = many("old", v.fields), many("new", v.fields), given("share", 0) if v.shifted else None
+    found = v.law.answer(stretched, Given(committed, old, new, p, share))
     # V τ ∇N in the present places, V = V_n/(α^m J_n): ∇N f⁻¹ of the places before
-    volume = g.volume * weight * given("scale", 0) / (ratio * record.sqrt(determinant(begun.b)))
+    volume = g.volume * weight * given("scale", 0) / (ratio * found.volume)
     r = forces(first_piola(h, found.stress, volume), g)
-    after = found.history[4] if v.kind >= 0 else ZERO
-    return _Recorded(x_n, x, middle, committed, p, r, list(found.history), stored_energy(found, m), (*strains, after))
-
-
-def _begun(committed: Sequence[Node], m: Metal, v: Variant) -> tuple[Begun, Flows | None, tuple[Node, Node]]:
-    """What the increment begins with, and which points flow by how much, as it found."""
-    if v.kind < 0:
-        return Begun(committed, ZERO, ZERO, committed), None, (ZERO, ZERO)
-    first = begin(committed, given("share", 0), m) if v.shifted else (*committed[:6], *committed[:4])
-    begun = Begun(first[:4], first[4], first[5], first[6:])
-    was, now = given("old", 4), given("new", 4)
-    return begun, Flows(differs(now, was), now - was), (committed[4], first[4])
+    energies = found.energy, found.work
+    return _Recorded(x_n, x, middle, committed, p, r, list(found.history), energies, found.strains)
 
 
 def _arrays(v: Variant) -> dict[str, Kind]:
@@ -124,10 +99,10 @@ def _seeds(e: _Recorded, v: Variant, m: int) -> dict[Node, list[Node]]:
         **dict(zip(e.x_n, _directions("dx_n", v.dofs, m))), **dict(zip(e.x, _directions("dx", v.dofs, m))),
         **dict(zip(e.committed, _directions("dcommitted", v.fields, m))),
     }  # fmt: skip
-    along |= dict(zip(e.p, _directions("dp", CURVE_AT + CURVE_SCALARS, m)))
-    if v.kind == TABLE:
+    along |= dict(zip(e.p, _directions("dp", v.law.numbers, m)))
+    if (first := v.law.table_at) is not None:
         when = zip((SHIFT_COMMITTED, SHIFT_BEGUN, SHIFT_NOW), e.strains)
-        along |= {e.p[CURVE_AT + shift]: [_table_change(strain, e.p[CURVE_AT], m, j) for j in range(m)] for shift, strain in when}
+        along |= {e.p[first + shift]: [_table_change(strain, e.p[first], m, j) for j in range(m)] for shift, strain in when}
     return along
 
 
@@ -166,10 +141,9 @@ def _forces_along(v: Variant, m: int) -> Program:
 def _history_along(v: Variant, m: int) -> Program:
     """Of m directions: what they change of histories, (q, h, m), and of stored energy and plastic work, (2, m)."""
     e = _record(v)
-    d = forward([*e.history, e.energy], _seeds(e, v, m), m, locals_=False)
+    d = forward([*e.history, *e.energies], _seeds(e, v, m), m, locals_=False)
     volume = given("volume", 0)
-    work = d[5] if v.kind >= 0 else [ZERO] * m
-    sums = [volume * x for x in [*d[-1], *work]]
+    sums = [volume * x for x in [*d[-2], *d[-1]]]
     written = [
         *puts("dnew", [x for row in d[: v.fields] for x in row]), *puts("energy", map(total, range(2 * m))),
     ]  # fmt: skip
@@ -198,10 +172,10 @@ def _back(v: Variant, by_forces: bool) -> Program:
         sums += bar[k + v.fields :]
         written += puts("to_committed", bar[k : k + v.fields])
         written += puts("to_p", map(total, range(k, len(sums))))
-        written += puts("to_stress", [bar[k + v.fields + CURVE_AT + SHIFT_NOW]])
+        if (first := v.law.table_at) is not None:
+            written += puts("to_stress", [bar[k + v.fields + first + SHIFT_NOW]])
         arrays |= {
-            "to_committed": Rows(v.fields, points=True), "to_p": Rows(CURVE_AT + CURVE_SCALARS),
-            "to_stress": Rows(1, points=True),
+            "to_committed": Rows(v.fields, points=True), "to_p": Rows(v.law.numbers), "to_stress": Rows(1, points=True),
         }  # fmt: skip
     written += puts("to_x", back[-v.dofs :])
     return Program(arrays, written, sums, v.points)
@@ -213,7 +187,7 @@ def shapes_of(table: Table) -> Array:
 
 
 class At(NamedTuple):
-    """Elements of an increment: places x_n, x (e, a, 2), histories (e, q, h) committed, old as it begins, new; numbers p.
+    """Elements of an increment: places x_n, x (e, a, 2), histories (e, q, h) committed, old as it begins, new; their law.
 
     ``shapes`` (q, 3a + 1), see `shapes_of`; ``share`` of the last plastic strain, see `prensa.materials.hencky_j2.begin`.
     """
@@ -225,21 +199,20 @@ class At(NamedTuple):
     committed: Array
     old: Array
     new: Array
-    p: Array
+    law: PointLaw
     share: float
     scale: float
-    flow: FlowParameters
 
     def arrays(self) -> tuple[Array, ...]:
         """As kernels take them."""
         return (
-            self.x_n, self.x, self.shapes, self.committed, self.old, self.new, self.p, np.array([self.share]),
-            np.array([self.scale]), self.flow.knots, self.flow.coefficients,
+            self.x_n, self.x, self.shapes, self.committed, self.old, self.new, self.law.p, np.array([self.share]),
+            np.array([self.scale]), self.law.knots, self.law.coefficients,
         )  # fmt: skip
 
 
 class Along(NamedTuple):
-    """Directions of places (e, a, 2, m), committed histories (e, q, h, m), numbers p (9, m), a table (k, m), (k − 1, 4, m)."""
+    """Directions of places (e, a, 2, m), committed histories (e, q, h, m), numbers p (k, m), a table (k, m), (k − 1, 4, m)."""
 
     x_n: Array
     x: Array
@@ -273,7 +246,7 @@ def history_back(at: At, w: Array) -> Array:
 
 
 class Back(NamedTuple):
-    """Weights of places (e, a, 2), committed histories (e, q, h), numbers p (9,) and the flow stresses at the end (e, q)."""
+    """Weights of places (e, a, 2), committed histories (e, q, h), numbers p (k,) and a table's stresses at the end (e, q)."""
 
     x_n: Array
     x: Array
@@ -285,6 +258,6 @@ class Back(NamedTuple):
 def back(at: At, w: Array, r: Array) -> Back:
     """Weights w (e, q, h) of histories and r (e, 2a) of forces → of all that they depend on."""
     x_n, x = np.empty((2, *at.x.shape))
-    committed, p, stress = np.empty(w.shape), np.empty((len(w), CURVE_AT + CURVE_SCALARS)), np.empty(w.shape[:2])
+    committed, p, stress = np.empty(w.shape), np.empty((len(w), len(at.law.p))), np.zeros(w.shape[:2])
     _back(at.variant, True)(len(w), *at.arrays(), w, r, x_n, x, committed, p, stress)
     return Back(x_n, x, committed, np.asarray(p.sum(axis=0)), stress)

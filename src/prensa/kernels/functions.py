@@ -80,3 +80,11 @@ def _sinh(x: Node) -> Node:
 
 
 sinh_ratio = _near_zero(SMALL_HYPERBOLIC, _sinh_series, _sinh)
+
+
+def _sinh_excess_series(x: Node) -> Node:
+    """(sinh(√x)/√x − 1)/x."""
+    return _series(x, (362880, 5040, 120, 6))
+
+
+sinh_excess = _near_zero(SMALL_HYPERBOLIC, _sinh_excess_series, lambda x: (_sinh(x) - 1.0) / x)

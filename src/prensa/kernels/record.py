@@ -19,6 +19,7 @@ brings along. These were judged by what is written of them; no kernel was ported
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -57,6 +58,8 @@ class Node:
         return a + b.args[0] if b.op == "neg" else node("-", a, b)
 
     def __mul__(self, other: Node | float) -> Node:
+        if not isinstance(other, Node | Real):
+            return NotImplemented  # of tensors, which multiply themselves
         a, b = self, lift(other)
         if a.op == b.op == "const":
             return lift(_number(a) * _number(b))
@@ -91,6 +94,15 @@ class Node:
 
     def __rtruediv__(self, other: float) -> Node:
         return lift(other) * inverse(self)
+
+    def __pow__(self, exponent: Node | float) -> Node:
+        return power(self, exponent)
+
+    def __rpow__(self, base: float) -> Node:
+        return exp(self * lift(np.log(base)))
+
+    def __bool__(self) -> bool:
+        raise TypeError("whether a recorded number is true is not known: write where(test, a, b) for 'a if test else b'")
 
     def __gt__(self, other: Node | float) -> Node:
         return node(">", self, lift(other))
@@ -190,6 +202,21 @@ def _function(name: str, plain: Callable[..., float]) -> Function:
 sqrt, log, exp, absolute = (
     _function(name, plain) for name, plain in (("sqrt", np.sqrt), ("log", np.log), ("exp", np.exp), ("abs", np.abs))
 )
+
+
+TINY = 1e-12
+"""Number below which a power of it is the chord from zero: a slope that is infinite there is finite."""
+
+
+def power(x: Node, exponent: Node | float) -> Node:
+    """X to an exponent ≥ 0, of x ≥ 0; below `TINY` its chord. Whole exponents up to four are products, of any x."""
+    if exponent in (1, 2, 3, 4):
+        half = x * x
+        return (x, half, half * x, half * half)[int(exponent) - 1]
+    below = x < TINY
+    at = where(below, TINY, x)
+    found = exp(exponent * log(at))
+    return where(below, found * (x / at), found)
 
 
 def where(test: Node, a: Node | float, b: Node | float) -> Node:

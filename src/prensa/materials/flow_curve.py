@@ -20,16 +20,18 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from prensa.derivatives import derivative
+from prensa.materials.template import NO_TABLE, Template
 from prensa.model.doors import Member
 from prensa.types import Array
 
-TINY = 1e-12  # plastic strain below which a power law of infinite initial slope is its chord
-
 
 class FlowParameters(NamedTuple):
-    """What a kernel needs: ``kind``, scalars ``p`` (5,), and for tables ``knots`` (k,) with cubic ``coefficients`` (k−1, 4)."""
+    """What a kernel needs: ``kind``, scalars ``p``, and for tables ``knots`` (k,) with cubic ``coefficients`` (k−1, 4).
 
-    kind: int
+    kind: a number of `prensa.materials.hardening`, or what a `PointCurve` is without its numbers.
+    """
+
+    kind: int | Template
     p: Array
     knots: Array
     coefficients: Array
@@ -73,6 +75,18 @@ class FlowCurve(Member, abstract=True):
     def first(self) -> float:
         """Flow stress of the virgin material at rest."""
         return float(stress_at(self, np.zeros(1), np.zeros(1))[0])
+
+
+class PointCurve(FlowCurve, abstract=True):
+    """Base of flow curves whose `stress` is a point function: it is compiled, and its derivatives are generated.
+
+    It is written as that of any curve is, with the functions of `prensa.kernels.record` in place of NumPy's, ``exp``, ``log``,
+    ``sqrt``, ``where``, and returns σ_y alone. Powers may be written as such; choices between numbers need ``where``.
+    """
+
+    def kernel(self) -> FlowParameters:
+        """Its numbers, and what it is without them."""
+        return FlowParameters(*Template.of(self), *NO_TABLE)
 
 
 MOST_PRESTRAIN = 0.5  # of Swift's law, from which on it is likely in per cent

@@ -13,14 +13,15 @@ import numpy as np
 from prensa.kernels import record
 from prensa.kernels.differentiate import forward, units
 from prensa.kernels.emit import Kind, Program, Rows, Shared, generated, puts
-from prensa.kernels.record import Node, cell, exp, given, log, many, piece, where
-from prensa.materials.flow_curve import TINY, FlowCurve, FlowParameters, stress_at
+from prensa.kernels.record import TINY, Node, cell, exp, given, log, many, piece, power, where
+from prensa.materials.flow_curve import FlowCurve, FlowParameters, stress_at
+from prensa.materials.template import NO_TABLE, Template
 from prensa.types import Array
 
 PERFECT, LINEAR, LUDWIK, SWIFT, VOCE, HOCKETT_SHERBY, JOHNSON_COOK, TABLE = range(8)
 
 CURVE_SCALARS = 5
-"""Numbers p of a curve; of a table its last plastic strain, then shifts of its stresses, all 0, by which it is differentiated."""
+"""Numbers p of the curves here; of a table its last strain, then shifts of its stresses, all 0, by which it is differentiated."""
 SHIFT_NOW, SHIFT_BEGUN, SHIFT_COMMITTED = 1, 2, 3
 """Shifts of a table's stresses at the end of an increment, as it begins and as committed."""
 
@@ -43,16 +44,8 @@ def _linear(a: Node, da: Node, dt: Node, p: Sequence[Node], table: Table) -> Nod
     return p[0] + p[1] * a
 
 
-def _power(a: Node, n: Node) -> Node:
-    """aⁿ, and below `TINY` its chord, of finite slope."""
-    below = a < TINY
-    x = where(below, TINY, a)
-    power = exp(n * log(x))
-    return where(below, power * (a / x), power)
-
-
 def _ludwik(a: Node, da: Node, dt: Node, p: Sequence[Node], table: Table) -> Node:
-    return p[0] + p[1] * _power(a, p[2])
+    return p[0] + p[1] * power(a, p[2])
 
 
 def _swift(a: Node, da: Node, dt: Node, p: Sequence[Node], table: Table) -> Node:
@@ -90,15 +83,29 @@ CURVES: tuple[Callable[[Node, Node, Node, Sequence[Node], Table], Node], ...] = 
 """By kind: each takes the plastic strain a, the part da of it that the increment in the time dt has brought, and its scalars."""
 
 
+def scalars(kind: int | Template) -> int:
+    """How many numbers p a kind of curve has."""
+    return kind.numbers if isinstance(kind, Template) else CURVE_SCALARS
+
+
+def _stated(curve: Template, a: Node, da: Node, dt: Node, p: Sequence[Node]) -> Node:
+    """The flow stress that a description states as a point function."""
+    timed = dt > 0.0
+    out = curve.filled(p).stress(a, where(timed, da / where(timed, dt, 1.0), 0.0))
+    return out[0] if isinstance(out, tuple) else out
+
+
 class Curve(NamedTuple):
     """A flow curve of a point: its kind, scalars and table."""
 
-    kind: int
+    kind: int | Template
     p: Sequence[Node]
     table: Table
 
     def stress(self, a: Node, da: Node, dt: Node, shift: int = SHIFT_NOW) -> Node:
         """Flow stress at the plastic strain a, da of which the increment in the time dt has brought; shift: of a table."""
+        if isinstance(self.kind, Template):
+            return _stated(self.kind, a, da, dt, self.p)
         found = CURVES[self.kind](a, da, dt, self.p, self.table)
         return found + self.p[shift] if self.kind == TABLE else found
 
@@ -109,19 +116,19 @@ class Curve(NamedTuple):
     @property
     def smooth(self) -> bool:
         """Whether its slope has a slope everywhere beyond zero."""
-        return self.kind < JOHNSON_COOK
+        return not isinstance(self.kind, Template) and self.kind < JOHNSON_COOK
 
 
 @generated
-def _stress_kernel(kind: int) -> Program:
+def _stress_kernel(kind: int | Template) -> Program:
     """Rows (a, da) → stress, its first and second total derivative by a, that by a at a fixed da, by each of the scalars."""
     a, da = many("strain", 2)
-    p, dt = many("p", CURVE_SCALARS), given("dt", 0)
+    p, dt = many("p", scalars(kind)), given("dt", 0)
     stress = Curve(kind, p, TABLE_ARRAYS).stress(a, da, dt)
     along = {a: [record.ONE], da: [record.ONE]}
     slope = forward([stress], along, 1)[0][0]
     partial = forward([stress], {a: [record.ONE]}, 1)[0][0]
-    by_p = forward([stress], units(p), CURVE_SCALARS)[0]
+    by_p = forward([stress], units(p), len(p))[0]
     out = [stress, slope, forward([slope], along, 1)[0][0], partial, *by_p]
     arrays: dict[str, Kind] = {
         "strain": Rows(2), "p": Shared(), "dt": Shared(), "knots": Shared(), "coefficients": Shared(), "out": Rows(len(out)),
@@ -130,20 +137,20 @@ def _stress_kernel(kind: int) -> Program:
 
 
 def stresses(f: FlowParameters, a: Array, da: Array | float = 0.0, dt: float = 0.0) -> Array:
-    """Flow stresses (n, 9) at plastic strains a (n,), da of which came in the time dt, with their derivatives.
+    """Flow stresses (n, 4 + k) at plastic strains a (n,), da of which came in the time dt, with their derivatives.
 
-    Columns: the stress, its first and second total derivative by a, that by a at a fixed da, and by each of the scalars (5).
+    Columns: the stress, its first and second total derivative by a, that by a at a fixed da, and by each of the scalars (k).
     """
     strain = np.empty((len(a), 2))
     strain[:, 0], strain[:, 1] = a, da
-    out = np.empty((len(a), 4 + CURVE_SCALARS))
+    out = np.empty((len(a), 4 + len(f.p)))
     _stress_kernel(f.kind)(len(a), strain, f.p, np.array([dt]), f.knots, f.coefficients, out)
     return out
 
 
 def parameters(kind: int, *p: float) -> FlowParameters:
     """Of a curve with the scalars p, at most five."""
-    return FlowParameters(kind, np.append(p, np.zeros(CURVE_SCALARS - len(p))), np.zeros(2), np.zeros((1, 4)))
+    return FlowParameters(kind, np.append(p, np.zeros(CURVE_SCALARS - len(p))), *NO_TABLE)
 
 
 def flow_curve(flow: FlowCurve, plastic_strain: Array, rate: float = 0.0) -> Array:

@@ -6,6 +6,7 @@ Numbers p of a metal: bulk and shear modulus, seconds, share of `At.secant`, the
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from prensa.kernels.differentiate import forward, units
 from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts
 from prensa.kernels.record import Node, differs, given, many
 from prensa.materials.flow_curve import FlowParameters
-from prensa.materials.hardening import CURVE_SCALARS, TABLE_ARRAYS, Curve
+from prensa.materials.hardening import CURVE_SCALARS, TABLE, TABLE_ARRAYS, Curve, scalars
 from prensa.materials.hencky_j2 import (
     Begun,
     Flows,
@@ -24,36 +25,83 @@ from prensa.materials.hencky_j2 import (
     first_piola,
     hencky_j2,
     return_in_principal_axes,
+    stored_energy,
 )
+from prensa.materials.point_form import Found, Given
+from prensa.materials.template import NO_TABLE, Template
 from prensa.types import Array, Flags
 
 Held = Flags
 
 CURVE_AT = 4
 """Place of the scalars of the curve among the numbers of a metal."""
-NO_CURVE = FlowParameters(-1, np.zeros(CURVE_SCALARS), np.zeros(2), np.zeros((1, 4)))
+NO_CURVE = FlowParameters(-1, np.zeros(CURVE_SCALARS), *NO_TABLE)
 """Of metals that do not flow."""
 
 
-def metal(kind: int, cauchy: bool, p: Sequence[Node]) -> Metal:
-    """The metal of recorded numbers p (9,); kind: that of its curve, negative of one that does not flow."""
-    curve = Curve(kind, p[CURVE_AT:], TABLE_ARRAYS) if kind >= 0 else None
+Kinds = int | Template
+
+
+def flows(kind: Kinds) -> bool:
+    """Whether there is a curve of a kind."""
+    return kind != NO_CURVE.kind
+
+
+def metal(kind: Kinds, cauchy: bool, p: Sequence[Node]) -> Metal:
+    """The metal of recorded numbers p; kind: that of its curve, that of `NO_CURVE` if it does not flow."""
+    curve = Curve(kind, p[CURVE_AT:], TABLE_ARRAYS) if flows(kind) else None
     return Metal(p[0], p[1], curve, cauchy, p[2], p[3])
 
 
 def numbers(K: float, G: float, flow: FlowParameters, dt: float, secant: float = 0.0) -> Array:
-    """Numbers p (9,) of a metal."""
+    """Numbers p (k,) of a metal."""
     return np.array([K, G, dt, 1.0 - secant, *flow.p])
+
+
+class MetalForm(NamedTuple):
+    """The `PointForm` of Hencky's law and of J2 plasticity: kind of the flow curve and what it limits."""
+
+    kind: Kinds
+    cauchy: bool
+
+    @property
+    def size(self) -> int:
+        """Columns of the history."""
+        return 10 if flows(self.kind) else 4
+
+    @property
+    def numbers(self) -> int:
+        """Of a metal and of its curve."""
+        return CURVE_AT + scalars(self.kind)
+
+    @property
+    def table_at(self) -> int | None:
+        """Place of a table's numbers."""
+        return CURVE_AT if self.kind == TABLE else None
+
+    def answer(self, h: Sequence[Node], at: Given) -> Found:
+        """The law, with flow where the increment has found it."""
+        m, none = metal(self.kind, self.cauchy, at.p), record.ZERO
+        begun, flows, strains = Begun(at.committed, none, none, at.committed), None, (none, none)
+        if m.curve is not None:
+            first = (*at.committed[:6], *at.committed[:4]) if at.share is None else begin(at.committed, at.share, m)
+            begun = Begun(first[:4], first[4], first[5], first[6:])
+            flows = Flows(differs(at.new[4], at.old[4]), at.new[4] - at.old[4])
+            strains = at.committed[4], first[4]
+        found = hencky_j2(h, begun, m, flows)
+        strain, work = found.history[4:6] if m.curve is not None else (none, none)
+        volume = record.sqrt(determinant(begun.b))
+        return Found(found.stress, found.history, stored_energy(found, m), work, volume, (*strains, strain))
 
 
 TABLES: dict[str, Kind] = {"knots": Shared(), "coefficients": Shared()}
 
 
 @generated
-def _finite(kind: int, cauchy: bool, tangent: bool, held: bool) -> Program:
-    h, old, flag = many("h", 5), many("old", 10 if kind >= 0 else 4), given("failed", 0)
-    m = metal(kind, cauchy, many("p", CURVE_AT + CURVE_SCALARS))
-    begun = Begun(old[:4], old[4], old[5], many("kept", 4)) if kind >= 0 else Begun(old, record.ZERO, record.ZERO, old)
+def _finite(kind: Kinds, cauchy: bool, tangent: bool, held: bool) -> Program:
+    h, old, flag = many("h", 5), many("old", 10 if flows(kind) else 4), given("failed", 0)
+    m = metal(kind, cauchy, many("p", CURVE_AT + scalars(kind)))
+    begun = Begun(old[:4], old[4], old[5], many("kept", 4)) if flows(kind) else Begun(old, record.ZERO, record.ZERO, old)
     found = hencky_j2(h, begun, m, Flows(given("held", 0)) if held else None)
     P = first_piola(h, found.stress, 1.0 / record.sqrt(determinant(old[:4])))
     # det b and f₃₃ say whether f is a motion, the trial tensor whether its logarithm is a number
@@ -61,7 +109,7 @@ def _finite(kind: int, cauchy: bool, tangent: bool, held: bool) -> Program:
     plane = h[0] + h[3] + h[0] * h[3] - h[1] * h[2]
     good = (plane + h[4] + plane * h[4] > -1.0) & (h[4] > -1.0) & (t33 > -1.0)
     good &= (t11 + t22 > -2.0) & ((1.0 + t11) * (1.0 + t22) - t12 * t12 > 0.0)
-    rise = found.history[4] if kind >= 0 else record.ZERO
+    rise = found.history[4] if flows(kind) else record.ZERO
     written = [
         *puts("P", P), *puts("new", found.history), *puts("failed", [flag | ~good | differs(rise, rise)]),
     ]  # fmt: skip
@@ -90,8 +138,8 @@ def finite(
 
 
 @generated
-def _begin(kind: int, cauchy: bool) -> Program:
-    m = metal(kind, cauchy, many("p", CURVE_AT + CURVE_SCALARS))
+def _begin(kind: Kinds, cauchy: bool) -> Program:
+    m = metal(kind, cauchy, many("p", CURVE_AT + scalars(kind)))
     arrays: dict[str, Kind] = {"old": Rows(10), "p": Shared(), "share": Shared(), **TABLES, "new": Rows(10)}
     return Program(arrays, puts("new", begin(many("old", 10), given("share", 0), m)))
 
@@ -103,9 +151,9 @@ def begin_finite(history: Array, share: float, cauchy: bool, flow: FlowParameter
 
 
 @generated
-def _principal(kind: int, cauchy: bool, tangent: bool, held: bool) -> Program:
+def _principal(kind: Kinds, cauchy: bool, tangent: bool, held: bool) -> Program:
     eps, was = many("eps", 3), many("old", 2)
-    m = metal(kind, cauchy, many("p", CURVE_AT + CURVE_SCALARS))
+    m = metal(kind, cauchy, many("p", CURVE_AT + scalars(kind)))
     tau, elastic, strain, work = return_in_principal_axes(
         eps, given("J", 0), was[0], was[1], m, Flows(given("held", 0)) if held else None
     )

@@ -19,7 +19,8 @@ from prensa.layout import PLANE, SPATIAL, TensorLayout
 from prensa.materials import elastic
 from prensa.materials.flow_curve import FlowCurve, FlowParameters, stress_at
 from prensa.materials.hardening import stresses
-from prensa.materials.j2 import NO_CURVE, begin_finite, finite, principal
+from prensa.materials.j2 import NO_CURVE, MetalForm, begin_finite, finite, numbers, principal
+from prensa.materials.point_form import PointLaw
 from prensa.materials.protocol import At, Field, Material, Out, PrincipalElasticity
 from prensa.materials.return_map import return_map
 from prensa.types import Array
@@ -137,6 +138,13 @@ class Hencky(_Isotropic):
         """In small strain."""
         return not self.finite
 
+    def point_law(self, seconds: float) -> PointLaw | None:
+        """Of finite strain in the plane."""
+        if not self.finite or self.layout is not PLANE:
+            return None
+        p = numbers(self.E / (3 * (1 - 2 * self.nu)), self.mu, NO_CURVE, seconds)
+        return PointLaw(MetalForm(NO_CURVE.kind, False), p, NO_CURVE.knots, NO_CURVE.coefficients)
+
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
         """H (n, c) = f − I, old (n, k) → out; see `Material`."""
         if self.finite and self.layout is PLANE:
@@ -217,6 +225,14 @@ class J2(_Isotropic):
             "plastic_work": Field(slice(k + 1, k + 2), travel="growing"),
             "trial": Field(slice(k + 2, 2 * k + 2), travel="flow"),
         }
+
+    def point_law(self, seconds: float) -> PointLaw | None:
+        """Of finite strain in the plane, with a compiled flow curve."""
+        f = self.flow
+        if f is None or not self.finite or self.layout is not PLANE:
+            return None
+        p = numbers(self.E / (3 * (1 - 2 * self.nu)), self.mu, f, seconds)
+        return PointLaw(MetalForm(f.kind, self.yield_on_cauchy), p, f.knots, f.coefficients)
 
     @property
     def symmetric(self) -> bool:

@@ -43,6 +43,9 @@ class Material(Member, abstract=True):
     plastic: ClassVar[bool] = False
     """Whether it has a flow stress, to which laws of friction may refer."""
 
+    in_space: ClassVar[bool] = True
+    """Whether there is a law in three dimensions."""
+
     @property
     def modulus(self) -> float:
         """Young's modulus in the undeformed state; the scale of contact. ``E``, unless a material says otherwise."""

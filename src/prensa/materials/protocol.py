@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Literal, NamedTuple, Protocol, runtime_checkable
 
+import numpy as np
 from numpy.typing import NDArray
 
 from prensa.layout import TensorLayout
@@ -16,7 +17,8 @@ class At(NamedTuple):
 
     ``secant``: how far A is to go from the tangent (0) to the secant moduli of plastic flow (1); a law may give the tangent.
     ``flows`` (n,): which points flow plastically, whatever their trial stress; None: that decides. ``begun``: whether histories
-    come from `Flowing.begin`; else they are committed ones.
+    come from `Flowing.begin`; else they are committed ones. ``temperature`` (n,) of the points at the end of the increment; None:
+    the one for which a law has its numbers.
     """
 
     dt: float
@@ -25,10 +27,14 @@ class At(NamedTuple):
     secant: float = 0.0
     flows: Flags | None = None
     begun: bool = True
+    temperature: Array | None = None
 
     def of(self, rows: NDArray[Any]) -> At:
         """The same for some of the points: places (k,) or flags (n,) of rows."""
-        return self if self.flows is None else self._replace(flows=self.flows[rows])
+        if self.flows is None and self.temperature is None:
+            return self
+        flows, temperature = (None if v is None else v[rows] for v in (self.flows, self.temperature))
+        return self._replace(flows=flows, temperature=temperature)
 
 
 class Out(NamedTuple):
@@ -40,18 +46,25 @@ class Out(NamedTuple):
     failed: Flags
 
 
-Travel = Literal["smooth", "growing", "nearest", "strain", "flow"]
+Travel = Literal["smooth", "growing", "nearest", "strain", "flow", "axes"]
 """How a field gets to the points of a new mesh: ``smooth``: recovered, within what is nearby; ``growing``: and not below the
 value that points start with; ``nearest``: of the nearest point, which flags need; ``strain``: b_e − I, by its logarithm;
-``flow``: a tensor like that, by what its logarithm differs from that of the elastic one."""
+``flow``: a tensor like that, by what its logarithm differs from that of the elastic one; ``axes``: a direction, of length one."""
+
+Initial = float | tuple[float, ...] | Callable[[Array], Array]
+"""What a field starts with: a number, one for each of its k columns, or those (n, k) of initial places (n, d)."""
 
 
 class Field(NamedTuple):
-    """A named part of the history: its ``columns``, the value that each point starts with, how it gets to a new mesh."""
+    """A named part of the history: its ``columns``, what points start with, how it gets to a new mesh."""
 
     columns: slice
-    initial: float = 0.0
+    initial: Initial = 0.0
     travel: Travel = "smooth"
+
+    def start(self, X: Array) -> Array:
+        """What points of initial places X (n, d) start with, (n, k) or what fills it."""
+        return np.asarray(self.initial(X) if callable(self.initial) else self.initial, dtype=np.float64)
 
 
 class PrincipalElasticity(Protocol):

@@ -92,6 +92,8 @@ def _user(door: Door) -> Callable[[Any, ValidationInfo], Any]:
         given = dict(value)
         name = str(given.pop("type"))
         cls = door.find(name, (info.context or {}).get("folder"))
+        if not getattr(cls, "offered", True):
+            raise ValueError(f"{cls.__name__} is used from Python alone so far: give it to prensa.Body in a script")
         try:
             return TypeAdapter(cls).validate_python(given, context=info.context)
         except ValidationError as error:

@@ -248,9 +248,11 @@ def _history(block: Block, values: Array, bounded: Array, old: Array, at: Array,
             continue
         width = field.columns.stop - field.columns.start
         # bounds of a tensor's components would depend on the axes
-        part = (values if field.travel == "flow" else bounded)[:, column : column + width]
+        part = (values if field.travel in ("flow", "axes") else bounded)[:, column : column + width]
         if field.travel == "growing":
-            part = np.maximum(part, field.initial)
+            part = np.maximum(part, field.start(p))
+        elif field.travel == "axes":
+            part = part / np.linalg.norm(part, axis=1, keepdims=True)
         elif field.travel == "nearest":
             part = _nearest(at, p, old[..., field.columns])
         out[:, field.columns] = part

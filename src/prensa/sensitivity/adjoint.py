@@ -257,11 +257,11 @@ class Recorded(Followed):
 
 
 def _backwards(
-    system: System, run: Recorded, slopes: Sequence[Gradient], curves: bool
+    system: System, run: Recorded, slopes: Sequence[Gradient], tables: bool
 ) -> tuple[Weights, Adjoints, list[Landing]]:
-    """What measures with these slopes owe to the state in which the run began and to the system, its flow curves if asked."""
+    """What measures with these slopes owe to the state in which the run began and to the system, its tables if asked."""
     m = len(slopes)
-    weights, owed, landings = Weights.none(system, m), Adjoints(system, m, curves), list[Landing]()
+    weights, owed, landings = Weights.none(system, m), Adjoints(system, m, tables), list[Landing]()
     for k, slope in enumerate(slopes):
         np.add.at(weights.u[k], *slope.displacements(system))
         np.add.at(weights.force[k], *slope.reactions(system))
@@ -327,8 +327,8 @@ class _Parameter:
 
     @property
     def bends(self) -> bool:
-        """Whether it changes a flow curve."""
-        return self.change is not None and any(f is not None for f in self.change.flow)
+        """Whether it changes a table."""
+        return self.change is not None and any(law.knots.any() or law.coefficients.any() for law in self.change.law)
 
     def difference(self, above: Any, below: Any) -> Array:
         """Derivative of what differs between both sides."""
@@ -359,12 +359,11 @@ class _Parameter:
 
     def _of_arrays(self, change: Change, owed: Adjoints) -> Array:
         """Through the bodies' places, moduli, flow curves and penalties."""
-        out = owed.bulk @ change.bulk + owed.G @ change.G
+        out = owed.modulus @ change.modulus
         if change.X is not None:
             out = out + np.einsum("mna,na->m", owed.X, change.X)
-        for flow, by in zip(change.flow, owed.flow):
-            if flow is not None:
-                out = out + by.p @ flow.p + by.knots @ flow.knots + np.einsum("mki,ki->m", by.coefficients, flow.coefficients)
+        for law, by in zip(change.law, owed.law):
+            out = out + by.p @ law.p + by.knots @ law.knots + np.einsum("mki,ki->m", by.coefficients, law.coefficients)
         for scale, w in zip(change.scale, owed.scale):
             out = out + np.einsum("mik,ik->m", w, scale)
         return out

@@ -12,7 +12,7 @@ import numpy as np
 from prensa.elements import derivatives, q4
 from prensa.elements.derivatives import Along, At, Variant, shapes_of
 from prensa.elements.kinds.q4_fbar import Q4Bar
-from prensa.materials.j2 import NO_CURVE, numbers
+from prensa.materials.point_form import PointLaw
 from prensa.sensitivity.change import Change, Changes, Group
 from prensa.system.assembly import Block, scatter_forces
 from prensa.system.interaction import Context
@@ -84,17 +84,13 @@ class Elements:
 
     def at(self, some: slice) -> At:
         """Some elements, for the kernels."""
-        law: Any = self.block.law
-        cells, mode = self.block.cells[some], self.block.mode
-        flow = law.flow if law.plastic else NO_CURVE
-        shifted = bool(law.plastic and self.share)
+        law, cells, mode = point_law(self.block, self.seconds), self.block.cells[some], self.block.mode
         element: Any = self.block.element
         of = element.nodes, element.points, isinstance(element, Q4Bar)
-        variant = Variant(*of, mode.axisymmetric, flow.kind, bool(law.plastic and law.yield_on_cauchy), shifted)
-        p = numbers(*moduli_of(self.block), flow, self.seconds)
+        variant = Variant(*of, mode.axisymmetric, law.form, bool(self.block.law.plastic and self.share))
         return At(
             variant, shapes_of(element.table), self.x_n[cells], self.x[cells], self.committed[some], self.old[some],
-            self.new[some], p, self.share, mode.scale, flow,
+            self.new[some], law, self.share, mode.scale,
         )  # fmt: skip
 
     def _along(self, some: slice, g: Group, k: int, dxn: Array, dx: Array, dold: Array) -> Along:
@@ -136,13 +132,16 @@ class Elements:
         if volumes.shape[-1]:
             energy[0] += np.einsum("eq,eqd->d", self.block.law.energy(self.new), volumes)
             if self.block.law.plastic:
-                energy[1] += np.einsum("eq,eqd->d", self.new[..., 5], volumes)
+                work = self.block.field(self.new, "plastic_work")[..., 0]
+                energy[1] += np.einsum("eq,eqd->d", work, volumes)
 
 
-def moduli_of(block: Block) -> tuple[float, float]:
-    """Bulk and shear modulus of a block's law."""
+def point_law(block: Block, seconds: float) -> PointLaw:
+    """The point law of a block that is known to have one."""
     law: Any = block.law
-    return law.E / (3.0 * (1.0 - 2.0 * law.nu)), law.mu
+    found = law.point_law(seconds)
+    assert isinstance(found, PointLaw)
+    return found
 
 
 def elements_of(
@@ -164,8 +163,7 @@ def unfolding(system: System, c: Context, u: Array, changes: Sequence[Change], r
             continue
         forces = _unfolding(system, b, c.x_n, du, system.X)
         for out, ch in zip(r.T, changes):
-            # E/(1 − ν²) in bulk and shear moduli
-            out += _modulus_change(b, ch, k) * forces
+            out += ch.modulus[k] * forces
             if ch.X is not None:
                 step = SHIFT * system.length / float(np.abs(ch.X).max())
                 beside = [_unfolding(system, b, c.x_n + s * ch.X, du, system.X + s * ch.X) for s in (step, -step)]
@@ -180,11 +178,3 @@ def _unfolding(system: System, b: Block, x: Array, du: Array, X: Array) -> Array
     scatter_forces(forces, b.cells, out)
     return out
 
-
-def _modulus_change(b: Block, ch: Change, k: int) -> float:
-    """Derivative of E* = E/(1 − ν²) = 4 G (3 κ + G)/(3 κ + 4 G)."""
-    bulk, G = moduli_of(b)
-    lower = 3.0 * bulk + 4.0 * G
-    by_bulk = 36.0 * G * G / lower**2
-    by_G = 4.0 * (3.0 * bulk + 2.0 * G) / lower - 16.0 * G * (3.0 * bulk + G) / lower**2
-    return float(by_bulk * ch.bulk[k] + by_G * ch.G[k])

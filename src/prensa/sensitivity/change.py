@@ -11,9 +11,7 @@ import numpy as np
 from prensa.elements.derivatives import BATCH
 from prensa.elements.kinds.isoparametric import Isoparametric
 from prensa.elements.kinds.q4_fbar import Q4Bar
-from prensa.materials.flow_curve import FlowParameters
-from prensa.materials.j2 import CURVE_AT
-from prensa.materials.laws import J2, Hencky
+from prensa.materials.point_form import HasPointLaw, PointLaw
 from prensa.system.assembly import Block
 from prensa.system.system import System
 from prensa.types import Array
@@ -21,8 +19,8 @@ from prensa.types import Array
 KNOWN_ENFORCEMENTS = ("penalty", "exact")
 
 
-class FlowChange(NamedTuple):
-    """Of a compiled flow curve: its scalars p (5,), and of a table ``knots`` (k,) and ``coefficients`` (k − 1, 4)."""
+class LawChange(NamedTuple):
+    """Of a `PointLaw`: its numbers p (n,), and of a table ``knots`` (k,) and ``coefficients`` (k − 1, 4)."""
 
     p: Array
     knots: Array
@@ -32,15 +30,14 @@ class FlowChange(NamedTuple):
 class Change(NamedTuple):
     """Derivatives of a system by a parameter.
 
-    ``X`` (n, 2) of the initial places, or None; ``at`` (tools, 2) of the tools' reference points; ``bulk``, ``G`` (blocks,) of
-    moduli; ``flow`` and ``volume`` (e, q) by block, None where they stay; ``scale`` by contact: (3, k) of k_n, k_T and E*/h.
+    ``X`` (n, 2) of the initial places, or None; ``at`` (tools, 2) of the tools' reference points; ``modulus`` (blocks,), E*;
+    ``law`` and ``volume`` (e, q) by block; ``scale`` by contact: (3, k) of k_n, k_T and E*/h.
     """
 
     X: Array | None
     at: Array
-    bulk: Array
-    G: Array
-    flow: tuple[FlowChange | None, ...]
+    modulus: Array
+    law: tuple[LawChange, ...]
     volume: tuple[Array, ...]
     scale: tuple[Array, ...]
 
@@ -53,8 +50,8 @@ class Change(NamedTuple):
 class Group(NamedTuple):
     """``size`` directions, `BATCH` or fewer, from the ``first`` on, which go through the kernels of elements together.
 
-    By block ``p`` (9, s), changes of the numbers of a metal (see `prensa.materials.j2.numbers`), and ``tables``, those of the
-    knots (k, s) and coefficients (k − 1, 4, s) of its flow curve.
+    By block ``p`` (n, s), changes of the numbers of its law, and ``tables``, those of its knots (k, s) and coefficients
+    (k − 1, 4, s).
     """
 
     first: int
@@ -78,8 +75,8 @@ class Changes(NamedTuple):
     groups: tuple[Group, ...]
 
     @classmethod
-    def of(cls, each: Sequence[Change], curves: Sequence[FlowParameters]) -> Changes:
-        """From those of the parameters; curves: flow curves by block, `NO_CURVE` where there is none."""
+    def of(cls, each: Sequence[Change]) -> Changes:
+        """From those of the parameters."""
         last = [ch for ch in each if ch.X is not None]
         moving = np.stack([ch.X for ch in last if ch.X is not None], axis=-1) if last else np.zeros((0, 2, 0))
         X = np.zeros((len(moving), 2, len(each)))
@@ -87,7 +84,7 @@ class Changes(NamedTuple):
         none = [np.zeros((*v.shape, 0)) for v in each[0].volume]
         volume = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.volume for ch in last))) if last else tuple(none)
         scale = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.scale for ch in each)))
-        groups = tuple(_group(each[first : first + BATCH], first, curves) for first in range(0, len(each), BATCH))
+        groups = tuple(_group(each[first : first + BATCH], first) for first in range(0, len(each), BATCH))
         return cls(tuple(each), X, volume, np.stack([ch.at for ch in each], axis=-1), scale, groups)
 
     def places(self, own: slice, nodes: int) -> Array:
@@ -95,15 +92,12 @@ class Changes(NamedTuple):
         return np.ascontiguousarray(self.X[..., own]) if len(self.X) else np.zeros((nodes, 2, own.stop - own.start))
 
 
-def _group(some: Sequence[Change], first: int, curves: Sequence[FlowParameters]) -> Group:
+def _group(some: Sequence[Change], first: int) -> Group:
     """Directions that follow one another from the ``first`` on."""
     p, tables = [], []
-    for k, curve in enumerate(curves):
-        still = FlowChange(*(np.zeros_like(a) for a in curve[1:]))
-        flow = [ch.flow[k] or still for ch in some]
-        rest = np.zeros(CURVE_AT - 2)
-        p.append(np.stack([[ch.bulk[k], ch.G[k], *rest, *f.p] for ch, f in zip(some, flow)], axis=-1))
-        tables.append((np.stack([f.knots for f in flow], axis=-1), np.stack([f.coefficients for f in flow], axis=-1)))
+    for laws in zip(*(ch.law for ch in some)):
+        p.append(np.stack([law.p for law in laws], axis=-1))
+        tables.append((np.stack([law.knots for law in laws], axis=-1), np.stack([law.coefficients for law in laws], axis=-1)))
     return Group(first, len(some), tuple(p), tuple(tables))
 
 
@@ -121,9 +115,14 @@ def known(system: System) -> bool:
 
 
 def _known_block(b: Block) -> bool:
-    compiled = isinstance(b.law, Hencky) or (isinstance(b.law, J2) and b.law.flow is not None)
+    compiled = _point_law(b) is not None
     plain = isinstance(b.element, Isoparametric) and type(b.element).respond is Isoparametric.respond
     return compiled and (plain or isinstance(b.element, Q4Bar)) and b.element.layout.dimension == 2
+
+
+def places_matter(system: System) -> bool:
+    """Whether some history starts with what its law makes of the initial places: that may depend on the law's numbers."""
+    return any(callable(f.initial) for b in system.blocks for f in b.law.fields.values())
 
 
 def change_of(a: System, b: System, step: float) -> Change | None:
@@ -142,15 +141,12 @@ def change_of(a: System, b: System, step: float) -> Change | None:
         return np.asarray((np.asarray(x) - y) / (2.0 * step))
 
     X = slope(a.X, b.X)
-    flow: list[FlowChange | None] = []
+    laws = []
     for p, q in zip(a.blocks, b.blocks):
-        old, new = getattr(q.law, "flow", None), getattr(p.law, "flow", None)
-        if old is None or new is None:
-            flow.append(None)
-            continue
-        parts = slope(new.p, old.p), slope(new.knots, old.knots), slope(new.coefficients, old.coefficients)
-        flow.append(FlowChange(*parts) if any(v.any() for v in parts) else None)
-    laws = [(p.law, q.law) for p, q in zip(a.blocks, b.blocks)]
+        new, old = _point_law(p), _point_law(q)
+        assert new is not None
+        assert old is not None
+        laws.append(LawChange(slope(new.p, old.p), slope(new.knots, old.knots), slope(new.coefficients, old.coefficients)))
     scales = []
     for s, t in zip(a.surfaces, b.surfaces):
         above, below = (v.scale(np.zeros(len(v.points))) for v in (s, t))
@@ -158,34 +154,21 @@ def change_of(a: System, b: System, step: float) -> Change | None:
     return Change(
         X if X.any() else None,
         np.array([slope(s.at, t.at) for s, t in zip(a.tools, b.tools)]).reshape(-1, 2),
-        np.array([slope(_bulk(p), _bulk(q)) for p, q in laws]),
-        np.array([slope(_shear(p), _shear(q)) for p, q in laws]),
-        tuple(flow),
+        np.array([slope(p.law.modulus(), q.law.modulus()) for p, q in zip(a.blocks, b.blocks)]),
+        tuple(laws),
         tuple(slope(p.volume, q.volume) for p, q in zip(a.blocks, b.blocks)),
         tuple(scales),
     )
 
 
 def _alike(a: Block, b: Block) -> bool:
-    """Whether two blocks have the same kind of law and the same thickness."""
-    if type(a.law) is not type(b.law) or a.mode != b.mode:
-        return False
-    if not isinstance(a.law, J2) or not isinstance(b.law, J2):
-        return True
-    assert a.law.flow is not None
-    assert b.law.flow is not None
-    return (
-        a.law.yield_on_cauchy == b.law.yield_on_cauchy
-        and a.law.flow.kind == b.law.flow.kind
-        and a.law.flow.knots.shape == b.law.flow.knots.shape
-    )
+    """Whether two blocks have the same form of law and the same thickness."""
+    p, q = _point_law(a), _point_law(b)
+    assert p is not None
+    assert q is not None
+    return a.mode == b.mode and p.form == q.form and p.knots.shape == q.knots.shape
 
 
-def _bulk(law: object) -> float:
-    assert isinstance(law, J2 | Hencky)
-    return law.E / (3.0 * (1.0 - 2.0 * law.nu))
-
-
-def _shear(law: object) -> float:
-    assert isinstance(law, J2 | Hencky)
-    return law.mu
+def _point_law(b: Block) -> PointLaw | None:
+    """The numbers of a block's law; seconds and the like, which are the same on both sides, do not matter."""
+    return b.law.point_law(0.0) if isinstance(b.law, HasPointLaw) else None

@@ -15,7 +15,6 @@ import numpy as np
 
 from prensa.contact.record import ContactRecord
 from prensa.friction.laws.coulomb import Coulomb
-from prensa.materials.j2 import NO_CURVE
 from prensa.measures import parse
 from prensa.measures.measure import Gradient
 from prensa.result.increment import Increment
@@ -101,8 +100,7 @@ class Bundle:
         """What the directions carry, all of which the closed derivatives know."""
         system = directions[0].systems[0]
         sizes = np.array([d.parameter.size for d in directions])
-        curves = [getattr(b.law, "flow", None) or NO_CURVE for b in system.blocks]
-        changes = Changes.of([d.change for d in directions if d.change is not None], curves)
+        changes = Changes.of([d.change for d in directions if d.change is not None])
         names = [f"history_{k}" for k in range(len(system.blocks))]
         own = [
             [np.stack([d.carried[name] for d in directions[g.first : g.first + g.size]], axis=-1) for g in changes.groups]

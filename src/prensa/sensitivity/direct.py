@@ -29,7 +29,7 @@ from prensa.measures.measure import Gradient
 from prensa.policy import Policy
 from prensa.result.increment import Increment
 from prensa.result.results import increment_of
-from prensa.sensitivity.change import Change, change_of, known
+from prensa.sensitivity.change import Change, change_of, known, places_matter
 from prensa.sensitivity.combinations import combined, foretold, nearest, sums
 from prensa.sensitivity.parameters import Parameter, neighbours
 from prensa.solver.approach import approach
@@ -145,7 +145,7 @@ class Direction:
         if path in start.derivatives:
             stored = start.derivatives[path]  # one that was stored before may know fewer of the `EARLIER`
             return cls(parameter, step, systems, viscous, dict.fromkeys(EARLIER, stored["u"]) | dict(stored), change)
-        if change is not None and not change.moves:  # materials, friction and steps leave where the run begins
+        if change is not None and not change.moves and not places_matter(system):  # the run begins where it did
             carried = {k: np.zeros(a.shape) for k, a in system.initial().moving().items()}
         else:
             above, below = (s.initial().moving() for s in systems)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,9 +21,7 @@ from prensa.elements import derivatives, q4
 from prensa.elements.kinds.q4_fbar import Q4Bar
 from prensa.linear.factorisations import KeptFactors
 from prensa.linear.reduction import Reduced, Selected
-from prensa.materials.hardening import TABLE
-from prensa.materials.j2 import CURVE_AT
-from prensa.sensitivity.bodies import SHIFT, Elements, elements_of, moduli_of
+from prensa.sensitivity.bodies import SHIFT, Elements, elements_of, point_law
 from prensa.sensitivity.substitutions import Solve, Substitutions, begun
 from prensa.system.assembly import Block, Pattern, scatter_forces
 from prensa.system.interaction import ActiveSets, Context
@@ -31,8 +29,6 @@ from prensa.system.planning import plan_step
 from prensa.system.schedule import StepPlan
 from prensa.system.system import Evaluation, System
 from prensa.types import Array, Index
-
-NO_FLOW = (0, np.zeros(5), np.zeros(2), np.zeros((1, 4)))  # of a curve that nobody asks for
 
 
 class Converged(NamedTuple):
@@ -80,8 +76,8 @@ class Weights:
         return cls(u, step_start, history, contact, force)
 
 
-class FlowWeights(NamedTuple):
-    """Of a compiled flow curve: its scalars (m, 5), of a table its knots (m, k) and coefficients (m, k − 1, 4)."""
+class LawWeights(NamedTuple):
+    """Of a `PointLaw`: its numbers (m, n), of a table its knots (m, k) and coefficients (m, k − 1, 4)."""
 
     p: Array
     knots: Array
@@ -143,15 +139,15 @@ class Stage(NamedTuple):
 class Adjoints:
     """Weights of the arrays of a system, as a run backwards finds them; see `prensa.sensitivity.change.Change`.
 
-    ``curves``: whether anybody asks for those of flow curves.
+    ``tables``: whether anybody asks for those of tables.
     """
 
-    def __init__(self, system: System, m: int, curves: bool) -> None:
-        self.system, self.curves = system, curves
+    def __init__(self, system: System, m: int, tables: bool) -> None:
+        self.system, self.tables = system, tables
         self.X = np.zeros((m, len(system.X), 2))
         self.at = np.zeros((m, len(system.tools), 2))
-        self.bulk, self.G = np.zeros((2, m, len(system.blocks)))
-        self.flow = [_no_flow(b, m) for b in system.blocks]
+        self.modulus = np.zeros((m, len(system.blocks)))
+        self.law = [_no_law(b, m) for b in system.blocks]
         self.scale = [np.zeros((m, 3, len(s.points))) for s in system.surfaces]
         self.touching: list[list[Touching]] = [[] for _ in system.tools]
         self.stages: dict[int, Stage] = {}
@@ -173,10 +169,9 @@ class Adjoints:
         return self.stages[number]
 
 
-def _no_flow(b: Block, m: int) -> FlowWeights:
-    flow: Any = getattr(b.law, "flow", None)
-    _, p, knots, coefficients = NO_FLOW if flow is None else flow
-    return FlowWeights(*(np.zeros((m, *np.shape(v))) for v in (p, knots, coefficients)))
+def _no_law(b: Block, m: int) -> LawWeights:
+    _, p, knots, coefficients = point_law(b, 0.0)
+    return LawWeights(*(np.zeros((m, *np.shape(v))) for v in (p, knots, coefficients)))
 
 
 class Nearby(NamedTuple):
@@ -420,8 +415,7 @@ def _element(
     b: Elements, k: int, r: Array, new: Array, x_n: Array, x: Array, old: Array, owed: Adjoints
 ) -> None:  # fmt: skip
     """What forces and histories of block number k owe."""
-    cells, flow = b.block.cells, np.zeros((len(r), *b.block.volume.shape))
-    p = np.zeros((len(r), CURVE_AT + len(owed.flow[k].p[0])))
+    cells, stress, weights = b.block.cells, np.zeros((len(r), *b.block.volume.shape)), owed.law[k]
     dofs = (2 * cells[:, :, None] + np.arange(2)).reshape(len(cells), -1)
     for some in b.chunks():
         at = b.at(some)
@@ -429,24 +423,20 @@ def _element(
             found = derivatives.back(at, w[some], r[i][dofs[some]])
             _to_nodes(found.x_n, cells[some], x_n[i])
             _to_nodes(found.x, cells[some], x[i])
-            old[i, some], flow[i, some] = found.committed, found.stress
-            p[i] += found.p
-    owed.bulk[:, k] += p[:, 0]
-    owed.G[:, k] += p[:, 1]
-    owed.flow[k].p[:] += p[:, CURVE_AT:]
-    curve: Any = getattr(b.block.law, "flow", None)
-    if curve is None or not owed.curves or curve.kind != TABLE:
+            old[i, some], stress[i, some] = found.committed, found.stress
+            weights.p[i] += found.p
+    form, _, knots, coefs = point_law(b.block, b.seconds)
+    if not owed.tables or form.table_at is None:
         return
-    strain = b.new[..., 4]
-    knots, (coefs, last) = curve.knots, (curve.coefficients, len(curve.knots) - 1)
+    strain, last = b.block.field(b.new, "plastic_strain")[..., 0], len(knots) - 1
     piece = np.clip(np.searchsorted(knots, strain, side="right") - 1, 0, last - 1)
     d = np.minimum(strain, knots[last]) - knots[piece]
     a3, a2, a1 = (coefs[piece, i] for i in range(3))
     slope = (3.0 * a3 * d + 2.0 * a2) * d + a1
-    for out, w in enumerate(flow):
+    for out, w in enumerate(stress):
         for i, power in enumerate((d**3, d**2, d, np.ones_like(d))):
-            np.add.at(owed.flow[k].coefficients[out, :, i], piece, w * power)
-        np.add.at(owed.flow[k].knots[out], piece, -w * slope)
+            np.add.at(weights.coefficients[out, :, i], piece, w * power)
+        np.add.at(weights.knots[out], piece, -w * slope)
 
 
 def _unfolding(system: System, c: Context, u: Array, r: Array, owed: Adjoints) -> None:
@@ -463,10 +453,7 @@ def _unfolding(system: System, c: Context, u: Array, r: Array, owed: Adjoints) -
             q4.unfold(X, x_n, d, b.mode.axisymmetric, b.mode.scale, size, False, out, np.empty((0, 8, 8)))
             return out
 
-        bulk, G = moduli_of(b)  # E/(1 − ν²) = 4 G (3 κ + G)/(3 κ + 4 G)
-        along = np.einsum("mei,ei->m", W, forces(X, x_n)) / (3.0 * bulk + 4.0 * G) ** 2
-        owed.bulk[:, k] += 36.0 * G * G * along
-        owed.G[:, k] += 4.0 * (9.0 * bulk * bulk + 6.0 * bulk * G + 4.0 * G * G) * along
+        owed.modulus[:, k] += np.einsum("mei,ei->m", W, forces(X, x_n))
         step = SHIFT * system.length
         for node in range(4):
             for axis in range(2):

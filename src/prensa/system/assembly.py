@@ -312,7 +312,9 @@ class Block:
         history = np.zeros((*self.volume.shape, self.law.size + self.element.extra(self.mode)))
         for part in self.law.fields.values():
             if part.initial:  # zeros that nobody writes take no memory
-                history[..., part.columns] = part.initial
+                X = np.einsum("qa,mad->mqd", self.element.N, self.X).reshape(-1, self.X.shape[-1])
+                at = part.start(X)
+                history[..., part.columns] = at.reshape(*self.volume.shape, -1) if len(at.shape) == len(X.shape) else at
         return history
 
     def field(self, history: Array, name: str) -> Array:
@@ -354,7 +356,7 @@ def sweep(
         gather(x_n, cells, room.x[:k])
         gather(du, cells, room.d[:k])
         chunk = Chunk(block.X[rows], room.x[:k], room.d[:k], old[rows], new[rows])
-        here = at if at.flows is None else at.of(np.arange(first * points, (first + k) * points))
+        here = at if at.flows is None and at.temperature is None else at.of(np.arange(first * points, (first + k) * points))
         return block.element.respond(chunk, block.law, here, block.mode, room.first(k), data is not None)
 
     for first, room, failure in _in_order(answer, block, threads):

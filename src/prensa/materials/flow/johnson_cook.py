@@ -11,7 +11,8 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from prensa.materials.flow_curve import TINY, FlowCurve, FlowParameters
+from prensa.kernels.record import TINY
+from prensa.materials.flow_curve import FlowCurve, FlowParameters
 from prensa.model.units import Number, Pressure, Rate
 from prensa.types import Array
 

@@ -1,0 +1,460 @@
+"""What a material of one's own is that is written as a point function: it is compiled, and all its derivatives are generated.
+
+It derives from `PointMaterial` and states its energy; one that flows says what is left of its strain too::
+
+    class Exponentiated(pr.PointMaterial):
+        E: float
+        nu: float
+        k: float
+
+        def energy(self, strain):
+            G, K = self.E / (2 + 2 * self.nu), self.E / (3 - 6 * self.nu)
+            d = strain.deviator
+            return G / self.k * (exp(self.k * d.dot(d)) - 1) + 0.5 * K * strain.trace**2
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from prensa.errors import ArgumentError
+from prensa.kernels.differentiate import forward, reverse, units
+from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts
+from prensa.kernels.record import ONE, ZERO, Node, as_found, differs, given, many, one_like, sqrt, where
+from prensa.layout import PLANE, TensorLayout
+from prensa.materials.corotational import Tensor, kirchhoff, turned_axes
+from prensa.materials.flow_curve import stress_at
+from prensa.materials.hardening import TABLE, TABLE_ARRAYS, Curve, scalars
+from prensa.materials.hencky_j2 import determinant, exponential, first_piola, logarithm, push_forward
+from prensa.materials.j2 import NO_CURVE, TABLES
+from prensa.materials.material import Material
+from prensa.materials.point_form import Found, Given, PointLaw
+from prensa.materials.protocol import At, Field, Out
+from prensa.materials.protocol import Material as Law
+from prensa.materials.template import NO_TABLE, Template
+from prensa.types import Array
+
+STRAIN_COLUMNS = slice(0, 4)
+AXES_COLUMNS = slice(4, 6)
+
+
+class PointAt(NamedTuple):
+    """What a point function may depend on besides its strain: seconds ``dt``, volume ``J`` over the initial one, ``J_n`` before.
+
+    ``temperature``: None where nobody says it. ``active``: see `flowing`. ``curve``: the flow curve of the field ``flow``.
+    """
+
+    dt: Node
+    J: Node
+    J_n: Node
+    temperature: Node | None = None
+    active: Node | None = None
+    curve: Curve | None = None
+
+    def flowing(self, beyond: Node) -> Node:
+        """Whether the point flows: where its trial stress is beyond the limit, or where a solver holds it."""
+        return beyond if self.active is None else self.active
+
+    def flow_stress(self, strain: Node, rise: Node | None = None) -> Node:
+        """Of the field ``flow`` at an equivalent plastic strain; ``rise``: what the increment brought of it, None: before it."""
+        assert self.curve is not None
+        return self.curve.at_rest(strain) if rise is None else self.curve.stress(strain, rise, self.dt)
+
+
+class PointMaterial(Material, abstract=True):
+    """Base of materials whose law is a point function: plain Python on numbers with the functions of `prensa.kernels.record`.
+
+    Strains are logarithmic elastic ones, ½ ln b_e, in finite kinematics, and those of small strain in small; stresses are
+    Kirchhoff's. Plastic flow keeps the volume. Derivatives are exact, those by the fields that are numbers too. Increments of
+    second order in time are those of backward Euler from a shifted beginning, of the variables too. Laws of the plane so far.
+    """
+
+    variables: ClassVar[tuple[str, ...]] = ()
+    """Names of numbers that a point remembers, 0 at first; ``plastic_strain`` and ``plastic_work`` of one that is ``plastic``."""
+    directed: ClassVar[bool] = False
+    """Whether it depends on directions: tensors then have the components along the material's own axes, which turn with it."""
+    symmetric: ClassVar[bool | None] = None
+    """Whether its tangent is symmetric; None: that of an elastic material is."""
+    in_space: ClassVar[bool] = False
+
+    def energy(self, strain: Tensor) -> Any:
+        """Stored energy per initial volume at an elastic strain."""
+        raise NotImplementedError(f"{type(self).__name__} states no energy: define energy(self, strain)")
+
+    def stress(self, strain: Tensor) -> Tensor:
+        """Stress at an elastic strain: the derivative of `energy`, unless a material states it."""
+        return _derivative(self.energy, strain)
+
+    def respond(self, trial: Tensor, old: Sequence[Any], at: PointAt) -> tuple[Tensor, Sequence[Any]]:
+        """Elastic strain and variables after an increment; ``trial``: what the strain is if nothing flows, ``old``: variables."""
+        return trial, old
+
+    def flow_stress(self, strain: Array) -> Array:
+        """Flow stress (k,) at rest at equivalent plastic strains (k,), of one that is ``plastic``: that of its field ``flow``."""
+        curve: Any = getattr(self, "flow", None)
+        if curve is None:
+            raise NotImplementedError(f"{type(self).__name__} states no flow stress: define flow_stress(self, strain)")
+        return stress_at(curve, strain, np.zeros_like(strain))
+
+    def axes(self, X: Array) -> Array:
+        """Angles (k,) in radians of the first material axis to x at initial places X (k, 2), of one that is ``directed``."""
+        return np.zeros(len(X))
+
+    def bulk_law(self, finite: bool, **tensors: Any) -> Law:
+        """The law.
+
+        Raises
+        ------
+        ArgumentError
+            In three dimensions, and for a flow curve that is not compiled.
+
+        """
+        name = type(self).__name__
+        if tensors.get("layout", PLANE) is not PLANE:
+            raise ArgumentError(f"{name}: a material of point functions has no law in three dimensions so far")
+        curve: Any = getattr(self, "flow", None)
+        if curve is not None and curve.kernel() is None:
+            raise ArgumentError(f"{name}: its flow curve {type(curve).__name__} is not compiled; derive it from PointCurve")
+        missing = {"plastic_strain", "plastic_work"} - set(self.variables) if self.plastic else set()
+        if missing:
+            raise ArgumentError(f"{name}: it is plastic and has no {' and '.join(sorted(missing))} among its variables")
+        return PointMaterialLaw(self, finite)
+
+
+def _derivative(energy: Any, strain: Tensor) -> Tensor:
+    """Of an energy by a strain, exact."""
+    at = [as_found(x, x) for x in strain]
+    xx, yy, zz, xy = reverse([energy(Tensor(*at))], [ONE], at)
+    return Tensor(xx, yy, zz, 0.5 * xy)
+
+
+@dataclass(frozen=True)
+class Form:
+    """The `PointForm` of a material: what it is without its numbers, its flow curve, whether it is of finite strain.
+
+    Numbers p: seconds, the material's fields, the scalars of its curve.
+    """
+
+    template: Template
+    curve: int | Template
+    finite: bool
+
+    @classmethod
+    def of(cls, material: PointMaterial, finite: bool, seconds: float) -> PointLaw:
+        """With the numbers of a material."""
+        template, p = Template.of(material, ["flow"] if hasattr(material, "flow") else [])
+        curve: Any = material.flow.kernel() if hasattr(material, "flow") else None
+        if curve is None:
+            return PointLaw(cls(template, NO_CURVE.kind, finite), np.append(seconds, p), *NO_TABLE)
+        return PointLaw(cls(template, curve.kind, finite), np.hstack([seconds, p, curve.p]), curve.knots, curve.coefficients)
+
+    @property
+    def material(self) -> type[PointMaterial]:
+        """Its class."""
+        found: type[PointMaterial] = self.template.parts[0]
+        return found
+
+    @property
+    def first_variable(self) -> int:
+        """Column of the first variable."""
+        return AXES_COLUMNS.stop if self.material.directed else STRAIN_COLUMNS.stop
+
+    @property
+    def size(self) -> int:
+        """Columns of the history: b_e − I or the elastic strain, the axes of a material that has some, the variables.
+
+        Of one that flows the trial tensor, see `prensa.materials.laws.J2`, and the last rise of each variable too.
+        """
+        return self.rises.stop if self.material.plastic else self.variables.stop
+
+    @property
+    def variables(self) -> slice:
+        """Columns of the variables."""
+        return slice(self.first_variable, self.first_variable + len(self.material.variables))
+
+    @property
+    def trial(self) -> slice:
+        """Columns of the trial tensor of a material that flows."""
+        return slice(self.variables.stop, self.variables.stop + STRAIN_COLUMNS.stop)
+
+    @property
+    def rises(self) -> slice:
+        """Columns of the last rises of the variables of a material that flows."""
+        return slice(self.trial.stop, self.trial.stop + len(self.material.variables))
+
+    @property
+    def numbers(self) -> int:
+        """How many there are."""
+        return 1 + self.template.numbers + (0 if self.curve == NO_CURVE.kind else scalars(self.curve))
+
+    @property
+    def table_at(self) -> int | None:
+        """Place of a table's numbers."""
+        return 1 + self.template.numbers if self.curve == TABLE else None
+
+    def point(
+        self, h: Sequence[Node], old: Sequence[Node], p: Sequence[Node], begun: bool, active: Node | None = None,
+        warm: Node | None = None,
+    ) -> Point:  # fmt: skip
+        """The law at a gradient h, from a history; ``begun``: from one of `begin`, else a committed one."""
+        material: PointMaterial = self.template.filled(p[1:])
+        cos, sin = old[AXES_COLUMNS] if material.directed else (ZERO, ZERO)
+        t, J, J_n = self._carried(h, old[STRAIN_COLUMNS]), one_like(h[0]), one_like(h[0])
+        trial = Tensor(*t)
+        if self.finite:
+            trial, J, J_n = Tensor(*logarithm(t)), sqrt(determinant(t)), sqrt(determinant(old[STRAIN_COLUMNS]))
+            if material.directed:
+                cos, sin = turned_axes(h, old[STRAIN_COLUMNS], cos, sin)
+        if material.directed:
+            trial = trial.in_axes(cos, sin)
+        curve = None if self.curve == NO_CURVE.kind else Curve(self.curve, p[1 + self.template.numbers :], TABLE_ARRAYS)
+        was = old[self.variables]
+        elastic, variables = material.respond(trial, was, PointAt(p[0], J, J_n, warm, active, curve))
+        if elastic is not trial and not material.plastic:
+            raise ArgumentError(f"{self.material.__name__} returns another strain than 'trial': say that it is plastic")
+        stress, left, energy = material.stress(elastic), elastic, material.energy(elastic)
+        if material.directed:
+            stress = (kirchhoff(stress, elastic) if self.finite else stress).from_axes(cos, sin)
+            left = elastic.from_axes(cos, sin)
+        history = [*t, *([cos, sin] if material.directed else []), *variables]
+        if material.plastic:
+            moved = _any_differs(elastic, trial)
+            new = exponential(tuple(left)) if self.finite else tuple(left)
+            history[STRAIN_COLUMNS] = kept = [where(moved, a, b) for a, b in zip(new, t)]
+            as_if = self._carried(h, old[self.trial] if begun else old[STRAIN_COLUMNS])
+            history += [where(moved, a, b) for a, b in zip(as_if, kept)]
+            shifts = old[self.rises] if begun else [ZERO] * len(was)
+            history += [where(moved, a - b + c, 0.0) for a, b, c in zip(variables, was, shifts)]
+        return Point(stress, history, energy, t)
+
+    def _carried(self, h: Sequence[Node], b: Sequence[Node]) -> tuple[Node, ...]:
+        """What b_e − I, or an elastic strain, becomes if nothing flows."""
+        if self.finite:
+            return push_forward(h, b)
+        return tuple(x + y for x, y in zip(b, (h[0], h[3], h[4], 0.5 * (h[1] + h[2]))))
+
+    def at_rest(self, old: Sequence[Node], p: Sequence[Node]) -> tuple[Tensor, Node]:
+        """Cauchy stress along x and y and stored energy per initial volume of a committed history."""
+        material: PointMaterial = self.template.filled(p[1:])
+        b = old[STRAIN_COLUMNS]
+        strain = Tensor(*(logarithm(b) if self.finite else b))
+        if not material.directed:
+            stress, energy = material.stress(strain), material.energy(strain)
+        else:
+            axes = old[AXES_COLUMNS]
+            strain = strain.in_axes(*axes)
+            stress, energy = material.stress(strain), material.energy(strain)
+            stress = (kirchhoff(stress, strain) if self.finite else stress).from_axes(*axes)
+        return stress * (1.0 / sqrt(determinant(b))) if self.finite else stress, energy
+
+    def begin(self, old: Sequence[Node], share: Node) -> list[Node]:
+        """A history after a ``share`` of what the last increment has brought more; rises are then what variables shifted by."""
+        b, out = old[STRAIN_COLUMNS], list(old)
+        e, was = (logarithm(x) if self.finite else x for x in (b, old[self.trial]))
+        moved = _any_differs(Tensor(*b), Tensor(*old[self.trial]))
+        flow = share * (Tensor(*was) - Tensor(*e)).deviator
+        less = tuple(Tensor(*e) - flow)
+        new = exponential(less) if self.finite else less
+        shifts = [where(moved, share * x, 0.0) for x in old[self.rises]]
+        out[STRAIN_COLUMNS] = [where(moved, x, y) for x, y in zip(new, b)]
+        out[self.variables] = [x + y for x, y in zip(old[self.variables], shifts)]
+        out[self.trial], out[self.rises] = b, shifts
+        return out
+
+    def answer(self, h: Sequence[Node], at: Given) -> Found:
+        """The law at a gradient of the increment."""
+        begun = at.committed if at.share is None else self.begin(at.committed, at.share)
+        found, names = self.point(h, begun, at.p, at.share is not None), self.material.variables
+        work, strains = ZERO, (ZERO, ZERO, ZERO)
+        if self.material.plastic:
+            work = found.history[self.first_variable + names.index("plastic_work")]
+            k = self.first_variable + names.index("plastic_strain")
+            strains = at.committed[k], begun[k], found.history[k]
+        volume = sqrt(determinant(begun[STRAIN_COLUMNS]))
+        return Found(tuple(found.stress), found.history, found.energy, work, volume, strains)
+
+
+class Point(NamedTuple):
+    """What a law answers: Kirchhoff stress along x and y, history, stored energy, trial b_e − I or strain."""
+
+    stress: Tensor
+    history: Sequence[Node]
+    energy: Node
+    trial: Sequence[Node]
+
+
+def _any_differs(a: Tensor, b: Tensor) -> Node:
+    first, *others = (differs(x, y) for x, y in zip(a, b))
+    for one in others:
+        first = first | one
+    return first
+
+
+@generated
+def _update(form: Form, begun: bool, tangent: bool, held: bool, heated: bool) -> Program:
+    h, old, flag = many("h", PLANE.components), many("old", form.size), given("failed", 0)
+    active, warm = given("held", 0) if held else None, given("temperature", 0) if heated else None
+    found = form.point(h, old, many("p", form.numbers), begun, active, warm)
+    s, t = tuple(found.stress), found.trial
+    if form.finite:
+        P = first_piola(h, s, 1.0 / sqrt(determinant(old[STRAIN_COLUMNS])))
+        plane = h[0] + h[3] + h[0] * h[3] - h[1] * h[2]
+        good = (plane + h[4] + plane * h[4] > -1.0) & (h[4] > -1.0) & (t[2] > -1.0)
+        good &= (t[0] + t[1] > -2.0) & ((1.0 + t[0]) * (1.0 + t[1]) - t[3] * t[3] > 0.0)
+        flag = flag | ~good
+    else:
+        P = (s[0], s[3], s[3], s[1], s[2])
+    for x in (*found.history[STRAIN_COLUMNS.stop :], *s):
+        flag = flag | differs(x, x)
+    written = [*puts("P", P), *puts("new", found.history), *puts("failed", [flag])]
+    if tangent:
+        written += puts("A", [x for row in forward(P, units(h), len(h)) for x in row])
+    arrays: dict[str, Kind] = {
+        "h": Rows(len(h)), "old": Rows(form.size), "p": Shared(), **TABLES, "held": Marks(), "temperature": Rows(1),
+        "P": Rows(len(h)), "A": Rows(len(h) ** 2), "new": Rows(form.size), "failed": Marks(),
+    }  # fmt: skip
+    return Program(arrays, written)
+
+
+@generated
+def _at_rest(form: Form) -> Program:
+    stress, energy = form.at_rest(many("old", form.size), many("p", form.numbers))
+    arrays: dict[str, Kind] = {"old": Rows(form.size), "p": Shared(), "out": Rows(5)}
+    return Program(arrays, puts("out", [*stress, energy]))
+
+
+@generated
+def _begin(form: Form) -> Program:
+    arrays: dict[str, Kind] = {"old": Rows(form.size), "share": Shared(), "new": Rows(form.size)}
+    return Program(arrays, puts("new", form.begin(many("old", form.size), given("share", 0))))
+
+
+@dataclass(frozen=True)
+class PointMaterialLaw:
+    """The law of a `PointMaterial`; fields of the history: see `Form.size`."""
+
+    material: PointMaterial
+    finite: bool
+
+    @property
+    def layout(self) -> TensorLayout:
+        """Of plane problems."""
+        return PLANE
+
+    @cached_property
+    def _form(self) -> Form:
+        form: Any = Form.of(self.material, self.finite, 0.0).form
+        return form
+
+    @property
+    def size(self) -> int:
+        """Columns of the history."""
+        return self._form.size
+
+    @property
+    def fields(self) -> Mapping[str, Field]:
+        """Of the history."""
+        out = {"elastic": Field(STRAIN_COLUMNS, travel="strain")}
+        if self.material.directed:
+            out["axes"] = Field(AXES_COLUMNS, self._axes, "axes")
+        for k, name in enumerate(self.material.variables, self._form.first_variable):
+            out[name] = Field(slice(k, k + 1), travel="growing" if name in ("plastic_strain", "plastic_work") else "smooth")
+        if self.plastic:
+            out |= {"trial": Field(self._form.trial, travel="flow"), "rises": Field(self._form.rises)}
+        return out
+
+    def _axes(self, X: Array) -> Array:
+        """Cosine and sine (n, 2) of the angle of the axes at initial places (n, 2)."""
+        angle = self.material.axes(X)
+        return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+    @property
+    def plastic(self) -> bool:
+        """As the material."""
+        return self.material.plastic
+
+    @property
+    def linear(self) -> bool:
+        """False: nobody says so."""
+        return False
+
+    @property
+    def fbar_has_energy(self) -> bool:
+        """False."""
+        return False
+
+    @property
+    def symmetric(self) -> bool:
+        """As the material says; elastic ones derive from an energy."""
+        said = self.material.symmetric
+        return not self.plastic if said is None else said
+
+    @property
+    def E(self) -> float:
+        """Young's modulus."""
+        return self.material.modulus
+
+    @property
+    def nu(self) -> float:
+        """Poisson's ratio."""
+        return self.material.poisson
+
+    def modulus(self) -> float:
+        """Plane-strain modulus E/(1 − ν²)."""
+        return self.E / (1.0 - self.nu**2)
+
+    def thickness(self, history: Array) -> Array | None:
+        """None: the law does not change the thickness that the element integrates over."""
+        return None
+
+    def point_law(self, seconds: float) -> PointLaw | None:
+        """In finite strain."""
+        return Form.of(self.material, True, seconds) if self.finite else None
+
+    def update(self, h: Array, old: Array, at: At, out: Out) -> None:
+        """H (n, 5) = f − I, old (n, h) → out; see `Material`."""
+        form, p, knots, coefficients = Form.of(self.material, self.finite, at.dt)
+        held = out.failed if at.flows is None else at.flows
+        warm = np.zeros(len(h)) if at.temperature is None else at.temperature
+        begun = at.begun and self.plastic  # others begin as they were committed
+        kernel = _update(form, begun, at.tangent, at.flows is not None, at.temperature is not None)
+        kernel(len(h), h, old, p, knots, coefficients, held, warm[:, None], out.P, out.A, out.new, out.failed)
+
+    def begin(self, history: Array, share: float) -> Array:
+        """What an increment begins with: a committed history (n, h) after a ``share`` of what the last one has brought more."""
+        form, out = self._form, history.copy()
+        if share:
+            _begin(form)(len(history), history, np.array([share]), out)
+        else:
+            out[:, form.trial], out[:, form.rises] = history[:, STRAIN_COLUMNS], 0.0
+        return out
+
+    def _at_rest(self, history: Array) -> Array:
+        """Cauchy stress and energy (n, 5) of committed histories (n, h)."""
+        out = np.empty((len(history), 5))
+        form, p, _, _ = Form.of(self.material, self.finite, 0.0)
+        _at_rest(form)(len(history), history, p, out)
+        return out
+
+    def energy(self, history: Array) -> Array:
+        """Elastic energy per initial volume, (..., h) → (...)."""
+        flat = np.ascontiguousarray(history.reshape(-1, history.shape[-1]))
+        return self._at_rest(flat)[:, 4].reshape(history.shape[:-1])
+
+    def cauchy(self, history: Array) -> Array:
+        """Cauchy stress xx, yy, zz, xy of committed histories (n, h) → (n, 4)."""
+        return np.ascontiguousarray(self._at_rest(history)[:, :4])
+
+    def flow_stress(self, strain: Array) -> Array:
+        """Flow stress (n,) at plastic strains (n,), at rest."""
+        return np.asarray(self.material.flow_stress(strain), dtype=np.float64) + np.zeros_like(strain)
+
+    def shear_strength(self, history: Array) -> Array:
+        """Shear yield stress σ_y/√3 (n,) of committed histories (n, h)."""
+        k = self._form.first_variable + self.material.variables.index("plastic_strain")
+        return self.flow_stress(np.ascontiguousarray(history[:, k])) / np.sqrt(3.0)
