@@ -184,7 +184,7 @@ def test_derivatives_are_those_of_runs(flow: pr.FlowCurve, order: Any) -> None:
 def test_space_and_case_files_are_refused_in_words(tmp_path) -> None:
     """There is no law in three dimensions, and no name for it in case files so far."""
     with pytest.raises(PrensaError, match="three dimensions"):
-        Hill(E, NU, FLOW).law("finite", "3d")
+        Hill(E, NU, FLOW).law("finite", "solid")
     material = "{type: 'prensa.materials.hill:Hill', E: 70 GPa, nu: 0.33, flow: {type: perfect, s0: 100}}"
     (tmp_path / "sheet.yaml").write_text(
         f"bodies: {{sheet: {{mesh: {{type: rectangle, size: [1, 1], n: [1, 1]}}, material: {material}}}}}\n"

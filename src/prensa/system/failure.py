@@ -405,14 +405,8 @@ def sentence(failure: Failure) -> str:
             return f"the equilibrium found is unstable (in {ways}): the bodies would leave it by themselves"
         case Jumped():
             return "the bodies jump within the increment, past unstable states"
-        case LimitPoint(cause, eigenvalue, across):
-            seen = "an iterate beyond it is free to move" if isinstance(cause, Singular) else sentence(cause)
-            sets = " where a contact point slips or opens, and none where it does not" if across else ""
-            sign = "" if eigenvalue is None else f"the tangent has a negative eigenvalue, {eigenvalue:.3g}{sets}; "
-            return (
-                "limit point: here the bodies can no longer follow what drives them in equilibrium, they jump "
-                f"({sign}{seen})"
-            )
+        case LimitPoint():
+            return _limit_point(failure)
         case Collapsed():
             return f"{place_of(failure)} flowed by {failure.strain:.2g} in one increment: it collapses"
         case MetalInside(node):
@@ -432,6 +426,13 @@ def sentence(failure: Failure) -> str:
             return _past(failure)
         case _:
             return _free(failure)
+
+
+def _limit_point(failure: LimitPoint) -> str:
+    seen = "an iterate beyond it is free to move" if isinstance(failure.cause, Singular) else sentence(failure.cause)
+    sets = " where a contact point slips or opens, and none where it does not" if failure.across else ""
+    sign = "" if failure.eigenvalue is None else f"the tangent has a negative eigenvalue, {failure.eigenvalue:.3g}{sets}; "
+    return f"limit point: here the bodies can no longer follow what drives them in equilibrium, they jump ({sign}{seen})"
 
 
 def _distorted(failure: Distorted) -> str:
