@@ -11,7 +11,7 @@ from prensa.materials.material import material_of
 from prensa.system.time_integration import TimeRule
 
 METAL = pr.J2(200e3, 0.3, pr.Voce(200.0, 150.0, 6.0))
-PLACES = {"plane strain": [(0, 0), (0, 1), (1, 0), (1, 1), (2, 2)], "3d": [(i, j) for i in range(3) for j in range(3)]}
+PLACES = {"plane strain": [(0, 0), (0, 1), (1, 0), (1, 1), (2, 2)], "solid": [(i, j) for i in range(3) for j in range(3)]}
 
 
 def motion(t: float, kinematics: str) -> np.ndarray:
