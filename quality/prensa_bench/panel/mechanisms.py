@@ -46,7 +46,7 @@ def _none_of_them(*_: Any, **__: Any) -> list[Any]:
 
 
 def _forgetful(original: Callable[..., Any]) -> Callable[..., Any]:
-    """Newton's direction (see `newton._direction`) without the points that reversed their slip."""
+    """Newton's direction (see `newton._newton_direction`) without the points that reversed their slip."""
 
     def direction(eq: Equilibrium, state: NewtonState) -> Any:
         known = state.reversed
@@ -62,8 +62,8 @@ def _forgetful(original: Callable[..., Any]) -> Callable[..., Any]:
 def _without_stick(original: Callable[..., Any]) -> Callable[..., Any]:
     """A contact step in which nothing is forced to stick."""
 
-    def step(eq: Equilibrium, u: Any, lam: Any, e: Any, stick: Any, most: int | None = None) -> Any:
-        return original(eq, u, lam, e, None, most)
+    def step(eq: Equilibrium, u: Any, lam: Any, e: Any, stick: Any = None, **more: Any) -> Any:
+        return original(eq, u, lam, e, None, **more)
 
     return step
 
@@ -71,8 +71,8 @@ def _without_stick(original: Callable[..., Any]) -> Callable[..., Any]:
 def _frictionless_alone(original: Callable[..., Any]) -> Callable[..., Any]:
     """Candidates whose friction a contact step decides: none, where any has friction."""
 
-    def rubbing(eq: Equilibrium, e: Any, near: Any) -> Any:
-        found = original(eq, e, near)
+    def rubbing(eq: Equilibrium, e: Any, at: Any) -> Any:
+        found = original(eq, e, at)
         return None if found is not None and found.any() else found
 
     return rubbing
@@ -169,7 +169,7 @@ TIMELY = (
     Mechanism(
         "edge_step",
         "Newton's step decides on the points that it opens and closes at the edges of contacts.",
-        (replaced(newton, newton.with_edges, lambda eq, e, lam, step: step),),
+        (replaced(newton, newton.edge_step, lambda eq, e, lam, step: step),),
     ),
     Mechanism(
         "contact_step",
@@ -193,7 +193,7 @@ TIMELY = (
         "forced_stick",
         "A point that reversed its slip sticks in the next matrix, where no contact step decides on it.",
         (
-            replaced(newton, newton._direction, _forgetful(newton._direction)),
+            replaced(newton, newton._newton_direction, _forgetful(newton._newton_direction)),
             replaced(newton, newton.contact_step, _without_stick(newton.contact_step)),
         ),
     ),

@@ -6,8 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from prensa.solver.contact_lcp import affordable, contact_step, decides_friction
-from prensa.solver.edge_step import with_edges
+from prensa.solver.contact_lcp import affordable, contact_step, edge_step
 from prensa.solver.equilibrium import Equilibrium, Signature, reversed_slip, signature
 from prensa.solver.finish import finish
 from prensa.solver.predictor import Guess
@@ -206,7 +205,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     """
     # what a contact step has settled needs none: Newton's leave factors, with which substitutions finish the work
     state.by_contact = state.by_contact and state.changed > 0 and state.relative > eq.policy.close_residual
-    e, delta, decided = _contact_direction(eq, state, by_contact or state.by_contact)
+    e, delta, decided = _direction(eq, state, by_contact or state.by_contact)
     result.iterations += 1
     if runaway := eq.runaway(delta):
         return runaway
@@ -244,8 +243,24 @@ def _secant(eq: Equilibrium, state: NewtonState) -> float:
     return eq.secant if _turns(eq, state) else 0.0
 
 
-def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
-    """Newton's step (ndof,) from the state's iterate, and the evaluation that it is from, without its matrix and history."""
+def _direction(eq: Equilibrium, state: NewtonState, by_contact: bool) -> tuple[Evaluation, Array, bool]:
+    """A step (ndof,) from the state's iterate, the evaluation that it is from, without its matrix and history, and its kind.
+
+    The contact conditions are inequalities in it ``by_contact``, or where points reverse their slip and it can find out which
+    of them stick; the flag says whether all of contact was decided so. Else it is Newton's.
+    """
+    if by_contact or state.reversed.any():
+        e = state.evaluation
+        assert e is not None
+        found = contact_step(eq, state.u, state.lam, e, state.reversed, for_friction=not by_contact)
+        if found is not None:
+            state.evaluation = None
+            return e._replace(data=None, history=()), *found
+    return *_newton_direction(eq, state), False
+
+
+def _newton_direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
+    """As `_direction`, by Newton's matrix, with the points at the edges of contacts decided."""
     e, state.evaluation = state.evaluation, None
     turns, secant = _turns(eq, state), _secant(eq, state)
     if e is None or e.data is None or state.secant != turns:
@@ -263,24 +278,7 @@ def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
     with eq.report.timed("factorisation and solve"):
         matrix, e = eq.reduced.matrix(e, -e.r, spent=True), e._replace(data=None, history=())
         delta = eq.reduced.step(matrix, -e.r, max(state.relative, state.promised), changed)
-        return e, with_edges(eq, e, state.lam, delta) if state.relative <= eq.policy.edge_from_residual else delta
-
-
-def _contact_direction(eq: Equilibrium, state: NewtonState, by_contact: bool) -> tuple[Evaluation, Array, bool]:
-    """As `_direction`, with the contact conditions as inequalities where that is asked for and can be done.
-
-    ``by_contact``: ask for it, and not only where points reverse their slip. The flag says whether all of contact was decided.
-    """
-    reverses = bool(state.reversed.any())
-    if by_contact or reverses:
-        e = state.evaluation
-        assert e is not None
-        stick = state.reversed if reverses else None
-        found = contact_step(eq, state.u, state.lam, e, stick) if by_contact or decides_friction(eq, e) else None
-        if found is not None:
-            state.evaluation = None
-            return e._replace(data=None, history=()), *found
-    return *_direction(eq, state), False
+    return e, edge_step(eq, e, state.lam, delta) if state.relative <= eq.policy.edge_from_residual else delta
 
 
 def _decided(
@@ -296,20 +294,18 @@ def _decided(
     changes = full.failed or (state.iteration > 0 and not np.array_equal(before > 0, after > 0))
     if not (turns or changes):
         return None
-    found = contact_step(eq, state.u, state.lam, e, None, eq.policy.few_candidates) if decides_friction(eq,
-        e) or not turns else None
+    found = contact_step(eq, state.u, state.lam, e, most=eq.policy.few_candidates, for_friction=turns)
     if found is None:
         return None
-    delta, _ = found
     result.iterations += 1
-    if eq.runaway(delta) is not None:
+    if eq.runaway(found.step) is not None:
         return None
-    moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
+    moved = contact_corrected(eq.system, eq.context, e, state.u, found.step, state.lam)
     better = eq.evaluate(moved, state.lam, secant=_secant(eq, state))
     if not eq.norm(better) < eq.norm(full):
         return None
     state.by_contact = not turns
-    return moved, better, delta
+    return moved, better, found.step
 
 
 def _accepted(eq: Equilibrium, state: NewtonState, size: float, least: float) -> bool:
