@@ -113,7 +113,7 @@ def _uncut(system: Any, state: Any, plan: Any, end: float, *_: Any) -> tuple[flo
 
 
 def _where_they_are(system: Any, c: Any, *_: Any) -> Approach:
-    return Approach(c.state.u, None, [])
+    return Approach(c.state.u)
 
 
 def _unlimited(*_: Any) -> float:
@@ -266,12 +266,12 @@ TIMELY = (
     Mechanism(
         "pushed_tools_brought",
         "Tools driven by force are brought to where they touch before the increment is solved.",
-        (replaced(time_stepping, time_stepping.approach, _where_they_are),),
+        (replaced(time_stepping, time_stepping.approach_of_tools, _where_they_are),),
     ),
     Mechanism(
         "floating_bodies",
         "Bodies that nothing holds yet move as rigid ones with the tools until they are clamped.",
-        (replaced(time_stepping, time_stepping.rigid_approach, _nothing),),
+        (replaced(time_stepping, time_stepping.approach_of_bodies, _nothing),),
     ),
     Mechanism(
         "overlap_stages",

@@ -32,13 +32,18 @@ from prensa.policy import Policy
 from prensa.result.energy_balance import ledger, nodal_work
 from prensa.result.increment import Increment
 from prensa.result.results import increment_of
-from prensa.solver.approach import approach, first_touch
+from prensa.solver.approach import (
+    Approach,
+    approach_of_bodies,
+    approach_of_tools,
+    first_clamped,
+    first_touch,
+    starts_inside,
+)
 from prensa.solver.attempt import attempt, attempt_from
 from prensa.solver.diagnosis import hint, remedy, where
 from prensa.solver.equilibrium import Equilibrium, Reporter
 from prensa.solver.first_matrix import Ahead
-from prensa.solver.floating_bodies import RigidApproach, first_clamped, rigid_approach
-from prensa.solver.initial_overlap import starts_inside
 from prensa.solver.reporting import Messages
 from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.stability import at_limit, judged, looked, stability_warnings
@@ -313,17 +318,19 @@ class TimeStepping:
         """Context and outcome of one attempt at the increment to a time, its stability judged; spent: gets its iterations."""
         # where an increment was cut, flow begins or turns, of which the last one knows nothing
         c = self.context(state, plan, end, BACKWARD_EULER if cutbacks else self.rule(state, plan, end))
-        to = rigid_approach(self.system, c, self.loose, self.policy) if self.loose and self.condensed is None else None
+        to = approach_of_bodies(self.system, c, self.loose, self.policy) if self.loose and self.condensed is None else None
         if to is not None:
             found = self.carry(c, to, cutbacks) if to.u is not None else None
             if found is not None:
                 spent.append(found[1].iterations)
                 return found
             c = replace(c, floating=to.bodies if to.floating else ())
-        start, air, notes = approach(self.system, c, self.policy)
-        if notes:
+        brought = approach_of_tools(self.system, c, self.policy)
+        start, air = brought.u, brought.through_air
+        assert start is not None
+        if air is not None:
             c = replace(self.system.through_air(c, air), brought_into_contact=True)
-        for message in notes:
+        for message in brought.notes:
             self.messages.note(state, plan, message)
         most = self.most_cutbacks(state)
         retry = cutbacks >= min(self.policy.retry_after_cuts, self.numerics.max_cutbacks, most)
@@ -344,7 +351,7 @@ class TimeStepping:
         spent.append(result.iterations)
         return c, result
 
-    def carry(self, c: Context, to: RigidApproach, cutbacks: int) -> Outcome | None:
+    def carry(self, c: Context, to: Approach, cutbacks: int) -> Outcome | None:
         """Outcome of an increment from where bodies that nothing holds have been carried; None if no equilibrium is near.
 
         It ends where they first meet what stops them.
