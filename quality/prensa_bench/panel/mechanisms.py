@@ -20,6 +20,7 @@ from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.finish import Finish
 from prensa.solver.newton import NewtonState
 from prensa.solver.predictor import Guess
+from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.step_control import StepControl
 from prensa.solver.time_stepping import TimeStepping
 from prensa.system.failure import NotConverged
@@ -333,19 +334,19 @@ GUARDS = (
     Mechanism(
         "branch_beside",
         "Where an equilibrium is unstable, a stable one is looked for beside it: perfect structures buckle.",
-        (replaced(stability, stability._beside, _nothing),),
+        (replaced(stability, stability.beside, _nothing),),
         guard="tests/solver/test_stability.py::test_a_straight_column_buckles_and_says_so",
     ),
     Mechanism(
         "elastic_jump",
         "Elastic bodies without friction go from a limit point to the next stable equilibrium.",
-        (replaced(stability, stability._jump, _nothing),),
+        (replaced(stability, stability.jump, _nothing),),
         guard="tests/solver/test_stability.py::test_elastic_bodies_without_friction_jump_by_themselves",
     ),
     Mechanism(
         "jump_under_viscous_forces",
         "An increment under viscous forces that jumps too far for its energy to be seen is cut.",
-        (replaced(TimeStepping, TimeStepping.jumped_over, _no),),
+        (replaced(Stabilisation, Stabilisation.jumped_over, _no),),
         guard="tests/contact/test_held_corners.py::test_a_jump_is_cut_where_the_energy_balance_misses_too_much",
     ),
     Mechanism(

@@ -55,7 +55,6 @@ from prensa.system.failure import (
     Failure,
     Folded,
     FreeToMove,
-    Jumped,
     LimitPoint,
     MetalInside,
     StartsInside,
@@ -345,9 +344,7 @@ class TimeStepping:
             result.converged, result.reason = False, refusal
         if self.condensed is None and not c.floating:  # linear bodies are stable, and those that nothing holds are neither
             last = cutbacks == most or control.exhausted(control.cut(c.dt))
-            result = judged(self.equilibrium(c), result, self.acceptance, cutbacks, not last)
-            if result.converged and not last and self.jumped_over(c, result):
-                result.converged, result.reason = False, Jumped()
+            result = judged(self.equilibrium(c), result, self.acceptance, self.stabilisation, cutbacks, not last)
         spent.append(result.iterations)
         return c, result
 
@@ -371,27 +368,8 @@ class TimeStepping:
         if refusal := self.acceptance.refusal(c, result):
             result.converged, result.reason = False, refusal
         if result.converged and not to.floating:
-            result = judged(eq, result, self.acceptance, cutbacks, False)
+            result = judged(eq, result, self.acceptance, self.stabilisation, cutbacks, False)
         return (c, result) if result.converged else None
-
-    def jumped_over(self, c: Context, result: NewtonResult) -> bool:
-        """Whether an increment under viscous forces is too long for a jump: what these dissipate on the way is not seen then.
-
-        At the end of a jump that a single increment takes there is hardly any motion left: forces and velocities of both ends
-        say little of the way between, and the energy balance misses most of what is set free. A surface goes far in a
-        jump; where it
-        does not, the energy balance misses what comes from edges that are cut anew, of which shorter increments do not see more.
-        """
-        if not self.stabilisation.forces(c) or result.evaluation is None:
-            return False
-        policy, e, old, du = self.policy, result.evaluation, c.state.energy, result.u - c.state.u
-        way = [np.abs(self.system.displacement(du)[s.points.nodes]).max() / s.points.depth.min() for s in self.system.surfaces]
-        if not any(far > policy.jump_travel_in_elements for far in way):
-            return False
-        work, dissipated = nodal_work(self.system, c, e), self.stabilisation.dissipated(c, du)
-        new = ledger(self.system, c, result.u, e, work, dissipated)
-        missed, put_in = new.imbalance - old.imbalance, abs(new.external - old.external)
-        return missed > max(policy.jump_imbalance_share * abs(new.external), policy.jump_increment_share * (put_in + dissipated))
 
     def stays_inside(self, state: State, cutbacks: int) -> Failure | None:
         """The tool that starts deepest inside a body, if the first increment fails on: shorter ones have the same overlap."""
