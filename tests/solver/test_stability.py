@@ -14,8 +14,8 @@ from prensa.linear.reduction import Reduced
 from prensa.policy import Policy
 from prensa.reference.buckling import elastica_clamped
 from prensa.result.increment import Increment
-from prensa.solver.other_equilibria import Drag, is_path_independent
 from prensa.solver.equilibrium import Equilibrium, Reporter
+from prensa.solver.other_equilibria import Drag, is_path_independent
 from prensa.solver.softest_modes import softest_modes
 from prensa.solver.stabilisation import Viscous, nodal_volumes
 from prensa.solver.stability import looked

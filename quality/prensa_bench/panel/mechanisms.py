@@ -18,11 +18,10 @@ from prensa.solver import attempt, contact_lcp, newton, predictor, stability, ti
 from prensa.solver.approach import Approach
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.finish import Finish
-from prensa.solver.newton import NewtonState
+from prensa.solver.newton_state import NewtonState
 from prensa.solver.predictor import Guess
 from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.step_control import StepControl
-from prensa.solver.time_stepping import TimeStepping
 from prensa.system.failure import NotConverged
 from prensa.system.state import State
 from prensa_bench.panel.composition import Mechanism, Replaced, replaced
@@ -49,13 +48,8 @@ def _none_of_them(*_: Any, **__: Any) -> list[Any]:
 def _forgetful(original: Callable[..., Any]) -> Callable[..., Any]:
     """Newton's direction (see `newton._newton_direction`) without the points that reversed their slip."""
 
-    def direction(eq: Equilibrium, state: NewtonState) -> Any:
-        known = state.reversed
-        state.reversed = np.zeros_like(known)
-        try:
-            return original(eq, state)
-        finally:
-            state.reversed = known
+    def direction(eq: Equilibrium, state: NewtonState, stick: Any) -> Any:
+        return original(eq, state, None)
 
     return direction
 
