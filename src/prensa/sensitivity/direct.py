@@ -33,8 +33,8 @@ from prensa.sensitivity.change import Change, change_of, known, places_matter
 from prensa.sensitivity.combinations import combined, foretold, nearest, sums
 from prensa.sensitivity.parameters import Parameter, neighbours
 from prensa.solver.approach import approach_of_bodies, approach_of_tools
+from prensa.solver.commit import committed
 from prensa.solver.stabilisation import Stabilisation
-from prensa.solver.time_stepping import committed
 from prensa.system.assembly import Pattern, scatter_vector
 from prensa.system.interaction import ActiveSets, Context
 from prensa.system.outcome import NewtonResult
