@@ -187,24 +187,12 @@ class Globalisation:
     """Stiffness over the normal contact stiffness with which a candidate resists open or closed; large against a
     sheet's bending, small against its compression.
     """
-    interior_max_iterations: int = 100
-    """Iterations of the interior point method at most."""
-    interior_step_share: float = 0.995
-    """Share of the way to the boundary that each step of the interior point method takes."""
-    complementarity_tolerance: float = 1e-32
-    """Mean product of scaled pressures and gaps at which the interior point method ends; small, as pressures at a loose
-    end are 1e-13 of the largest.
-    """
     edge_from_residual: float = 0.02
     """Relative residual below which Newton's steps decide which points open and close at the edges of contacts."""
     edge_max_points: int = 48
     """Points at edges of contacts that a step decides on at most."""
     edge_max_unknowns: int = 200_000
     """Unknowns up to which points at edges are decided on; beyond it the columns cost what they save."""
-    edge_max_rounds: int = 4
-    """Rounds of these decisions at most, since each may change the points beside it."""
-    polishing_rounds: int = 6
-    """Solutions at most of the equations of the pairs found by the interior point method."""
     few_candidates: int = 60
     """Candidates up to which a contact step costs no more than an iteration, and friction is decided together with pressure."""
     pivots_per_equation: int = 10
@@ -212,7 +200,9 @@ class Globalisation:
     min_pivot_ratio: float = 1e-11
     """Pivot over the largest entry of its column below which it counts as zero."""
     adhesion_ratio: float = 1e-9
-    """Traction over the largest pressure that every point may bear, so that points that carry nothing do not tie."""
+    """Share of the largest pressure that points carry beside their own while pairs are looked for, so that those that carry
+    nothing do not tie.
+    """
     overlap_ratio: float = 0.2
     """Penetration over element depth from which a tool that starts inside a body is pressed out in stages."""
     overlap_stage_ratio: float = 0.25

@@ -122,7 +122,7 @@ def test_newton_goes_on_from_an_iterate_that_could_not_be_finished(monkeypatch):
 
     def noted(eq, state):
         out = handed(eq, state)
-        held.append(len(state.evaluation.history) > 0)
+        held.append(len(state.iterate.evaluation.history) > 0)
         return out
 
     def failing(eq, *args):
@@ -147,7 +147,7 @@ def test_newton_goes_on_from_an_iterate_that_could_not_be_finished(monkeypatch):
 
 def test_systems_are_solved_to_what_steps_promise(monkeypatch):
     """The square of the last ratio of residuals: fewer substitutions, no iteration more, forces to 1e-9."""
-    state = newton.NewtonState(np.zeros(1), np.zeros((0, 2)), None, None, np.zeros(0, dtype=bool))
+    state = newton.NewtonState(newton.Iterate(np.zeros(1)), np.zeros((0, 2)))
     assert state.promised == 0.0
     state.least = [1.0, 0.1, 0.02]
     assert state.promised == pytest.approx(0.04)

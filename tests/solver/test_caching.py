@@ -11,7 +11,7 @@ from prensa.checks.during.acceptance import Corners, _through, least_corner
 from prensa.linear.factorisations import _backward_error
 from prensa.linear.reduction import Reduced
 from prensa.policy import DEFAULT
-from prensa.solver.stability import _begun
+from prensa.solver.softest_modes import _begun
 from prensa.solver.step_control import StepControl
 from prensa.system.planning import plan_step
 from prensa.system.time_integration import growths

@@ -1,4 +1,4 @@
-"""Linear complementarity by the interior point method, against all active sets in turn and where many pairs are degenerate."""
+"""Linear complementarity by Lemke's method, against all active sets in turn and where many pairs are degenerate."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from prensa.solver.complementarity import complementary
+from prensa.solver.contact_lcp import complementary
 
 
 def by_enumeration(L, R, b):

@@ -146,8 +146,8 @@ def test_of_many_candidates_those_that_press_are_enough(monkeypatch):
     from prensa.solver import contact_lcp as module
 
     calls = []
-    one = module._step_of
-    monkeypatch.setattr(module, "_step_of", lambda *given: calls.append(given[-1].sum()) or one(*given))
+    one = module._unknowns
+    monkeypatch.setattr(module, "_unknowns", lambda *given: calls.append(given[3].sum()) or one(*given))
     more = False
     for number in (12, 15):
         eq, u, _ = equations(sheet(30, None), number, 0.1 * number + 0.1)

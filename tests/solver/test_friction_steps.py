@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.solver.complementarity import pivoted
+from prensa.solver.contact_lcp import complementary
 from problems import pressed_block
 
 
@@ -26,15 +26,15 @@ def test_pivots_find_what_enumeration_finds(seed):
         if (values >= 0).all():
             answers.append(np.where(takes, values, 0.0))
     assert len(answers) == 1
-    w, z = pivoted(M, q)
+    z, w = complementary(np.eye(n), M, q)
     np.testing.assert_allclose(z, answers[0], atol=1e-9 * max(1.0, np.abs(z).max()))
     np.testing.assert_allclose(w, M @ z + q, atol=1e-9 * max(1.0, np.abs(w).max()))
 
 
 def test_a_problem_without_a_solution_has_none():
     """Where w = q can only be negative the method ends on a ray; where q ≥ 0 nothing moves."""
-    assert pivoted(np.zeros((2, 2)), -np.ones(2)) is None
-    w, z = pivoted(np.eye(2), np.ones(2))
+    assert complementary(np.eye(2), np.zeros((2, 2)), -np.ones(2)) is None
+    z, w = complementary(np.eye(2), np.eye(2), np.ones(2))
     assert (w == 1).all() and not z.any()
 
 

@@ -69,10 +69,10 @@ def test_the_state_lets_its_matrix_go():
     state = init(eq, guess, lam)
     assert guess.evaluation is None
     observe(eq, state, result)
-    before = state.evaluation
+    before = state.iterate.evaluation
     assert before is not None and before.data is not None
     assert step(eq, state, result) is None
-    assert state.evaluation is not before
+    assert state.iterate.evaluation is not before
 
 
 def test_iterates_that_cannot_be_evaluated_and_residuals_that_stay_are_reasons():
@@ -85,7 +85,7 @@ def test_iterates_that_cannot_be_evaluated_and_residuals_that_stay_are_reasons()
     state = init(eq, Guess(eq.context.state.u), lam)
     state.least = [1.0] * (eq.policy.stagnation_iterations + 3)
     observe(eq, state, result)
-    state.norm, state.relative = 0.9, 0.9
+    state.iterate.norm, state.iterate.scale = 0.9, 1.0
     assert terminate(eq, state, result) == Stagnated(0.9)
 
 
@@ -244,5 +244,5 @@ def test_an_attempt_that_only_gets_worse_is_given_up():
         with_search = replace(eq, numerics=replace(eq.numerics, line_search=search))
         state = init(with_search, Guess(eq.context.state.u), lam)
         observe(with_search, state, result)
-        state.least, state.norm, state.relative, state.iteration = list(least), 0.9, 0.9, 3
+        state.least, state.iterate.norm, state.iterate.scale, state.iteration = list(least), 0.9, 1.0, 3
         assert terminate(with_search, state, result) == (Stagnated(0.9) if ends else None)

@@ -15,9 +15,10 @@ from prensa.policy import Policy
 from prensa.reference.buckling import elastica_clamped
 from prensa.result.increment import Increment
 from prensa.solver.equilibrium import Equilibrium, Reporter
-from prensa.solver.jump import Drag, is_path_independent
+from prensa.solver.other_equilibria import Drag, is_path_independent
+from prensa.solver.softest_modes import softest_modes
 from prensa.solver.stabilisation import Viscous, nodal_volumes
-from prensa.solver.stability import looked, softest_modes
+from prensa.solver.stability import looked
 from prensa.system import failure
 from prensa.system.discretise import discretise
 from prensa.system.interaction import Request

@@ -18,10 +18,10 @@ from prensa.solver import attempt, contact_lcp, newton, predictor, stability, ti
 from prensa.solver.approach import Approach
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.finish import Finish
-from prensa.solver.newton import NewtonState
+from prensa.solver.newton_state import NewtonState
 from prensa.solver.predictor import Guess
+from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.step_control import StepControl
-from prensa.solver.time_stepping import TimeStepping
 from prensa.system.failure import NotConverged
 from prensa.system.state import State
 from prensa_bench.panel.composition import Mechanism, Replaced, replaced
@@ -46,15 +46,10 @@ def _none_of_them(*_: Any, **__: Any) -> list[Any]:
 
 
 def _forgetful(original: Callable[..., Any]) -> Callable[..., Any]:
-    """Newton's direction (see `newton._direction`) without the points that reversed their slip."""
+    """Newton's direction (see `newton._newton_direction`) without the points that reversed their slip."""
 
-    def direction(eq: Equilibrium, state: NewtonState) -> Any:
-        known = state.reversed
-        state.reversed = np.zeros_like(known)
-        try:
-            return original(eq, state)
-        finally:
-            state.reversed = known
+    def direction(eq: Equilibrium, state: NewtonState, stick: Any) -> Any:
+        return original(eq, state, None)
 
     return direction
 
@@ -62,8 +57,8 @@ def _forgetful(original: Callable[..., Any]) -> Callable[..., Any]:
 def _without_stick(original: Callable[..., Any]) -> Callable[..., Any]:
     """A contact step in which nothing is forced to stick."""
 
-    def step(eq: Equilibrium, u: Any, lam: Any, e: Any, stick: Any, most: int | None = None) -> Any:
-        return original(eq, u, lam, e, None, most)
+    def step(eq: Equilibrium, u: Any, lam: Any, e: Any, stick: Any = None, **more: Any) -> Any:
+        return original(eq, u, lam, e, None, **more)
 
     return step
 
@@ -71,8 +66,8 @@ def _without_stick(original: Callable[..., Any]) -> Callable[..., Any]:
 def _frictionless_alone(original: Callable[..., Any]) -> Callable[..., Any]:
     """Candidates whose friction a contact step decides: none, where any has friction."""
 
-    def rubbing(eq: Equilibrium, e: Any, near: Any) -> Any:
-        found = original(eq, e, near)
+    def rubbing(eq: Equilibrium, e: Any, at: Any) -> Any:
+        found = original(eq, e, at)
         return None if found is not None and found.any() else found
 
     return rubbing
@@ -113,7 +108,7 @@ def _uncut(system: Any, state: Any, plan: Any, end: float, *_: Any) -> tuple[flo
 
 
 def _where_they_are(system: Any, c: Any, *_: Any) -> Approach:
-    return Approach(c.state.u, None, [])
+    return Approach(c.state.u)
 
 
 def _unlimited(*_: Any) -> float:
@@ -169,7 +164,7 @@ TIMELY = (
     Mechanism(
         "edge_step",
         "Newton's step decides on the points that it opens and closes at the edges of contacts.",
-        (replaced(newton, newton.with_edges, lambda eq, e, lam, step: step),),
+        (replaced(newton, newton.edge_step, lambda eq, e, lam, step: step),),
     ),
     Mechanism(
         "contact_step",
@@ -193,7 +188,7 @@ TIMELY = (
         "forced_stick",
         "A point that reversed its slip sticks in the next matrix, where no contact step decides on it.",
         (
-            replaced(newton, newton._direction, _forgetful(newton._direction)),
+            replaced(newton, newton._newton_direction, _forgetful(newton._newton_direction)),
             replaced(newton, newton.contact_step, _without_stick(newton.contact_step)),
         ),
     ),
@@ -266,12 +261,12 @@ TIMELY = (
     Mechanism(
         "pushed_tools_brought",
         "Tools driven by force are brought to where they touch before the increment is solved.",
-        (replaced(time_stepping, time_stepping.approach, _where_they_are),),
+        (replaced(time_stepping, time_stepping.approach_of_tools, _where_they_are),),
     ),
     Mechanism(
         "floating_bodies",
         "Bodies that nothing holds yet move as rigid ones with the tools until they are clamped.",
-        (replaced(time_stepping, time_stepping.rigid_approach, _nothing),),
+        (replaced(time_stepping, time_stepping.approach_of_bodies, _nothing),),
     ),
     Mechanism(
         "overlap_stages",
@@ -333,19 +328,19 @@ GUARDS = (
     Mechanism(
         "branch_beside",
         "Where an equilibrium is unstable, a stable one is looked for beside it: perfect structures buckle.",
-        (replaced(stability, stability._beside, _nothing),),
+        (replaced(stability, stability.beside, _nothing),),
         guard="tests/solver/test_stability.py::test_a_straight_column_buckles_and_says_so",
     ),
     Mechanism(
         "elastic_jump",
         "Elastic bodies without friction go from a limit point to the next stable equilibrium.",
-        (replaced(stability, stability._jump, _nothing),),
+        (replaced(stability, stability.jump, _nothing),),
         guard="tests/solver/test_stability.py::test_elastic_bodies_without_friction_jump_by_themselves",
     ),
     Mechanism(
         "jump_under_viscous_forces",
         "An increment under viscous forces that jumps too far for its energy to be seen is cut.",
-        (replaced(TimeStepping, TimeStepping.jumped_over, _no),),
+        (replaced(Stabilisation, Stabilisation.jumped_over, _no),),
         guard="tests/contact/test_held_corners.py::test_a_jump_is_cut_where_the_energy_balance_misses_too_much",
     ),
     Mechanism(

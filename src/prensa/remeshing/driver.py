@@ -24,11 +24,12 @@ from prensa.remeshing.renewal import check_mesher, least_shape, present_plan, re
 from prensa.remeshing.transfer import with_flow
 from prensa.result.energy_balance import nodal_work
 from prensa.result.increment import Increment
-from prensa.solver.approach import bisected
 from prensa.solver.attempt import attempt, attempt_from
+from prensa.solver.commit import fresh_mesh
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.reporting import Messages
-from prensa.solver.time_stepping import Due, fresh_mesh
+from prensa.solver.rigid_balance import bisected
+from prensa.solver.time_stepping import Due
 from prensa.system.discretise import on_meshes
 from prensa.system.element_sizes import section_area, size_field
 from prensa.system.failure import BeyondSmall, FreeToMove, MetalInside, sentence

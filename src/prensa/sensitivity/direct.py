@@ -32,10 +32,9 @@ from prensa.result.results import increment_of
 from prensa.sensitivity.change import Change, change_of, known, places_matter
 from prensa.sensitivity.combinations import combined, foretold, nearest, sums
 from prensa.sensitivity.parameters import Parameter, neighbours
-from prensa.solver.approach import approach
-from prensa.solver.floating_bodies import rigid_approach
+from prensa.solver.approach import approach_of_bodies, approach_of_tools
+from prensa.solver.commit import committed
 from prensa.solver.stabilisation import Stabilisation
-from prensa.solver.time_stepping import committed
 from prensa.system.assembly import Pattern, scatter_vector
 from prensa.system.interaction import ActiveSets, Context
 from prensa.system.outcome import NewtonResult
@@ -270,8 +269,10 @@ class Direction:
     def _through_air(self, system: System, c: Context, policy: Policy) -> Array | None:
         """Way (ndof,) that tools and bodies go through air in an increment beside, as in `TimeStepping.solved`."""
         loose = loose_bodies(system, c.plan)
-        to = rigid_approach(system, c, loose, policy) if loose else None
-        return to.through_air if to is not None and to.through_air is not None else approach(system, c, policy).through_air
+        to = approach_of_bodies(system, c, loose, policy) if loose else None
+        if to is None or to.through_air is None:
+            to = approach_of_tools(system, c, policy)
+        return to.through_air
 
     def rest(self, at: Solution, x: Array) -> Array:
         """What the residual (ndof,) does along the parameter and the derivative x (ndof,) of the dofs: nothing, if right."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from prensa.policy import Policy
 from prensa.sensitivity.transposed import Weights
-from prensa.solver.approach import approach
+from prensa.solver.approach import approach_of_tools
 from prensa.system.interaction import Context
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
@@ -54,4 +54,4 @@ def landing_of(system: System, c: Context, before: Weights) -> Landing:
 def coordinates(system: System, plan: StepPlan, c: Context, policy: Policy) -> list[Array]:
     """Those (points, 1) by contact from which points slip in an increment of another system from the same state."""
     beside = system.context(c.state, plan, c.time, c.rule)
-    return [r.coordinate for r in system.through_air(beside, approach(system, beside, policy).through_air).committed]
+    return [r.coordinate for r in system.through_air(beside, approach_of_tools(system, beside, policy).through_air).committed]

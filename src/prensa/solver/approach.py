@@ -1,29 +1,53 @@
-"""Before the solve: when does a moving tool first touch, and where does a pushed tool come to rest against the bodies?"""
+"""Before anything deforms: where rigid tools and bodies are when contact first carries the load.
+
+The deformable solve needs a configuration in which contact can carry the forces. A tool that only a force drives has no place,
+and a body that nothing holds yet (a billet with room to the die under it, a sheet between binder and die) has no stiffness that
+says where it is: both would fly off. So tools and bodies go there as rigid ones, without friction:
+
+- *first touch*: an increment in which a moved tool first meets a surface ends there;
+- *approach of tools*: one that a force drives and that touches nothing goes along it to where its contacts carry the force;
+- *approach of bodies*: those that nothing holds go with the tools that touch them, until others stop them;
+- *initial overlap*: tools that start inside a body are drawn back to where they touch, and go in again in stages, none of which
+  is committed: history and friction see the increment as a whole. Cutting it would not change the overlap at its start.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from prensa.contact.surface import Surface
 from prensa.errors import SolveError
+from prensa.linear.rigid_modes import Loose
 from prensa.policy import DEFAULT, Policy
+from prensa.solver.rigid_balance import RigidBalance, bisected
 from prensa.system.contacts import were_closed
+from prensa.system.failure import StartsInside
 from prensa.system.interaction import Context
-from prensa.system.schedule import StepPlan
+from prensa.system.schedule import Prescribed, StepPlan
 from prensa.system.state import State
 from prensa.system.system import System
 from prensa.types import Array
 
 
-def bisected(below: Callable[[float], bool], lo: float, hi: float) -> tuple[float, float]:
-    """Bracket of the argument at which the predicate *below* turns false."""
-    for _ in range(60):
-        mid = 0.5 * (lo + hi)
-        lo, hi = (mid, hi) if below(mid) else (lo, mid)
-    return lo, hi
+class Approach(NamedTuple):
+    """Dofs ``u`` (ndof,) to start an increment from; None where bodies have nowhere to go.
+
+    ``through_air`` (ndof,): what of the way there led to where things only just touched; None if nothing was brought there by
+    forces. ``bodies`` that went as rigid ones; ``floating``: no tool presses them there. ``notes``: what there is to say.
+    """
+
+    u: Array | None
+    through_air: Array | None = None
+    bodies: Sequence[str] = ()
+    floating: bool = False
+    notes: Sequence[str] = ()
+
+
+# ------------------------------------------------------------------------------------------------ first touch
 
 
 def first_touch(
@@ -72,19 +96,11 @@ def _looks(system: System, s: Surface, state: State, plan: StepPlan, end: float,
     return min(1 + int(2 * way / radius), most)
 
 
-class Approach(NamedTuple):
-    """Dofs ``u`` (ndof,) to start an increment from, what of the way there went ``through_air`` (ndof,) and what there is to say.
-
-    ``through_air`` is None where no tool was brought anywhere.
-    """
-
-    u: Array
-    through_air: Array | None
-    notes: list[str]
+# ------------------------------------------------------------------------------------------------ tools driven by force
 
 
-def approach(system: System, c: Context, policy: Policy = DEFAULT) -> Approach:
-    """Where to start from: tools driven by force that touch nothing are brought to rest on the penalty springs.
+def approach_of_tools(system: System, c: Context, policy: Policy = DEFAULT) -> Approach:
+    """Where to start from: tools driven by force that touch nothing are brought to rest on the springs of their contacts.
 
     The springs stand on the bodies as they are, so the start is in equilibrium with the tool's force, or with its moment
     if that is all that drives it. Through air it went to where they bear a millionth of that (`Policy.just_touches_share`).
@@ -104,49 +120,151 @@ def approach(system: System, c: Context, policy: Policy = DEFAULT) -> Approach:
         if c.state.release is not None:
             force += c.plan.left(c.time) * c.state.release[dofs]
         force[d:] *= not force[:d].any()
-        own = [(i, s) for i, s in enumerate(system.surfaces) if s.against == tool.name]
-        if not force.any() or not own or any(were_closed(c.state, s) for _, s in own):
+        own = [i for i, s in enumerate(system.surfaces) if s.against == tool.name]
+        if not force.any() or not own or any(were_closed(c.state, system.surfaces[i]) for i in own):
             continue
-        touch, _ = _brought_to_rest(system, c, touch, t, policy.just_touches_share * force, own)
-        u, way = _brought_to_rest(system, c, u, t, force, own)
-        notes.append(f"{tool.name} is driven by force and touched nothing: brought into contact over {way:.4g}")
-    return Approach(u, touch - c.state.u if notes else None, notes)
+        rests = []
+        for base, share in ((touch, policy.just_touches_share), (u, 1.0)):
+            rigid = RigidBalance.of_tool(system, c, base, dofs, share * force, own)
+            z = rigid.balanced(policy)
+            if z is None:
+                raise SolveError(_meets_nothing(tool.name, force, d))
+            rests.append(rigid.dofs(z))
+        notes.append(
+            f"{tool.name} is driven by force and touched nothing: brought into contact over "
+            f"{np.linalg.norm((rests[1] - u)[dofs]):.4g}"
+        )
+        touch, u = rests
+    return Approach(u, touch - c.state.u if notes else None, notes=notes)
 
 
-def _brought_to_rest(
-    system: System, c: Context, u: Array, t: int, force: Array, own: list[tuple[int, Surface]]
-) -> tuple[Array, float]:  # fmt: skip
-    """Dofs with tool t moved along its force (as many as motions) until its contacts ``own`` carry that, and how far it moved."""
-    dofs, dim = system.dofs.tool.dofs(t), system.dofs.dimension
-    size, turns = float(np.linalg.norm(force)), not force[:dim].any()
-    direction, origin, v = force / size, u[dofs], u.copy()
-
-    def yields(d: float) -> bool:
-        v[dofs] = origin + d * direction
-        total = 0.0
-        for i, s in own:
-            x = system.stencils(s, v)
-            p = c.scales[i].k_n * np.maximum(-x.g, 0.0)
-            total -= float((c.weights[i] * p * (x.act(x.n)[:, s.of_master] @ direction)).sum())
-        return total < size
-
-    far, limit = (1e-6, 2 * np.pi) if turns else (1e-6 * system.length, 100 * system.length)
-    while yields(far):
-        far *= 2
-        if far > limit:
-            raise SolveError(_meets_nothing(own[0][1].against, turns, force, direction))
-    _, rest = bisected(yields, 0.0, far)
-    v[dofs] = origin + rest * direction
-    return v, rest
-
-
-def _meets_nothing(tool: str, turns: bool, force: Array, direction: Array) -> str:
+def _meets_nothing(tool: str, force: Array, dimension: int) -> str:
+    turns = not force[:dimension].any()
     way = (
         f"is turned {'counter-' if force[2] > 0 else ''}clockwise by a moment"
         if turns
-        else f"is pushed along {np.round(direction[:2], 6).tolist()}"
+        else f"is pushed along {np.round(force[:2] / np.linalg.norm(force), 6).tolist()}"
     )
     return (
         f"tool {tool!r} {way} but meets nothing there; check the sign of its {'moment' if turns else 'force'} and where it "
         "is placed"
     )
+
+
+# ------------------------------------------------------------------------------------------------ bodies that nothing holds
+
+
+def approach_of_bodies(system: System, c: Context, loose: list[Loose], policy: Policy = DEFAULT) -> Approach | None:
+    """Where the bodies that nothing holds go in an increment; None if there are none, or what happens to them is not known.
+
+    loose: bodies that supports leave free to move (see `loose_bodies`). Those that tools press already are held by these. What
+    already touches another tool than those that push it is held by that as far as friction bears it, which is not for here.
+    """
+    unheld = [] if c.plan.control is not None else [body for body in loose if not _pressed(system, c, body, policy)]
+    if not unheld:
+        return None
+    names, clear = [name for b in unheld for name in b.bodies], policy.approach_gap_ratio * system.length
+    tools = np.array(sorted(_brought(system, c)), dtype=np.int64)
+    rigid = RigidBalance.of_bodies(system, c, unheld, tools, clear)
+    before = [float(system.stencils(s, rigid.base).g.min()) if s.body in names else np.inf for s in c.surfaces]
+    if not rigid.room:
+        z = rigid.balanced(policy)
+        u = None if z is None else rigid.dofs(z)
+        if u is None or not _near(system, c, unheld, u, policy):
+            return None
+        brought = any(float(system.stencils(s, u).g.min()) < 0.0 and g > 0.1 * clear for s, g in zip(c.surfaces, before))
+        return Approach(u, rigid.through_air(policy), names) if brought else None
+    rigid.pushers = [i for i, g in enumerate(before) if g < -0.1 * clear]
+    if not rigid.pushers:
+        # contacts that were closed and press no more are a lost support, which the acceptance reports
+        held = any(were_closed(c.state, s) for s in c.surfaces if s.body in names)
+        return None if held else Approach(None, None, names, floating=True)
+    z = rigid.balanced(policy) if all(abs(g) > 0.1 * clear for g in before) else None
+    u = None if z is None else rigid.dofs(z)
+    if u is None or not _near(system, c, unheld, u, policy):
+        return None
+    stops = [s for i, s in enumerate(c.surfaces) if s.body in names and i not in rigid.pushers]
+    return Approach(u, None, names, floating=all(float(system.stencils(s, u).g.min()) > -clear for s in stops))
+
+
+class Met(NamedTuple):
+    """When bodies that approach as rigid bodies first meet what stops them, and where they are then."""
+
+    time: float
+    there: Approach
+
+
+def first_clamped(system: System, c: Context, loose: list[Loose], policy: Policy = DEFAULT) -> Met | None:
+    """When the bodies that are clamped at the end of an increment are so first; None if that is no earlier, or at once.
+
+    Those that forces press, whatever these are, are clamped at once.
+    """
+    if c.plan.push:
+        return None
+    now, end, length = c.state.clock.time, c.time, c.plan.t1 - c.plan.t0
+
+    def at(t: float) -> Approach | None:
+        return approach_of_bodies(system, replace(c, time=t), loose, policy)
+
+    _, time = bisected(lambda t: (to := at(t)) is None or to.floating, now, end)
+    there = at(time)
+    apart = time - now > policy.min_share_before_touch * (end - now) and end - time > policy.min_share_left * length
+    return Met(time, there) if apart and there is not None and there.u is not None else None
+
+
+def _near(system: System, c: Context, loose: list[Loose], u: Array, policy: Policy) -> bool:
+    """Whether bodies have gone as far as what carries them, levers counted, and have not been squeezed out sideways."""
+    way = u - c.state.u
+    tools = np.abs(system.dofs.tool.of(way)[:, :2]).max()
+    return all(np.abs(system.displacement(way)[b.nodes]).max() <= policy.max_approach_ratio * tools for b in loose)
+
+
+def _pressed(system: System, c: Context, body: Loose, policy: Policy) -> bool:
+    """Whether tools press a body in the committed state, by more than what rounded positions make of their springs."""
+    nothing = policy.approach_depth_ratio * system.length
+    own = [(s, scale) for s, scale in zip(c.surfaces, c.scales) if s.body in body.bodies]
+    return any((c.state.lam[s.rows, 0] > nothing * scale.k_n).any() for s, scale in own)
+
+
+def _brought(system: System, c: Context) -> Iterator[int]:
+    """Degrees of freedom along which tools are pushed that touched nothing."""
+    for master in system.masters.values():
+        own = system.against(master.name)
+        if own and not any(were_closed(c.state, s) for s in own):
+            yield from (dof for dof in master.dofs[:2].tolist() if dof in c.plan.push)
+
+
+# ------------------------------------------------------------------------------------------------ initial overlap
+
+
+def starts_inside(system: System, state: State, policy: Policy) -> list[tuple[StartsInside, Array]]:
+    """Tools that lie inside bodies when a run begins: what there is to say, and the way out (2,)."""
+    found: dict[str, tuple[StartsInside, Array]] = {}
+    if state.clock.number or system.dofs.dimension != 2:
+        return []
+    for s in system.surfaces:
+        if were_closed(state, s):
+            continue
+        pairs = system.node_stencils(s, state.u)
+        k, depth = int(np.argmin(pairs.g)), float(s.points.depth.min())
+        deep = -float(pairs.g[k])
+        if deep > policy.overlap_ratio * depth and (s.against not in found or deep > found[s.against][0].depth):
+            surface = "+".join(s.description.surface)
+            found[s.against] = StartsInside(s.against, surface, deep, deep / depth), pairs.g[k] * pairs.n[k]
+    return list(found.values())
+
+
+def overlap_stages(system: System, c: Context, policy: Policy) -> list[Context]:
+    """Contexts of an increment with the tools that start inside a body drawn back, less and less; none without need."""
+    inside = starts_inside(system, c.state, policy)
+    if not inside:
+        return []
+    fixed, values = c.plan.fixed, c.plan.values(c.time)
+    back = np.zeros(system.ndof)
+    for reason, way in inside:
+        back[system.masters[reason.tool].dofs[:2]] = way
+    count = int(np.ceil(max(reason.elements for reason, _ in inside) / policy.overlap_stage_ratio))
+    return [
+        replace(c, plan=replace(c.plan, groups=[Prescribed(fixed, values + (1.0 - share) * back[fixed])]))
+        for share in np.linspace(0.0, 1.0, count + 1)[1:-1]
+    ]

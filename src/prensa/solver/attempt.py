@@ -9,8 +9,8 @@ from functools import partial
 from prensa.linear.factorisations import SingularError
 from prensa.linear.multipliers import BlockedError
 from prensa.policy import Policy
+from prensa.solver.approach import overlap_stages
 from prensa.solver.equilibrium import Equilibrium
-from prensa.solver.initial_overlap import overlap_stages
 from prensa.solver.newton import newton
 from prensa.solver.predictor import Guess, initial_guess
 from prensa.system.failure import Failure, Singular, Unsettled

@@ -1,18 +1,23 @@
-"""A Newton step in which the linearised contact conditions hold as the inequalities that they are.
+"""Contact and friction within a Newton step: one linear complementarity problem of the points that may open, close, stick, slip.
 
-Newton's matrix assumes which points are closed, and an iteration corrects that assumption. Where bodies are soft in bending
-and lie flat (a sheet between binder and die), each correction makes the next one necessary: points open and close for ever,
-however short the increment. Here bodies are linearised alone (Josephy 1979), and which points are closed comes out of a small
-complementarity problem of pressures p ≥ 0 and gaps k_n g ≥ 0. Newton's order stays, and the number of points that change
-does not matter. It costs a substitution for each candidate, so it is for increments that Newton's method gave up.
+Newton's matrix assumes which points are closed and which of these stick, and an iteration corrects that assumption. Where bodies
+are soft in bending and lie flat, or where all points slip and nothing holds a body along its tool, each correction makes the next
+one necessary, however short the increment. Here the bodies are linearised alone (Josephy 1979), and the conditions of the points
+stay inequalities; Newton's order stays, and how many points change does not matter. Each costs a substitution.
 
-Every candidate rests on a foundation, a spring of a share θ of its k_n that acts open or closed; that keeps the matrix regular
-where bodies are held by contact alone. What the pressure is besides the spring's,
+A point has a pressure and perhaps a traction. Its trial value τ = λ − k g, or λ − k s, is that force f and what is beyond it,
 
-    Δp = θ Δ(λ − k_n g) + v,   λ − k_n g = x − y,   p = x ≥ 0,   y ≥ 0,   x y = 0,   so v = (1 − θ) Δx + θ Δy,
+    τ = f + d,    p = f ≥ 0, k g = −d ≥ 0, p g = 0,    |t| ≤ b(p), d > 0 only at t = b, d < 0 only at t = −b
 
-acts on the bodies through the response S = −∂(λ − k_n g)/∂v, and (1 − θ S) Δy − (1 + (1 − θ) S) Δx = −Δ(λ − k_n g) of the
-springs alone. Friction follows the pressures with its slope ∂t/∂p.
+(Klarbring 1986). The matrix at hand has a share a of the spring k of each. What its force changes besides that,
+
+    v = Δf − a Δτ = (1 − a) Δf − a Δd,
+
+acts on the bodies, which answer by A = ∂τ/∂v; with the trial values τ' after a step of the matrix alone, f + d = τ' + A v.
+
+There are two such matrices. Newton's own has a = 1 in closed points and 0 in open ones: with its factors `edge_step` decides the
+few points that its step changes. That of `contact_step` has all candidates on a foundation of a ≪ 1, closed or not, so that it is
+regular where contact alone holds bodies; for an evaluation and a factorisation more it goes on where assumptions are wrong.
 """
 
 from __future__ import annotations
@@ -25,21 +30,12 @@ from scipy.sparse import csr_matrix, vstack
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.surface import Surface
 from prensa.linear.factorisations import SingularError
-from prensa.policy import Policy
-from prensa.solver.complementarity import complementary
+from prensa.policy import DEFAULT, Policy
 from prensa.solver.equilibrium import Equilibrium
-from prensa.solver.friction_step import Friction, as_rows, tractions
 from prensa.solver.projection import linear_gaps
+from prensa.system.loads import Release
 from prensa.system.system import Evaluation
 from prensa.types import Array, Flags, Index
-
-
-class Candidates(NamedTuple):
-    """m points that may be closed: forces (m, ndof) by v, −∂r/∂v; slopes (m, ndof) of the trial pressure λ − k_n g, (m,)."""
-
-    forces: csr_matrix
-    slopes: csr_matrix
-    trial: Array
 
 
 class ContactStep(NamedTuple):
@@ -49,73 +45,90 @@ class ContactStep(NamedTuple):
     decided: bool
 
 
+class Unknowns(NamedTuple):
+    """m pressures, then l tractions, that a step decides.
+
+    forces (m + l, ndof): −∂r/∂v; slopes (m + l, ndof) of the trial values; ``trial`` values and forces f (m + l,) at the iterate;
+    ``spring`` (m + l,): the matrix's shares a. rubs (l,): the pressure that bounds each traction; bound, by_pressure (l,).
+    """
+
+    forces: csr_matrix
+    slopes: csr_matrix
+    trial: Array
+    f: Array
+    spring: Array
+    rubs: Index
+    bound: Array
+    by_pressure: Array
+
+
+# ------------------------------------------------------------------------------------------------ the two steps
+
+
 def contact_step(
-    eq: Equilibrium, u: Array, lam: Array, e: Evaluation, stick: Flags | None, most: int | None = None
+    eq: Equilibrium, u: Array, lam: Array, e: Evaluation, stick: Flags | None = None, most: int | None = None,
+    for_friction: bool = False,
 ) -> ContactStep | None:  # fmt: skip
     """Step from the iterate u (ndof,), whose evaluation is e; None where there is none or it would cost too much.
 
     stick (points,): contact points that are forced to stick where the step does not decide that; ``most``: candidates to
-    begin with at most, `Policy.max_candidates` if not given.
-
-    Few points near a tool are all candidates. Of many (a flange lies near its binder everywhere and touches it nowhere but
-    on a ridge) those that are closed are, and then those that a step would take through a tool, until it takes none.
+    begin with at most, `Policy.max_candidates` if not given; ``for_friction``: None where it cannot decide which points slip.
     """
-    near, taken = _near(eq, e), _first(eq, e)
-    if most is not None and taken.sum() > most:
+    near, at = _near(eq, e), _first(eq, e)
+    if (most is not None and at.sum() > most) or (for_friction and _rubbing(eq, e, at) is None):
         return None
-    while 0 < taken.sum() <= eq.policy.max_candidates:
+    all_lam = eq.system.multipliers(u, lam)
+    while 0 < at.sum() <= eq.policy.max_candidates:
+        rubbing = _rubbing(eq, e, at)
+        rubs = np.zeros_like(at) if rubbing is None else rubbing
+        springs = eq.policy.foundation_ratio * np.stack([at, rubs], axis=1).astype(np.float64)
+        base = eq.evaluate(u, lam, stick=stick if rubbing is None else None, foundation=springs)
+        if base.failed:
+            return None
+        r = base.r
         try:
-            found = _step_of(eq, u, lam, e, stick, taken)
+            with eq.report.timed("factorisation and solve"):
+                matrix, base = eq.reduced.matrix(base, -r, spent=True), base._replace(data=None)
+                alone = eq.reduced.solve(matrix, -r)
         except SingularError:
-            if taken.sum() == near.sum():
+            if at.sum() == near.sum():
                 raise
-            found, taken = None, near
+            at = near
             continue
-        if found is None or taken.sum() == near.sum():
-            return found
-        missed = near & ~taken & _passed(eq, e, found.step)
+        found = _decided(eq, base, all_lam, alone, at, rubs)
+        # the factors are not those of Newton's matrix, which finishing substitutions want
+        eq.reduced.factorisation.begin()
+        if found is None:
+            return None
+        missed = _wrong(eq, base, all_lam, found) & near & ~at
         if not missed.any():
-            return found
-        taken = taken | missed
+            return ContactStep(found, rubbing is not None)
+        at = at | missed
     return None
 
 
-def _step_of(
-    eq: Equilibrium, u: Array, lam: Array, e: Evaluation, stick: Flags | None, near: Flags
-) -> ContactStep | None:  # fmt: skip
-    """As `contact_step`, with the candidates ``near`` (points,)."""
-    rubbing = _rubbing(eq, e, near)
-    if decided := rubbing is not None:
-        stick = None
-    else:
-        rubbing = np.zeros_like(near)
-    shares = eq.policy.foundation_ratio * np.stack([near, rubbing], axis=1).astype(np.float64)
-    base = eq.evaluate(u, lam, stick=stick, foundation=shares)
-    if base.failed:
-        return None
-    all_lam = eq.system.multipliers(u, lam)
-    points = _candidates(eq, base, near, all_lam)
-    friction = rubbed(eq, base, rubbing, all_lam) if rubbing.any() else None
-    r = base.r
-    with eq.report.timed("factorisation and solve"):
-        matrix, base = eq.reduced.matrix(base, -r, spent=True), base._replace(data=None)
-        alone = eq.reduced.solve(matrix, -r)
-        forces, slopes = points.forces, points.slopes
-        if friction is not None:
-            forces, slopes = (
-                vstack([forces, friction.forces], format="csr"),
-                vstack([slopes, friction.slopes], format="csr"),
-            )
-        S = -eq.reduced.responses(forces, slopes)
-        ahead = slopes @ alone
-        if friction is None:
-            found = _pressures(eq.policy, points.trial, S, ahead)
-        else:
-            found = tractions(eq.policy, points.trial, friction, rubbing[near], S, ahead)
-        step = None if found is None else alone + eq.reduced.solve_with_factors(forces.T @ found)
-    # they are not those of Newton's matrix, which finishing substitutions want
-    eq.reduced.factorisation.begin()
-    return None if step is None else ContactStep(step, decided)
+def edge_step(eq: Equilibrium, e: Evaluation, lam: Array, step: Array) -> Array:
+    """Newton's step (ndof,) from the evaluation e, by the factors at hand, with the points that it changes decided.
+
+    At the edge of a growing contact a step closes a few points too many; the next one opens them, what they bore opens their
+    neighbours, and so on. As it was where that is not to be had or changes too many points; lam (points, 1 + t). Tools that are
+    pushed or hang on springs, and bodies under loads, may have other equilibria nearby: they are led to none.
+    """
+    loads = eq.context.interactions[len(eq.context.surfaces) :]
+    led = eq.tools_are_moved and all(isinstance(load, Release) for load in loads)
+    if not (led and eq.globalised and e.contacts) or len(eq.reduced.free) > eq.policy.edge_max_unknowns:
+        return step
+    if eq.reduced.equations or not eq.reduced.factorisation.factored:
+        return step
+    at, nobody = np.zeros((2, len(lam)), dtype=bool)
+    found, wrong = step, _wrong(eq, e, lam, step)
+    while wrong.any():
+        at = at | _with_those_ahead(eq, e, wrong)
+        better = _decided(eq, e, lam, step, at, nobody) if at.sum() <= eq.policy.edge_max_points else None
+        if better is None:
+            break
+        found, wrong = better, _wrong(eq, e, lam, better) & ~at
+    return found
 
 
 def affordable(eq: Equilibrium, e: Evaluation) -> bool:
@@ -123,122 +136,213 @@ def affordable(eq: Equilibrium, e: Evaluation) -> bool:
     return not e.contacts or int(_first(eq, e).sum()) <= eq.policy.few_candidates
 
 
-def decides_friction(eq: Equilibrium, e: Evaluation) -> bool:
-    """Whether a contact step from the evaluation e may find out itself which points slip, too; so it does where none can."""
-    return _rubbing(eq, e, _first(eq, e)) is not None
+# ------------------------------------------------------------------------------------------------ which points
+
+
+def _near(eq: Equilibrium, e: Evaluation) -> Flags:
+    """Points (points,) that a contact step may close."""
+    share, scales = eq.policy.candidate_gap_ratio, eq.context.scales
+    return np.concatenate([np.where(np.isfinite(f.g), f.g, np.inf) < share * sc.h for f, sc in zip(e.contacts, scales)])
 
 
 def _first(eq: Equilibrium, e: Evaluation) -> Flags:
-    """Points (points,) that are candidates from the beginning."""
+    """Points (points,) that a contact step begins with: few are all those near a tool, of many those that are closed.
+
+    A flange lies near its binder everywhere and touches it nowhere but on a ridge.
+    """
     near = _near(eq, e)
     if near.sum() <= eq.policy.few_candidates:
         return near
     return near & (np.concatenate([f.p > 0 for f in e.contacts]) | eq.context.state.contact.closed)
 
 
-def _passed(eq: Equilibrium, e: Evaluation, step: Array) -> Flags:
-    """Points (points,) that a step (ndof,) from the evaluation e takes through their tool."""
-    return np.concatenate(linear_gaps(e, step)) < 0.0
-
-
-def _near(eq: Equilibrium, e: Evaluation) -> Flags:
-    """Candidates (points,)."""
-    share, scales = eq.policy.candidate_gap_ratio, eq.context.scales
-    return np.concatenate([np.where(np.isfinite(f.g), f.g, np.inf) < share * sc.h for f, sc in zip(e.contacts, scales)])
-
-
-def _rubbing(eq: Equilibrium, e: Evaluation, near: Flags) -> Flags | None:
-    """Candidates (points,) with friction, which is decided with their pressure; None where that is not done."""
-    rubbing = np.zeros_like(near)
+def _rubbing(eq: Equilibrium, e: Evaluation, at: Flags) -> Flags | None:
+    """Those of the points ``at`` (points,) with friction, which is decided with their pressure; None where that is not done."""
+    rubbing = np.zeros_like(at)
     for s, f, law in zip(eq.context.surfaces, e.contacts, eq.context.laws):
         if law is None or law.frictionless or f.bound is None:
             continue
         if s.exact or law.hardens or f.t.shape[1] != 1 or eq.context.picard_friction:
             return None
-        rubbing[s.rows] = near[s.rows]
+        rubbing[s.rows] = at[s.rows]
     return rubbing if rubbing.sum() <= eq.policy.few_candidates else None
 
 
-def _pressures(policy: Policy, trial: Array, S: Array, ahead: Array) -> Array | None:
-    """Share v (m,) of the candidates' pressures; ahead (m,): changes of their trial pressures by the springs alone."""
-    m, share = len(trial), policy.foundation_ratio
-    x, y = np.maximum(trial, 0.0), np.maximum(-trial, 0.0)
-    left, right = np.eye(m) - share * S, np.eye(m) + (1.0 - share) * S
-    found = complementary(left, right, left @ y - right @ x - ahead, policy)
-    return None if found is None else (1.0 - share) * (found[0] - x) + share * (found[1] - y)
+def _wrong(eq: Equilibrium, e: Evaluation, lam: Array, step: Array) -> Flags:
+    """Points (points,) that the matrix of e has open and its ``step`` (ndof,) closes, or the reverse; lam as `_decided`."""
+    gaps, k_n = np.concatenate(linear_gaps(e, step)), np.concatenate([scale.k_n for scale in eq.context.scales])
+    after = lam + eq.system.multipliers(step, np.zeros_like(lam))
+    closed = np.where(np.isfinite(gaps), after[:, 0] - k_n * gaps, -np.inf) > 0.0
+    return np.asarray(closed != e.touching)
 
 
-def _candidates(eq: Equilibrium, base: Evaluation, near: Flags, lam: Array) -> Candidates:
-    """The candidates of all contacts, from an evaluation on their foundation; lam (points, 1 + t) multipliers."""
-    parts = [
-        _of_surface(s, f, scale, np.flatnonzero(near[s.rows]), lam[s.rows], eq.system.ndof)
-        for s, f, scale in zip(eq.context.surfaces, base.contacts, eq.context.scales)
-    ]
-    return Candidates(
-        vstack([p.forces for p in parts], format="csr"),
-        vstack([p.slopes for p in parts], format="csr"),
-        np.concatenate([p.trial for p in parts]),
-    )
+def _with_those_ahead(eq: Equilibrium, e: Evaluation, wrong: Flags) -> Flags:
+    """Points near a tool that are wrong, as many ahead, which may be so after them, and the next one behind."""
+    out, acts = wrong.copy(), e.touching
+    for s in eq.context.surfaces:
+        here, a, taken = wrong[s.rows], acts[s.rows], out[s.rows]
+        for k in range(1, 1 + int(here.sum())):
+            for ahead, behind in ((slice(k, None), slice(None, -k)), (slice(None, -k), slice(k, None))):
+                taken[ahead] |= here[behind] & ((a[ahead] == a[behind]) | (k == 1))
+    return np.asarray(out & np.concatenate([np.isfinite(f.g) for f in e.contacts]))
 
 
-def pressed(f: ContactForces) -> Array:
-    """Forces (k, m) on the unknowns of stencils of a unit of pressure at their points, with the friction that follows it."""
-    along = ((f.area[:, None] * _friction_by_pressure(f))[:, :, None] * f.stencils.e).sum(axis=1)
-    return f.stencils.act(f.weight[:, None] * f.stencils.n + along)
+# ------------------------------------------------------------------------------------------------ the problem
 
 
-def _shares(f: ContactForces) -> Array:
-    """Part (k,) of its spring that each point has in the matrix; 1 where it has none."""
-    return np.where(f.dp[:, 0] > 0, f.dp[:, 0], 1.0)
+def _decided(eq: Equilibrium, e: Evaluation, lam: Array, alone: Array, at: Flags, rubs: Flags) -> Array | None:
+    """Step (ndof,) with the points ``at`` (points,) decided, and with the friction of those that rub; None if there is none.
+
+    e: the evaluation whose matrix has the factors at hand, ``alone`` its step; lam (points, 1 + t) the multipliers of all points.
+    """
+    points = _unknowns(eq, e, lam, at, rubs)
+    with eq.report.timed("factorisation and solve"):
+        response = eq.reduced.responses(points.forces, points.slopes)
+        v = _forces(eq.policy, points, points.trial + points.slopes @ alone, response)
+        return None if v is None else alone + eq.reduced.solve_with_factors(points.forces.T @ v)
 
 
-def _friction_by_pressure(f: ContactForces) -> Array:
-    """∂t/∂p (k, t)."""
-    return np.asarray(f.dt[:, :, 0] / _shares(f)[:, None])
+def _forces(policy: Policy, k: Unknowns, after: Array, A: Array) -> Array | None:
+    """V (m + l,) of the solution, None if there is none; after (m + l,) trial values by the matrix alone, A (m + l, m + l)."""
+    l, a = len(k.rubs), k.spring
+    m, one = len(a) - l, np.eye(len(a))
+    d = k.trial - k.f
+    F, D = one - A * (1.0 - a), one + A * a  # F f + D d is known
+    known = after - A @ ((1.0 - a) * k.f - a * d)
+    # x = (p, b + t, b − t), y = (k g, d⁻, d⁺), and the bound: (b + t) + (b − t) = 2 b(p)
+    L, R = np.zeros((2, m + 2 * l, m + 2 * l))
+    L[: m + l] = np.hstack([-D[:, :m], -D[:, m:], D[:, m:]])
+    R[: m + l] = -np.hstack([F[:, :m], 0.5 * F[:, m:], -0.5 * F[:, m:]])
+    row = m + l + np.arange(l)
+    R[row, k.rubs] = 2.0 * k.by_pressure
+    R[row, row - l] = R[row, row] = -1.0
+    bound = 2.0 * (k.bound - k.by_pressure * k.f[k.rubs])
+    first = np.append(k.trial[:m] > 0, np.ones(2 * l, dtype=bool))
+    found = complementary(L, R, np.append(known, bound), first, policy)
+    if found is None:
+        return None
+    x, y = found
+    f = np.append(x[:m], 0.5 * (x[m : m + l] - x[m + l :]))
+    beyond = np.append(-y[:m], y[m + l :] - y[m : m + l])
+    return (1.0 - a) * (f - k.f) - a * (beyond - d)
 
 
-def _of_surface(s: Surface, f: ContactForces, scale: Scale, at: Index, lam: Array, ndof: int) -> Candidates:
-    """The candidates ``at`` (m,) of one contact."""
-    t, share = f.t.shape[1], _shares(f)
-    by_p, forces = _friction_by_pressure(f), pressed(f)[at]
-    slopes = (f.dp[:, 1 + t :] / share[:, None])[at]
+def _unknowns(eq: Equilibrium, e: Evaluation, lam: Array, at: Flags, rubs: Flags) -> Unknowns:
+    """Of the points ``at`` (points,), with tractions where they rub; arguments as of `_decided`."""
+    c, n = eq.context, eq.system.ndof
+    normal, tangential, bounds, first = [], [], [], 0
+    for s, f, scale, was in zip(c.surfaces, e.contacts, c.scales, c.committed):
+        here = np.flatnonzero(at[s.rows])
+        dofs, trial = s.coupled[here], (lam[s.rows, 0] - scale.k_n * f.g)[here]
+        forces, slopes = _by_pressure(s, f, scale, here)
+        normal.append((_rows(forces, dofs, n), _rows(slopes, dofs, n), trial, np.maximum(trial, 0.0), f.dp[here, 0]))
+        sliding = np.flatnonzero(rubs[s.rows][here])
+        if len(sliding) and f.bound is not None:
+            here, dofs = here[sliding], dofs[sliding]
+            forces = f.stencils.act(f.area[:, None] * f.stencils.e[:, 0])[here]
+            slopes = (-scale.k_t[:, None] * f.stencils.ds[:, 0])[here]
+            trial = (lam[s.rows, 1] - scale.k_t * (f.s - was.coordinate)[:, 0])[here]
+            tangential.append((_rows(forces, dofs, n), _rows(slopes, dofs, n), trial, f.t[here, 0], f.dt[here, 0, 1]))
+            bounds.append((first + sliding, *f.bound[here].T))
+        first += len(normal[-1][2])
+    rows, columns, *values = zip(*normal, *tangential)
+    nothing = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0)
+    return Unknowns(
+        vstack(rows, format="csr"), vstack(columns, format="csr"), *(np.concatenate(v) for v in values),
+        *(np.concatenate(v) for v in zip(nothing, *bounds)),
+    )  # fmt: skip
+
+
+def _by_pressure(s: Surface, f: ContactForces, scale: Scale, at: Index) -> tuple[Array, Array]:
+    """Forces (m, c) on the coupled unknowns of a unit of pressure at the points ``at`` (m,), and slopes (m, c) of λ_n − k_n g.
+
+    Friction of a point that slips follows its pressure, unless it is decided.
+    """
+    t = f.t.shape[1]
+    by_p = f.dt[:, :, 0] / np.where(f.dp[:, 0] > 0, f.dp[:, 0], 1.0)[:, None]
+    along = ((f.area[:, None] * by_p)[:, :, None] * f.stencils.e).sum(axis=1)
+    forces, slopes = f.stencils.act(f.weight[:, None] * f.stencils.n + along), -scale.k_n[:, None] * f.stencils.dg
     if s.exact:
         # r has −F and the multipliers' equations w c (p − λ)/k; the trial pressure has λ = c ℓ itself
-        c = f.weight * scale.unit
         by_row = np.hstack([np.ones((len(by_p), 1)), by_p])
         if f.redundant is not None:
             by_row[f.redundant.points.tangential, 1] = f.redundant.by_p[f.redundant.points.tangential]
             by_row[f.redundant.points.normal, 0] = 0.0
-        rows = -(c[:, None] * by_row / np.stack([scale.k_n, *[scale.k_t] * t], axis=1))[at]
-        own = np.zeros((len(at), 1 + t))
-        own[:, 0] = scale.unit[at]
-        forces, slopes = np.hstack([forces, rows]), np.hstack([slopes, own])
-    dofs = s.coupled[at]
-    trial = lam[at, 0] - scale.k_n[at] * f.g[at]
-    return Candidates(as_rows(forces, dofs, ndof), as_rows(slopes, dofs, ndof), trial)
+        equations = -(f.weight * scale.unit)[:, None] * by_row / np.stack([scale.k_n, *[scale.k_t] * t], axis=1)
+        own = np.hstack([scale.unit[:, None], np.zeros((len(by_p), t))])
+        forces, slopes = np.hstack([forces, equations]), np.hstack([slopes, own])
+    return forces[at], slopes[at]
 
 
-def rubbed(eq: Equilibrium, base: Evaluation, rubbing: Flags, lam: Array) -> Friction:
-    """The candidates with friction of all contacts, from an evaluation on their foundation; lam (points, 2) multipliers."""
-    ndof, share = eq.system.ndof, eq.policy.foundation_ratio
-    parts = []
-    for s, f, scale in zip(eq.context.surfaces, base.contacts, eq.context.scales):
-        at = np.flatnonzero(rubbing[s.rows])
-        if not len(at):
-            continue
-        assert f.bound is not None
-        forces = f.stencils.act(f.area[:, None] * f.stencils.e[:, 0])[at]
-        slopes = (f.dt[:, 0, 2:] / share)[at]
-        slid = f.s - eq.context.state.contact.coordinate[s.rows]
-        trial = lam[s.rows, 1] - scale.k_t * slid[:, 0]
-        dofs = s.coupled[at]
-        parts.append(
-            Friction(
-                as_rows(forces, dofs, ndof), as_rows(slopes, dofs, ndof), trial[at], f.t[at, 0], f.p[at], *f.bound[at].T
-            )
-        )
-    return Friction(
-        vstack([p.forces for p in parts], format="csr"),
-        vstack([p.slopes for p in parts], format="csr"),
-        *(np.concatenate(values) for values in list(zip(*parts))[2:]),
-    )
+def _rows(values: Array, dofs: Index, ndof: int) -> csr_matrix:
+    """Rows (m, ndof) with values (m, k) at dofs (m, k)."""
+    m, k = dofs.shape
+    return csr_matrix((values.ravel(), dofs.ravel(), np.arange(0, m * k + 1, k)), (m, ndof))
+
+
+# ------------------------------------------------------------------------------------------------ its solution
+
+
+def complementary(
+    L: Array, R: Array, b: Array, first: Flags | None = None, policy: Policy = DEFAULT
+) -> tuple[Array, Array] | None:  # fmt: skip
+    """x, y (n,) ≥ 0 with L y − R x = b and x y = 0 in every pair; None if none is found. L, R (n, n).
+
+    A horizontal linear complementarity problem. ``first`` (n,): pairs of which x is taken to begin with, y of the others. From
+    there Lemke's method goes on, which wants neither symmetry nor a positive matrix, and once more from where round-off ends it.
+    Pairs are scaled: those of a loose end are orders of magnitude smaller than others. Points that carry nothing would tie;
+    so all that are taken carry a little more, until the pairs are known.
+    """
+    takes_x = np.zeros(len(b), dtype=bool) if first is None else first
+    try:
+        for _ in ("from the first pairs", "from where that ended"):
+            solved = np.linalg.solve(np.where(takes_x, -R, L), np.hstack([np.where(takes_x, -L, R), b[:, None]]))
+            if not np.isfinite(solved).all():
+                return None
+            M, q = solved[:, :-1], solved[:, -1]  # those taken are M times the others, and q
+            diagonal = np.abs(M.diagonal())
+            size = np.where(diagonal > 0, diagonal, 1.0) ** -0.5
+            q = q + takes_x * policy.adhesion_ratio * np.abs(q[takes_x]).max(initial=0.0)
+            changed, ended = _pivoted(size[:, None] * M * size, size * q, policy)
+            takes_x = takes_x != changed
+            if ended:
+                values = np.maximum(np.linalg.solve(np.where(takes_x, -R, L), b), 0.0)
+                return np.where(takes_x, values, 0.0), np.where(takes_x, 0.0, values)
+    except np.linalg.LinAlgError:
+        pass
+    return None
+
+
+def _pivoted(M: Array, q: Array, policy: Policy) -> tuple[Flags, bool]:
+    """Pairs (n,) of w = M z + q, w, z ≥ 0, w z = 0, of which z is not zero; False if the method ends on a ray or takes too long.
+
+    Lemke (1965), as in Cottle, Pang and Stone (1992), The Linear Complementarity Problem, algorithm 4.4.5.
+    """
+    n = artificial = len(q)
+    if q.min(initial=0.0) >= 0.0:
+        return np.zeros(n, dtype=bool), True
+    # rows: basic variables by the others and a constant; z have the numbers 0 … n − 1, the artificial one n, w those after it
+    table = np.hstack([M, np.ones((n, 1)), q[:, None]])
+    basic, others = np.arange(n + 1, 2 * n + 1), np.arange(n + 1)
+    row, column = int(np.argmin(q)), artificial
+    for _ in range(policy.pivots_per_equation * n):
+        by_entering, pivot = table[:, column].copy(), table[row, column]
+        table[:, column] = 0.0
+        entering = table[row] / -pivot
+        entering[column] = 1.0 / pivot
+        table += np.outer(by_entering, entering)
+        table[row] = entering
+        basic[row], others[column] = others[column], basic[row]
+        left = others[column]
+        if left == artificial:
+            return np.isin(np.arange(n), basic), True
+        column = int(np.flatnonzero(others == (left + n + 1) % (2 * n + 2))[0])
+        falls = -table[:, column]
+        able = falls > policy.min_pivot_ratio * np.abs(falls).max()
+        if not able.any() or not np.isfinite(falls).all():
+            break
+        ratio = np.where(able, np.maximum(table[:, -1], 0.0) / np.where(able, falls, 1.0), np.inf)
+        ties = np.flatnonzero(ratio <= ratio.min() * (1.0 + policy.min_pivot_ratio))
+        out = ties[basic[ties] == artificial]
+        row = int(out[0] if len(out) else ties[np.argmax(falls[ties])])
+    return np.isin(np.arange(n), basic), False

@@ -6,8 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.during.acceptance import unilaterally_supported
+from prensa.checks.during.tool_balance import unbalanced_tool
+from prensa.errors import SolveError
 from prensa.linear.rigid_modes import CLOSED, free_to_move
 from prensa.model.problem import stabilised
+from prensa.result.increment import Increment
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.limits import friction_limits, limits, mostly_sheared
 from prensa.system.failure import (
@@ -37,8 +41,10 @@ from prensa.system.failure import (
     Unsettled,
     Unstable,
     Why,
+    sentence,
 )
 from prensa.system.outcome import NewtonResult
+from prensa.system.release import release_in_words
 from prensa.system.system import Evaluation, System
 
 
@@ -196,3 +202,45 @@ def _node(system: System, node: int, result: NewtonResult, e: Evaluation) -> str
             status = "open" if f.p[k[0]] <= 0 else "slipping" if f.slip[k[0]] else "sticking"
             text += f", {status} at tool {s.against!r} (gap {f.g[k[0]]:.3g})"
     return text
+
+
+def last_good(last: Increment | None) -> str:
+    """What there is to go back to, in words."""
+    if last is None:
+        return "No increment of this run had converged before."
+    return f"The last good state is that of time {last.time:.6g} (increment {last.number})."
+
+
+def failed_increment(
+    eq: Equilibrium, result: NewtonResult, cutbacks: int, most_cutbacks: int | None, last: Increment | None
+) -> SolveError:  # fmt: skip
+    """The error that says what failed, where, why, and what to try; ``most_cutbacks``: None where times were asked for."""
+    c, reason = eq.context, result.reason
+    assert reason is not None
+    if tipping := unbalanced_tool(eq.system, c):
+        reason = tipping  # whatever came of it
+    elif not isinstance(reason, FreeToMove | BeyondSmall):
+        reason = unilaterally_supported(eq.system, c) or reason
+    place = where(eq, reason, result)
+    cut = f"The increment was cut {cutbacks} times without success."
+    if most_cutbacks is None:
+        cut = "Its end is one of the times that were asked for, so it was not cut."
+    elif isinstance(reason, LimitPoint):
+        cut = f"Increments were down to {c.dt:.1g} of time: no shorter one can help."
+    elif isinstance(reason, Distorted):
+        cut = f"Increments were down to {c.dt:.1g} of time."
+    elif isinstance(reason, StartsInside):
+        cut = "Shorter increments begin with the same overlap."
+    elif isinstance(reason, BeyondSmall):
+        cut = "A shorter increment would end there too."
+    elif cutbacks < most_cutbacks:
+        cut += " It is too short by now for another cut: the body jumps here, or nothing can go on."
+    good = last_good(last)
+    if held := release_in_words(eq.system, c.state, c.plan):
+        good += f" {held}"
+    return SolveError(
+        f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}{'; ' + place if place else ''}. {cut} "
+        f"{good} What to try: {remedy(eq, reason)}.",
+        last,
+        reason,
+    )

@@ -2,72 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
-from prensa.solver.contact_lcp import affordable, contact_step, decides_friction
-from prensa.solver.edge_step import with_edges
-from prensa.solver.equilibrium import Equilibrium, Signature, reversed_slip, signature
+from prensa.solver.contact_lcp import affordable, contact_step, edge_step
+from prensa.solver.equilibrium import Equilibrium, reversed_slip, signature
 from prensa.solver.finish import finish
+from prensa.solver.newton_state import Best, ContactChange, Iterate, NewtonState
 from prensa.solver.predictor import Guess
 from prensa.solver.projection import contact_corrected
 from prensa.system.failure import Diverged, Failure, NotConverged, Stagnated, Unevaluable
 from prensa.system.outcome import NewtonResult
 from prensa.system.system import Evaluation
 from prensa.types import Array, Flags
-
-
-@dataclass(frozen=True)
-class Best:
-    """The iterate with the least residual ``norm`` so far: dofs u (ndof,), Newton's step from there, its contacts ``e``.
-
-    The line search goes back to it, and not to the iterate at hand: the first step may raise the residual, and so may steps that
-    are accepted for the one that follows.
-    """
-
-    norm: float
-    u: Array
-    step: Array
-    e: Evaluation
-
-
-@dataclass
-class NewtonState:
-    """Where an iteration stands: dofs u (ndof,), multipliers lam (points, 2), and what is known of them.
-
-    evaluation: that at u, the only holder of its matrix; None before it is made. ``status``: signature at u, ``reversed``
-    (points,) those that slip against their last direction, ``changed``: how many points have another status than at the last
-    iterate (at the first: have opened or closed since the increment began), ``settled``: none of them has opened or closed.
-    ``best``: the iterate to which the line search goes back.
-    ``least``: least residual up to each iteration. ``secant``: whether the matrix of the evaluation is the one for iterates where
-    flow turns (see `Equilibrium.flow_direction_unreliable`).
-    """
-
-    u: Array
-    lam: Array
-    evaluation: Evaluation | None
-    assumed: Flags | None
-    closed: Flags
-    iteration: int = 0
-    norm: float = np.inf
-    relative: float = np.inf
-    status: Signature | None = None
-    reversed: Flags = field(default_factory=lambda: np.zeros(0, dtype=bool))
-    changed: int = 0
-    settled: bool = False
-    by_contact: bool = False
-    best: Best | None = None
-    least: list[float] = field(default_factory=list)
-    secant: bool = False
-
-    @property
-    def promised(self) -> float:
-        """Residual over the present one that quadratic convergence promises after a step: the square of the last such ratio.
-
-        A linear system need not be solved to more digits than that (choice 2 of Eisenstat & Walker 1996); 0 before a step.
-        """
-        return (self.least[-1] / self.least[-2]) ** 2 if len(self.least) > 1 and self.least[-2] > 0 else 0.0
 
 
 def newton(
@@ -91,60 +39,56 @@ def newton(
 
 def init(eq: Equilibrium, guess: Guess, lam: Array) -> NewtonState:
     """The state before the first iteration; the guess hands its evaluation over."""
-    return NewtonState(guess.u, lam, guess.take(), guess.assumed, eq.context.state.contact.closed)
+    return NewtonState(Iterate(guess.u, guess.take(), assumed=guess.assumed), lam)
 
 
 def observe(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> None:
     """Evaluate the iterate unless that is done, and note its residual and what changed in contact."""
-    if state.evaluation is None:
-        state.evaluation = eq.evaluate(state.u, state.lam)
-    e, before = state.evaluation, state.status
+    here, before = state.iterate, None if state.contact is None else state.contact.now
+    if here.evaluation is None:
+        here.evaluation = eq.evaluate(here.u, state.lam)
+    e = here.evaluation
     if e.failed:
         return
-    now = state.status = signature(e)
-    state.norm = eq.norm(e)
-    state.relative = state.norm / e.scale if e.scale > 0 else 0.0
-    state.reversed = reversed_slip(before, now)
-    was = state.closed if before is None else before > 0
-    flipped = (now > 0) != was if len(now) == len(was) else was  # tools that are taken away leave no points
-    state.settled = not flipped.any()
-    state.changed = int(np.count_nonzero(flipped if before is None else now != before))
-    result.u = state.u
-    key = now.tobytes()
+    here.norm, here.scale = eq.norm(e), e.scale
+    contact = state.contact = ContactChange(signature(e), before, eq.context.state.contact.closed)
+    result.u = here.u
+    key = contact.now.tobytes()
     result.active_sets.pop(key, None)
     result.active_sets[key] = tuple(f.active_sets for f in e.contacts)
     if not state.iteration:
         result.affordable = affordable(eq, e)
-    result.residuals.append(state.relative)
-    result.changes.append(state.changed if before is not None else len(now))
+    result.residuals.append(here.relative)
+    result.changes.append(contact.changed if before is not None else len(contact.now))
     eq.report.iteration(result, e)
 
 
 def terminate(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Evaluation | Failure | None:
     """The converged evaluation, a reason to give up, or None: go on."""
-    e, policy = state.evaluation, eq.policy
+    here, policy = state.iterate, eq.policy
+    e = here.evaluation
     assert e is not None
     if e.failed:
         return Unevaluable(e.failed)
-    if runaway := eq.runaway(state.u - eq.context.state.u):
+    if runaway := eq.runaway(here.u - eq.context.state.u):
         return runaway
     if _near(eq, state, e):
         followed = _followed(eq, state, e)
         del e
-        done, converged = finish(eq, state.u, _handed_over(eq, state), state.lam, followed)
+        done, converged = finish(eq, here.u, _handed_over(eq, state), state.lam, followed)
         result.iterations += done.factorisations
         if converged:
             result.u, result.residual = done.u, done.residual
             return done.evaluation
-    if not np.isfinite(state.norm):
+    if not np.isfinite(here.norm):
         return Diverged()
     least = state.least
-    least.append(min(state.norm, least[-1]) if least else state.norm)
+    least.append(min(here.norm, least[-1]) if least else here.norm)
     if eq.globalised and len(least) > policy.max_nonimproving and least[-1] == least[0]:
-        return Stagnated(state.relative)
+        return Stagnated(here.relative)
     if len(least) > policy.stagnation_iterations + 2 and least[-1] > policy.stagnation_ratio * least[-1 -
         policy.stagnation_iterations]:
-        return Stagnated(state.relative)
+        return Stagnated(here.relative)
     return None
 
 
@@ -154,12 +98,12 @@ def _near(eq: Equilibrium, state: NewtonState, e: Evaluation) -> bool:
     They seldom do where contact points have another status than in their matrix: in large problems, where trying costs a quarter
     of a step, that is left out.
     """
-    first = state.iteration == 0
-    opened = first and state.assumed is not None and (state.assumed & ~e.resting).any()
+    here, first = state.iterate, state.iteration == 0
+    opened = here.assumed is not None and (here.assumed & ~e.resting).any()
     may = eq.numerics.reuse_factors and not first
     may = may and not (state.changed and len(eq.reduced.free) >= eq.policy.reuse_max_unknowns)
     limit = max(eq.numerics.tolerance, eq.policy.finish_from_residual if may else 0.0)
-    return bool((state.relative <= limit or state.norm <= e.floor) and not opened)
+    return bool((here.relative <= limit or here.norm <= e.floor) and not opened)
 
 
 def _follows(eq: Equilibrium) -> bool:
@@ -177,11 +121,11 @@ def _followed(eq: Equilibrium, state: NewtonState, e: Evaluation) -> float | Non
     """
     factors = eq.reduced.factorisation
     may = _follows(eq) and factors.holds_matrix and e.data is not None
-    if not may or state.reversed.any() or state.secant != _turns(eq, state):
+    if not may or state.reversed is not None or state.iterate.secant != _turns(eq, state):
         return None
     factors.follow(eq.reduced.matrix(e, -e.r, spent=True), state.changed)
     before = state.least[-1] if state.least else 0.0
-    return (state.norm / before) ** 2 if before > 0 else 1.0
+    return (state.iterate.norm / before) ** 2 if before > 0 else 1.0
 
 
 def _handed_over(eq: Equilibrium, state: NewtonState) -> Evaluation:
@@ -190,11 +134,11 @@ def _handed_over(eq: Equilibrium, state: NewtonState) -> Evaluation:
     The matrix of the last step is held too, and as much as a fifth of all memory would be taken for the case that Newton goes
     on from here, which then evaluates once more.
     """
-    e = state.evaluation
+    e = state.iterate.evaluation
     assert e is not None
     if eq.keeps_matrix or not eq.reduced.factorisation.holds_matrix:
         return e
-    state.evaluation = e._replace(data=None, history=())
+    state.iterate.evaluation = e._replace(data=None, history=())
     return e._replace(data=None)
 
 
@@ -205,38 +149,38 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     after it with the same factors is much shorter (natural monotonicity).
     """
     # what a contact step has settled needs none: Newton's leave factors, with which substitutions finish the work
-    state.by_contact = state.by_contact and state.changed > 0 and state.relative > eq.policy.close_residual
-    e, delta, decided = _contact_direction(eq, state, by_contact or state.by_contact)
+    here = state.iterate
+    state.by_contact = state.by_contact and state.changed > 0 and here.relative > eq.policy.close_residual
+    e, delta, decided = _direction(eq, state, by_contact or state.by_contact)
     result.iterations += 1
     if runaway := eq.runaway(delta):
         return runaway
-    here = Best(state.norm, state.u, delta, _places(e))
-    best = state.best = here if state.best is None or here.norm < state.best.norm else state.best
-    moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
-    wanted = not (state.relative <= eq.policy.close_residual and state.settled and not (state.iteration and state.changed))
+    mine = Best(here.norm, here.u, delta, _places(e))
+    best = state.best = mine if state.best is None or mine.norm < state.best.norm else state.best
+    moved = contact_corrected(eq.system, eq.context, e, here.u, delta, state.lam)
+    settled = state.contact is not None and state.contact.settled and not (state.iteration and state.contact.changed)
+    wanted = not (here.relative <= eq.policy.close_residual and settled)
     wanted = wanted or _follows(eq)
     secant = _secant(eq, state)
     full = eq.evaluate(moved, state.lam, wanted, secant=secant)
     size = eq.norm(full)
-    if not decided and size > state.norm and (better := _decided(eq, state, e, full, result)) is not None:
+    if not decided and size > here.norm and (better := _decided(eq, state, e, full, result)) is not None:
         moved, full, by_contact_step = better
         size = eq.norm(full)
-        if best is here:
-            best = state.best = replace(here, step=by_contact_step)
+        if best is mine:
+            best = state.best = replace(mine, step=by_contact_step)
     if (not full.failed and _accepted(eq, state, size, best.norm)) or _shrinks(eq, full, delta):
-        state.secant = _turns(eq, state)
-        state.u, state.evaluation = moved, full
+        state.iterate = Iterate(moved, full, _turns(eq, state))
         return None
-    start = here if full.failed else best
-    state.u = _shortened(eq, start.u, start.step, start.e, state.lam)
-    state.evaluation = state.status = state.best = None
-    state.secant = False
+    start = mine if full.failed else best
+    state.iterate = Iterate(_shortened(eq, start.u, start.step, start.e, state.lam))
+    state.contact = state.best = None
     return None
 
 
 def _turns(eq: Equilibrium, state: NewtonState) -> bool:
     """Whether the matrix at an iterate had better not be the tangent (see `Equilibrium.flow_direction_unreliable`)."""
-    return eq.flow_direction_unreliable(state.relative, state.iteration == 0)
+    return eq.flow_direction_unreliable(state.iterate.relative, state.iteration == 0)
 
 
 def _secant(eq: Equilibrium, state: NewtonState) -> float:
@@ -244,43 +188,47 @@ def _secant(eq: Equilibrium, state: NewtonState) -> float:
     return eq.secant if _turns(eq, state) else 0.0
 
 
-def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
-    """Newton's step (ndof,) from the state's iterate, and the evaluation that it is from, without its matrix and history."""
-    e, state.evaluation = state.evaluation, None
+def _direction(eq: Equilibrium, state: NewtonState, by_contact: bool) -> tuple[Evaluation, Array, bool]:
+    """A step (ndof,) from the state's iterate, the evaluation that it is from, without its matrix and history, and its kind.
+
+    The contact conditions are inequalities in it ``by_contact``, or where points reverse their slip and it can find out which
+    of them stick; the flag says whether all of contact was decided so. Else it is Newton's.
+    """
+    here, stick = state.iterate, state.reversed
+    if by_contact or stick is not None:
+        e = here.evaluation
+        assert e is not None
+        found = contact_step(eq, here.u, state.lam, e, stick, for_friction=not by_contact)
+        if found is not None:
+            here.evaluation = None
+            return e._replace(data=None, history=()), *found
+    return *_newton_direction(eq, state, stick), False
+
+
+def _newton_direction(eq: Equilibrium, state: NewtonState, stick: Flags | None) -> tuple[Evaluation, Array]:
+    """As `_direction`, by Newton's matrix, with the points at the edges of contacts decided.
+
+    ``stick`` (points,): forced to do so. A point that slipped one way and now slips the other would flip for ever where no step
+    decides it.
+    """
+    here = state.iterate
+    e, here.evaluation = here.evaluation, None
     turns, secant = _turns(eq, state), _secant(eq, state)
-    if e is None or e.data is None or state.secant != turns:
-        e = eq.evaluate(state.u, state.lam, secant=secant)
-    if state.reversed.any():
-        # where no step decides it, a point that slipped one way and now slips the other would flip for ever: it sticks here
-        stuck = eq.evaluate(state.u, state.lam, stick=state.reversed, secant=secant)
+    if e is None or e.data is None or here.secant != turns:
+        e = eq.evaluate(here.u, state.lam, secant=secant)
+    if stick is not None:
+        stuck = eq.evaluate(here.u, state.lam, stick=stick, secant=secant)
         if not stuck.failed:
             e = stuck
         del stuck
     # a multiplier's equation is another one where its point has another status, and the digits of its force count
     same = not (state.changed and eq.reduced.equations)
-    alike = same and not turns and not state.reversed.any() and state.relative <= eq.policy.same_matrix_residual
+    alike = same and not turns and stick is None and here.relative <= eq.policy.same_matrix_residual
     changed = state.changed if alike and eq.numerics.reuse_factors else None
     with eq.report.timed("factorisation and solve"):
         matrix, e = eq.reduced.matrix(e, -e.r, spent=True), e._replace(data=None, history=())
-        delta = eq.reduced.step(matrix, -e.r, max(state.relative, state.promised), changed)
-        return e, with_edges(eq, e, state.lam, delta) if state.relative <= eq.policy.edge_from_residual else delta
-
-
-def _contact_direction(eq: Equilibrium, state: NewtonState, by_contact: bool) -> tuple[Evaluation, Array, bool]:
-    """As `_direction`, with the contact conditions as inequalities where that is asked for and can be done.
-
-    ``by_contact``: ask for it, and not only where points reverse their slip. The flag says whether all of contact was decided.
-    """
-    reverses = bool(state.reversed.any())
-    if by_contact or reverses:
-        e = state.evaluation
-        assert e is not None
-        stick = state.reversed if reverses else None
-        found = contact_step(eq, state.u, state.lam, e, stick) if by_contact or decides_friction(eq, e) else None
-        if found is not None:
-            state.evaluation = None
-            return e._replace(data=None, history=()), *found
-    return *_direction(eq, state), False
+        delta = eq.reduced.step(matrix, -e.r, max(here.relative, state.promised), changed)
+    return e, edge_step(eq, e, state.lam, delta) if here.relative <= eq.policy.edge_from_residual else delta
 
 
 def _decided(
@@ -296,20 +244,18 @@ def _decided(
     changes = full.failed or (state.iteration > 0 and not np.array_equal(before > 0, after > 0))
     if not (turns or changes):
         return None
-    found = contact_step(eq, state.u, state.lam, e, None, eq.policy.few_candidates) if decides_friction(eq,
-        e) or not turns else None
+    found = contact_step(eq, state.iterate.u, state.lam, e, most=eq.policy.few_candidates, for_friction=turns)
     if found is None:
         return None
-    delta, _ = found
     result.iterations += 1
-    if eq.runaway(delta) is not None:
+    if eq.runaway(found.step) is not None:
         return None
-    moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
+    moved = contact_corrected(eq.system, eq.context, e, state.iterate.u, found.step, state.lam)
     better = eq.evaluate(moved, state.lam, secant=_secant(eq, state))
     if not eq.norm(better) < eq.norm(full):
         return None
     state.by_contact = not turns
-    return moved, better, delta
+    return moved, better, found.step
 
 
 def _accepted(eq: Equilibrium, state: NewtonState, size: float, least: float) -> bool:

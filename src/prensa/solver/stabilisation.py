@@ -14,7 +14,9 @@ import numpy as np
 
 from prensa.model.problem import ever_stabilised, stabilised
 from prensa.policy import Policy
+from prensa.result.energy_balance import ledger, nodal_work
 from prensa.system.interaction import Context, Part, Request, Response
+from prensa.system.outcome import NewtonResult
 from prensa.system.state import Energy, Stability
 from prensa.system.system import System
 from prensa.types import Array, Index
@@ -99,6 +101,25 @@ class Stabilisation:
     def dissipated(self, c: Context, du: Array) -> float:
         """Work of the viscous forces in an increment; no velocity changes within one."""
         return c.state.stability.viscosity * self.motion(c, du)
+
+    def jumped_over(self, c: Context, result: NewtonResult) -> bool:
+        """Whether an increment under viscous forces is too long for a jump: what these dissipate on the way is not seen then.
+
+        At the end of a jump that a single increment takes there is hardly any motion left: forces and velocities of both ends
+        say little of the way between, and the energy balance misses most of what is set free. A surface goes far in a
+        jump; where it
+        does not, the energy balance misses what comes from edges that are cut anew, of which shorter increments do not see more.
+        """
+        if not self.forces(c) or result.evaluation is None:
+            return False
+        policy, e, old, du = self.policy, result.evaluation, c.state.energy, result.u - c.state.u
+        way = [np.abs(self.system.displacement(du)[s.points.nodes]).max() / s.points.depth.min() for s in self.system.surfaces]
+        if not any(far > policy.jump_travel_in_elements for far in way):
+            return False
+        work, dissipated = nodal_work(self.system, c, e), self.dissipated(c, du)
+        new = ledger(self.system, c, result.u, e, work, dissipated)
+        missed, put_in = new.imbalance - old.imbalance, abs(new.external - old.external)
+        return missed > max(policy.jump_imbalance_share * abs(new.external), policy.jump_increment_share * (put_in + dissipated))
 
     def warnings(self, energy: Energy, stability: Stability) -> list[str]:
         """What there is to say of the viscous forces at the end of a step."""

@@ -1,106 +1,30 @@
-"""Is an equilibrium stable? The lowest modes of Newton's matrix, from the factors at hand.
+"""Is an equilibrium stable, and what follows if it is not: cut, another one beside it, a jump, a limit point.
 
-An equilibrium is left for another one, without any change of what drives it, where the matrix has a negative eigenvalue. Of
-the direct solvers only LDLᵀ counts those (Sylvester's law of inertia): where it finds none there is nothing to look for. LU has
-no inertia, its determinant only the parity, and multipliers add negative ones that mean nothing. There the modes are looked at
-themselves: a block of forces goes through the factors twice, which leaves the softest modes (subspace iteration; Bathe 1996,
-11.6), and the eigenvalues of the map from forces on the free displacements and tools to their displacements, within that block,
-say how these answer. Where the symmetric part of the matrix is positive definite none of them can be negative, whatever the
-block; where multipliers hold points, what they hold does not move.
-
-Modes that go soft with compression are the lowest ones long before they turn, so that a few columns find them.
+Every attempt is `judged`. Which modes are soft or negative says `softest_modes`; where else there are
+equilibria, `other_equilibria`.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from prensa.checks.during.acceptance import Acceptance
-from prensa.linear.factorisations import SingularError
-from prensa.linear.reduction import Reduced
 from prensa.policy import Policy
-from prensa.solver.attempt import attempt_from
 from prensa.solver.branches import eigenvalue_across_sets
 from prensa.solver.equilibrium import Equilibrium
-from prensa.solver.jump import is_path_independent, jump
+from prensa.solver.other_equilibria import beside, distance, is_path_independent, jump
+from prensa.solver.softest_modes import STABLE, Modes, modes_after, modes_at
+from prensa.solver.stabilisation import Stabilisation
 from prensa.system.failure import Diverged, Jumped, LimitPoint, NotConverged, Singular, Stagnated, ToolRunaway, Unstable
 from prensa.system.interaction import Context
 from prensa.system.outcome import NewtonResult
 from prensa.system.state import Stability, State, may_rest
-from prensa.system.system import System
-from prensa.types import Array, Flags
+from prensa.types import Array
 
 
-class Modes(NamedTuple):
-    """The softest modes of a matrix: how many of them are ``negative``, the ``least`` eigenvalue, its ``mode`` (ndof,).
-
-    Eigenvalues are stiffnesses of modes of unit length, ``stiffness`` (modes,) all of them in order. The mode has a largest
-    displacement of 1.
-    """
-
-    negative: int
-    least: float
-    mode: Array
-    stiffness: Array
-
-
-STABLE = Modes(0, np.inf, np.zeros(0), np.zeros(0))
-
-
-def softest_modes(system: System, reduced: Reduced, policy: Policy, exactly: bool = False) -> Modes | None:
-    """The softest modes of the matrix of the last factors; None if there are no factors, nothing is free, or they do not tell.
-
-    exactly: of the last matrix itself, to which factors that do not tell them are only a help; None where that is too little.
-    """
-    factors, free = reduced.factorisation, reduced.free
-    bodily = free < system.dofs.tool.slice.stop  # multipliers come last
-    if not factors.factored or not bodily.any():
-        return None
-    columns = min(policy.watched_modes, int(bodily.sum()))
-    forces = None
-    for sweep in range(policy.max_mode_sweeps):
-        basis = _begun(reduced, bodily, columns) if forces is None else np.linalg.qr(forces)[0]
-        answer = factors.exactly(basis, policy.mode_residual_share) if exactly else factors.solve_with_factors(basis)
-        if answer is None or not np.isfinite(answer).all():
-            return None
-        forces = np.where(bodily[:, None], answer, 0.0)
-        compliance, vectors = np.linalg.eig(basis.T @ forces)
-        negative = (compliance.real < 0) & (np.abs(compliance.imag) <= policy.max_mode_residual * np.abs(compliance))
-        if not negative.any():
-            if sweep > 0:
-                break
-            continue
-        # a negative one counts when it is an eigenvalue, not only a Ritz value of a block that is not there yet
-        error = np.linalg.norm(forces @ vectors - (basis @ vectors) * compliance, axis=0)
-        sure = negative & (error <= policy.max_mode_residual * np.abs(compliance))
-        if sweep > 0 and sure.any() and (sure == negative).all():
-            break
-        negative = sure
-    softest = vectors[:, int(np.argmax(np.abs(compliance)))]
-    if not exactly and not factors.resolves_soft_modes((basis @ softest).real, (answer @ softest).real):
-        return None
-    stiffness = 1.0 / np.where(compliance == 0, np.inf, compliance).real
-    at = int(np.argmin(np.where(negative, compliance.real, np.inf)) if negative.any() else np.argmax(compliance.real))
-    mode = reduced.restriction.whole((basis @ vectors[:, at]).real, system.ndof)
-    mode /= max(float(np.abs(mode[system.dofs.displacement.slice]).max()), 1e-300)
-    return Modes(int(negative.sum()), float(stiffness[at]), mode, np.sort(stiffness))
-
-
-def _begun(reduced: Reduced, bodily: Flags, columns: int) -> Array:
-    """Orthonormal forces (f, columns) on ``bodily`` degrees of freedom (f,) to begin with, the same ones each time."""
-    kept = reduced.kept.get("forces")
-    if kept is None:
-        random = np.random.default_rng(0).standard_normal((len(bodily), columns))
-        kept = np.linalg.qr(np.where(bodily[:, None], random, 0.0))[0]
-        if len(bodily) < reduced.policy.reuse_max_unknowns:  # of large systems they take more room than making them takes time
-            reduced.kept["forces"] = kept
-    return kept
-
-
-# ------------------------------------------------------------------------------------------------------ what follows from it
-def judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbacks: int, may_cut: bool) -> NewtonResult:
+def judged(
+    eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, stabilisation: Stabilisation, cutbacks: int, may_cut: bool
+) -> NewtonResult:  # fmt: skip
     """The outcome of an attempt with its stability: rejected, replaced by a nearby stable solution, reported, or a limit point.
 
     An unstable equilibrium is refused as long as shorter increments may find the stable one, which an imperfection leads
@@ -110,29 +34,12 @@ def judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbac
     """
     found = _judged(eq, result, acceptance, cutbacks, may_cut)
     ends = isinstance(found.reason, LimitPoint) and (at_limit(eq.context, eq.policy) or not may_cut)
-    if found.converged or not ends or not is_path_independent(eq):
-        return found
-    return _jump(eq, found.iterations, acceptance) or found
-
-
-def _jump(eq: Equilibrium, spent: int, acceptance: Acceptance) -> NewtonResult | None:
-    """The stable equilibrium that bodies jump to by themselves (see `prensa.solver.jump`); None if it is not found."""
-    c = eq.context
-    u = c.state.u.copy()
-    u[c.plan.fixed] = c.plan.values(c.time)
-    modes = _at(eq, eq.system.with_slaves(u), eq.system.initial_multipliers(c.state))
-    if modes is None:
-        return None
-
-    def stable(other: NewtonResult) -> bool:
-        at = None if acceptance.refusal(c, other) else _of(eq, other)
-        other.softest = at.stiffness if at is not None else None
-        return at is not None and not at.negative
-
-    other = jump(eq, modes.mode, float(np.abs(modes.stiffness).max()), stable)
-    if other is not None:
-        other.iterations += spent
-    return other
+    if ends and not found.converged and is_path_independent(eq) and (other := jump(eq, acceptance)) is not None:
+        other.iterations += found.iterations
+        found = other
+    if may_cut and found.converged and stabilisation.jumped_over(eq.context, found):
+        found.converged, found.reason = False, Jumped()
+    return found
 
 
 def _judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbacks: int, may_cut: bool) -> NewtonResult:
@@ -143,13 +50,13 @@ def _judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutba
     if not positive and rests(eq, result):
         result.rested = True
         return result
-    modes = STABLE if positive else _of(eq, result)
+    modes = STABLE if positive else modes_after(eq, result)
     if modes is None:
         result.negative = eq.context.state.stability.negative
         return result
     result.softest = modes.stiffness
     if modes.negative and not eq.context.state.stability.negative:
-        modes = _at(eq, result.u, result.lam) or modes
+        modes = modes_at(eq, result.u, result.lam) or modes
     result.negative = modes.negative
     if not modes.negative and jumped(eq, result):
         limit = at_limit(eq.context, eq.policy)
@@ -164,7 +71,7 @@ def _judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutba
     c, policy = eq.context, eq.policy
     cut = may_cut and (viscous or cutbacks < policy.cuts_before_branching)
     short = c.dt < policy.branch_from_share * (c.plan.t1 - c.plan.t0)
-    if not viscous and (short or not cut) and (other := _beside(eq, result, modes, acceptance)):
+    if not viscous and (short or not cut) and (other := beside(eq, result, modes, acceptance)):
         return other
     if at_limit(c, policy):
         result.converged, result.reason = False, _freed(eq, modes) or LimitPoint(Unstable(modes.negative), modes.least)
@@ -248,17 +155,12 @@ def jumped(eq: Equilibrium, result: NewtonResult) -> bool:
         if np.abs(system.displacement(du) - foretold).max() <= policy.max_prediction_error * np.abs(foretold).max():
             return False
     for share in policy.jump_samples:
-        modes = _at(eq, system.with_slaves(state.u + share * du), result.lam, mode=False)
+        modes = modes_at(eq, system.with_slaves(state.u + share * du), result.lam, mode=False)
         if modes is None:
             return False
         if modes.negative:
             return True
     return False
-
-
-def distance(eq: Equilibrium, u: Array, v: Array) -> float:
-    """Largest displacement of a node between dofs u and v (ndof,), over the size of the bodies."""
-    return float(np.abs(eq.system.displacement(u) - eq.system.displacement(v)).max()) / eq.system.length
 
 
 def _failed(eq: Equilibrium, result: NewtonResult, short: bool, last: bool) -> NewtonResult:
@@ -296,11 +198,11 @@ def _turning(eq: Equilibrium, result: NewtonResult, beside: bool) -> Modes | Non
     wander to and fro across it, so that the last one is as often before it as behind. Where the last point that sticks is about
     to slide, no mode is soft before it does: then the states are asked to which the last increment leads on.
     """
-    modes = _at(eq, result.u, result.lam)
+    modes = modes_at(eq, result.u, result.lam)
     if modes is None or modes.negative or not beside:
         return modes if modes is not None and modes.negative else None
     step = eq.policy.branch_distances[0] * eq.system.length * modes.mode
-    there = (_at(eq, eq.system.with_slaves(result.u + sign * step), result.lam) for sign in (1.0, -1.0))
+    there = (modes_at(eq, eq.system.with_slaves(result.u + sign * step), result.lam) for sign in (1.0, -1.0))
     return next((at for at in there if at is not None and at.negative), None) or _extrapolated_modes(eq)
 
 
@@ -310,7 +212,7 @@ def _extrapolated_modes(eq: Equilibrium) -> Modes | None:
     way = float(np.abs(eq.system.displacement(state.du)).max())
     shares = [far * eq.system.length / way for far in eq.policy.extrapolation_ratios] if way > 0.0 else []
     lam = eq.system.initial_multipliers(state)
-    led = (_at(eq, eq.system.with_slaves(state.u + share * state.du), lam) for share in shares)
+    led = (modes_at(eq, eq.system.with_slaves(state.u + share * state.du), lam) for share in shares)
     return next((at for at in led if at is not None and at.negative), None)
 
 
@@ -319,60 +221,3 @@ def at_limit(c: Context, policy: Policy) -> bool:
     return not c.state.stability.viscosity > 0 and c.dt < policy.limit_point_share * (c.plan.t1 - c.plan.t0)
 
 
-def _of(eq: Equilibrium, result: NewtonResult) -> Modes | None:
-    """The modes of a converged attempt, from its last factors where there are any.
-
-    A contact step may have left none, and those at hand may be of an increment before: then of the matrix at the end, whose
-    factors, of double precision, take twice the room.
-    """
-    factors = eq.reduced.factorisation
-    if factors.factored and factors.may_resolve_soft_modes and (modes := softest_modes(eq.system, eq.reduced,
-        eq.policy)) is not None:
-        return modes
-    if factors.factored and (modes := softest_modes(eq.system, eq.reduced, eq.policy, exactly=True)) is not None:
-        return modes
-    return _at(eq, result.u, result.lam, mode=False)
-
-
-def _at(eq: Equilibrium, u: Array, lam: Array, mode: bool = True) -> Modes | None:
-    """The modes of the matrix at the dofs u (ndof,) themselves: the last factors are of the iterate before, or of another.
-
-    ``mode``: whether the softest one is wanted where none is negative, too.
-    """
-    e = eq.evaluate(u, lam)
-    if e.failed:
-        return None
-    try:
-        eq.reduced.solve(eq.reduced.matrix(e, -e.r, spent=True), -e.r)
-    except SingularError:
-        return None
-    if eq.reduced.factorisation.positive and not mode:
-        return STABLE
-    return softest_modes(eq.system, eq.reduced, eq.policy)
-
-
-def _beside(eq: Equilibrium, result: NewtonResult, modes: Modes, acceptance: Acceptance) -> NewtonResult | None:
-    """A stable equilibrium beside an unstable one, along its mode, the way that the bodies were going; None if not found."""
-    spent, u = result.iterations, result.u
-    nodal = eq.system.dofs.displacement.slice
-    way = -1.0 if float((u - eq.context.state.u)[nodal] @ modes.mode[nodal]) < 0 else 1.0
-    for share in eq.policy.branch_distances:
-        found = []
-        for sign in (way, -way):
-            other = attempt_from(eq, u + sign * share * eq.system.length * modes.mode)
-            spent += other.iterations
-            if other.converged and not acceptance.refusal(eq.context, other):
-                at = _of(eq, other)
-                if at is not None and not at.negative:
-                    found.append(other)
-        if found:
-            # the nearer one: the other may be beyond a jump
-            other = min(found, key=lambda one: np.abs((one.u - eq.context.state.u)[nodal]).max().round(12))
-            other.iterations = spent
-            # beyond a bifurcation the deflection grows with the root of the load (Koiter 1945), so with that of the increment; a
-            # jump is as far however short the increment is
-            c = eq.context
-            other.jumped = distance(eq, other.u, u) > eq.policy.buckling_max_ratio * (c.dt / (c.plan.t1 - c.plan.t0)) ** 0.5
-            other.beside = not other.jumped
-            return other
-    return None

@@ -13,58 +13,57 @@ import numpy as np
 from prensa.checks.after.passages import Passages, jump_of, passing_of
 from prensa.checks.after.quality import quality_warnings, soft_springs, untouched_tools
 from prensa.checks.before.motions import table_jumps
-from prensa.checks.during.acceptance import Acceptance, Corners, unilaterally_supported
+from prensa.checks.during.acceptance import Acceptance, Corners
 from prensa.checks.during.distortion import Distortion
 from prensa.checks.during.folding import Folding
 from prensa.checks.during.penetration import inside, watches
 from prensa.checks.during.self_intersection import fold, hanging, outlines
-from prensa.checks.during.tool_balance import unbalanced_tool
 from prensa.checks.during.validity import Validity
-from prensa.errors import ArgumentError, SolveError, shown
+from prensa.errors import SolveError
 from prensa.linear.condensation import Condensation, condensed
 from prensa.linear.reduction import Reduced
 from prensa.linear.rigid_modes import Loose, loose_bodies
 from prensa.linear.threads import ONE_OF_BLAS, threads_of
 from prensa.measures import parse
 from prensa.model import problem as model
-from prensa.model.feed import ends_early
 from prensa.policy import Policy
-from prensa.result.energy_balance import ledger, nodal_work
 from prensa.result.increment import Increment
 from prensa.result.results import increment_of
-from prensa.solver.approach import approach, first_touch
+from prensa.solver.approach import (
+    Approach,
+    approach_of_bodies,
+    approach_of_tools,
+    first_clamped,
+    first_touch,
+    starts_inside,
+)
 from prensa.solver.attempt import attempt, attempt_from
-from prensa.solver.diagnosis import hint, remedy, where
+from prensa.solver.commit import committed, fresh_mesh
+from prensa.solver.diagnosis import failed_increment, hint, last_good
 from prensa.solver.equilibrium import Equilibrium, Reporter
 from prensa.solver.first_matrix import Ahead
-from prensa.solver.floating_bodies import RigidApproach, first_clamped, rigid_approach
-from prensa.solver.initial_overlap import starts_inside
+from prensa.solver.given_times import given_times, increasing
 from prensa.solver.reporting import Messages
 from prensa.solver.stabilisation import Stabilisation
-from prensa.solver.stability import at_limit, judged, looked, stability_warnings
+from prensa.solver.stability import at_limit, judged, stability_warnings
 from prensa.solver.step_control import StepControl
 from prensa.solver.until import Outcome, Stopping
 from prensa.system.failure import (
-    BeyondSmall,
-    Distorted,
     Failure,
     Folded,
-    FreeToMove,
-    Jumped,
     LimitPoint,
     MetalInside,
-    StartsInside,
     sentence,
 )
 from prensa.system.interaction import Context
 from prensa.system.matrix_symmetry import is_symmetric
 from prensa.system.outcome import NewtonResult
 from prensa.system.planning import plan_step
-from prensa.system.release import minimal_supports_in_words, release_forces, release_in_words, removed_tools
+from prensa.system.release import minimal_supports_in_words, release_forces, removed_tools
 from prensa.system.schedule import StepPlan
-from prensa.system.state import Clock, State
+from prensa.system.state import State
 from prensa.system.symmetry_planes import Guard, Nearing, extended, names_of, with_planes
-from prensa.system.system import Evaluation, System
+from prensa.system.system import System
 from prensa.system.time_integration import BACKWARD_EULER, TimeRule, all_follow, growths, unsteadiness
 from prensa.timer import Timer
 from prensa.types import Array
@@ -79,17 +78,6 @@ def at_rest(system: System) -> Increment | None:
     e = system.evaluate(system.context(state, plan, 0.0), state.u, state.lam, stiffness=False)
     result = NewtonResult(True, None, state.u, e, state.lam, 0)
     return None if e.failed else increment_of(system, state, plan, e, result, 0, 0, False, parse=parse)
-
-
-def _as_times(name: str, given: Sequence[float]) -> Array:
-    """Increasing times as an array."""
-    try:
-        out = np.atleast_1d(np.asarray(given, dtype=np.float64))
-    except (TypeError, ValueError):
-        raise ArgumentError(f"solve: {name} is {shown(given)}; give a list of increasing times") from None
-    if out.ndim != 1 or not np.isfinite(out).all() or (np.diff(out) <= 0).any():
-        raise ArgumentError(f"solve: {name} is {shown(given)}; give a list of increasing times")
-    return out
 
 
 class Due(Protocol):
@@ -139,24 +127,8 @@ class TimeStepping:
             For times that do not increase, are over already, or leave the end of a step out.
 
         """
-        now, last = start.clock.time, len(self.system.problem.steps)
-        self.stops = _as_times("stops", stops)
-        if times is None:
-            return
-        given = _as_times("times", times)
-        until = next((s.name for s in self.system.problem.steps if ends_early(s)), None)
-        if until is not None:
-            raise ArgumentError(
-                f"solve: step {until!r} ends by its 'until' or 'feed', so times cannot be given; leave one of them out"
-            )
-        self.times = given[given > now]
-        ends = np.arange(np.floor(now) + 1.0, last + 1.0)
-        missing = ends[~np.isin(ends, self.times)]
-        if len(missing) or (len(given) and given[-1] > last):
-            what = f"{missing[0]:g} is not among them" if len(missing) else f"{given[-1]:g} is after the last step"
-            raise ArgumentError(
-                f"solve: times have to be those of this run, the ends of its steps (1 … {last}) included; {what}"
-            )
+        self.stops = increasing("stops", stops)
+        self.times = None if times is None else given_times(self.system.problem, start.clock.time, times)
 
     def run(self, state: State) -> Iterator[Increment]:
         """Increments from a committed state to the end of the last step."""
@@ -313,17 +285,19 @@ class TimeStepping:
         """Context and outcome of one attempt at the increment to a time, its stability judged; spent: gets its iterations."""
         # where an increment was cut, flow begins or turns, of which the last one knows nothing
         c = self.context(state, plan, end, BACKWARD_EULER if cutbacks else self.rule(state, plan, end))
-        to = rigid_approach(self.system, c, self.loose, self.policy) if self.loose and self.condensed is None else None
+        to = approach_of_bodies(self.system, c, self.loose, self.policy) if self.loose and self.condensed is None else None
         if to is not None:
             found = self.carry(c, to, cutbacks) if to.u is not None else None
             if found is not None:
                 spent.append(found[1].iterations)
                 return found
             c = replace(c, floating=to.bodies if to.floating else ())
-        start, air, notes = approach(self.system, c, self.policy)
-        if notes:
+        brought = approach_of_tools(self.system, c, self.policy)
+        start, air = brought.u, brought.through_air
+        assert start is not None
+        if air is not None:
             c = replace(self.system.through_air(c, air), brought_into_contact=True)
-        for message in notes:
+        for message in brought.notes:
             self.messages.note(state, plan, message)
         most = self.most_cutbacks(state)
         retry = cutbacks >= min(self.policy.retry_after_cuts, self.numerics.max_cutbacks, most)
@@ -338,13 +312,11 @@ class TimeStepping:
             result.converged, result.reason = False, refusal
         if self.condensed is None and not c.floating:  # linear bodies are stable, and those that nothing holds are neither
             last = cutbacks == most or control.exhausted(control.cut(c.dt))
-            result = judged(self.equilibrium(c), result, self.acceptance, cutbacks, not last)
-            if result.converged and not last and self.jumped_over(c, result):
-                result.converged, result.reason = False, Jumped()
+            result = judged(self.equilibrium(c), result, self.acceptance, self.stabilisation, cutbacks, not last)
         spent.append(result.iterations)
         return c, result
 
-    def carry(self, c: Context, to: RigidApproach, cutbacks: int) -> Outcome | None:
+    def carry(self, c: Context, to: Approach, cutbacks: int) -> Outcome | None:
         """Outcome of an increment from where bodies that nothing holds have been carried; None if no equilibrium is near.
 
         It ends where they first meet what stops them.
@@ -364,27 +336,8 @@ class TimeStepping:
         if refusal := self.acceptance.refusal(c, result):
             result.converged, result.reason = False, refusal
         if result.converged and not to.floating:
-            result = judged(eq, result, self.acceptance, cutbacks, False)
+            result = judged(eq, result, self.acceptance, self.stabilisation, cutbacks, False)
         return (c, result) if result.converged else None
-
-    def jumped_over(self, c: Context, result: NewtonResult) -> bool:
-        """Whether an increment under viscous forces is too long for a jump: what these dissipate on the way is not seen then.
-
-        At the end of a jump that a single increment takes there is hardly any motion left: forces and velocities of both ends
-        say little of the way between, and the energy balance misses most of what is set free. A surface goes far in a
-        jump; where it
-        does not, the energy balance misses what comes from edges that are cut anew, of which shorter increments do not see more.
-        """
-        if not self.stabilisation.forces(c) or result.evaluation is None:
-            return False
-        policy, e, old, du = self.policy, result.evaluation, c.state.energy, result.u - c.state.u
-        way = [np.abs(self.system.displacement(du)[s.points.nodes]).max() / s.points.depth.min() for s in self.system.surfaces]
-        if not any(far > policy.jump_travel_in_elements for far in way):
-            return False
-        work, dissipated = nodal_work(self.system, c, e), self.stabilisation.dissipated(c, du)
-        new = ledger(self.system, c, result.u, e, work, dissipated)
-        missed, put_in = new.imbalance - old.imbalance, abs(new.external - old.external)
-        return missed > max(policy.jump_imbalance_share * abs(new.external), policy.jump_increment_share * (put_in + dissipated))
 
     def stays_inside(self, state: State, cutbacks: int) -> Failure | None:
         """The tool that starts deepest inside a body, if the first increment fails on: shorter ones have the same overlap."""
@@ -525,86 +478,14 @@ class TimeStepping:
             reason = reason or self.folding.look(c, u, folded)
         if reason is not None:
             raise SolveError(
-                f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}. {self.last_good()} What to try: {hint(reason)}.",
+                f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}. {last_good(self.last)} "
+                f"What to try: {hint(reason)}.",
                 self.last,
                 reason,
             )
 
-    def last_good(self) -> str:
-        """What there is to go back to, in words."""
-        if self.last is None:
-            return "No increment of this run had converged before."
-        return f"The last good state is that of time {self.last.time:.6g} (increment {self.last.number})."
-
     def diagnosis(self, c: Context, result: NewtonResult, cutbacks: int) -> SolveError:
         """The error that says what failed, where, why, and what to try."""
-        reason = result.reason
-        assert reason is not None
-        if tipping := unbalanced_tool(self.system, c):
-            reason = tipping  # whatever came of it
-        elif not isinstance(reason, FreeToMove | BeyondSmall):
-            reason = unilaterally_supported(self.system, c) or reason
-        eq = self.equilibrium(c)
-        place = where(eq, reason, result)
         self.messages.warn(self.validity.warnings())
-        cut = f"The increment was cut {cutbacks} times without success."
-        if self.times is not None:
-            cut = "Its end is one of the times that were asked for, so it was not cut."
-        elif isinstance(reason, LimitPoint):
-            cut = f"Increments were down to {c.dt:.1g} of time: no shorter one can help."
-        elif isinstance(reason, Distorted):
-            cut = f"Increments were down to {c.dt:.1g} of time."
-        elif isinstance(reason, StartsInside):
-            cut = "Shorter increments begin with the same overlap."
-        elif isinstance(reason, BeyondSmall):
-            cut = "A shorter increment would end there too."
-        elif cutbacks < self.most_cutbacks(c.state):
-            cut += " It is too short by now for another cut: the body jumps here, or nothing can go on."
-        last = self.last_good()
-        if held := release_in_words(self.system, c.state, c.plan):
-            last += f" {held}"
-        return SolveError(
-            f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}{'; ' + place if place else ''}. {cut} "
-            f"{last} What to try: {remedy(eq, reason)}.",
-            self.last,
-            reason,
-        )
-
-
-def fresh_mesh(state: State) -> bool:
-    """Whether no increment has followed on the last remeshing."""
-    return state.remeshed is not None and state.remeshed.number == state.clock.number
-
-
-def committed(
-    system: System, c: Context, result: NewtonResult, e: Evaluation, dt: float, stabilisation: Stabilisation
-) -> State:
-    """The state after a converged increment; dt: duration of the next one, 0 at the end of the step.
-
-    At the end of a step all dofs are recovered: the next step may need some that this one does not.
-    """
-    old, contact, lam = c.state, c.state.contact, result.lam.copy()
-    for s, f, before in zip(system.surfaces, e.contacts, c.committed):
-        record = replace(f.record, speed=(f.kappa - before.slip) / c.seconds)
-        contact = contact.replaced(s.rows, record)
-        lam[s.rows, 0], lam[s.rows, 1:] = f.p, record.traction
-    work = nodal_work(system, c, e)
-    ended, du = c.ends_step, result.u - old.u
-    energy = ledger(system, c, result.u, e, work, stabilisation.dissipated(c, du))
-    stability = stabilisation.after(c, du, energy.external - old.energy.external, result.negative)
-    stability, softest = looked(stability, old, result, stabilisation.policy)
-    if ended and result.recover is not None:
-        result.u, result.recover = result.recover(), None
-    step, step_start = (c.plan.number + 1, result.u) if ended else (c.plan.number, old.step_start)
-    nodal = system.dofs.displacement.slice
-    difference, damping = old.damped_difference(du, c.dt, nodal)
-    clock = Clock(step, old.clock.number + 1, c.time, dt, damping)
-    return State(
-        u=result.u, du=du, dt_last=0.0 if ended or c.brought_into_contact else c.dt, second_difference=difference,
-        history=e.history, contact=contact,
-        lam=lam, energy=energy, work=work, clock=clock,
-        step_start=step_start, release=None if c.time >= c.plan.t1 else old.release,
-        self_equilibrated=None if c.time >= c.plan.t1 else old.self_equilibrated, stability=stability,
-        ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched, softest=softest,
-        remeshed=old.remeshed,
-    )  # fmt: skip
+        most = None if self.times is not None else self.most_cutbacks(c.state)
+        return failed_increment(self.equilibrium(c), result, cutbacks, most, self.last)

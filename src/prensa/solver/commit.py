@@ -1,0 +1,54 @@
+"""The state that follows on a converged increment."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from prensa.result.energy_balance import ledger, nodal_work
+from prensa.solver.stabilisation import Stabilisation
+from prensa.solver.stability import looked
+from prensa.system.interaction import Context
+from prensa.system.outcome import NewtonResult
+from prensa.system.state import Clock, State
+from prensa.system.system import Evaluation, System
+
+
+def fresh_mesh(state: State) -> bool:
+    """Whether no increment has followed on the last remeshing."""
+    return state.remeshed is not None and state.remeshed.number == state.clock.number
+
+
+def committed(
+    system: System, c: Context, result: NewtonResult, e: Evaluation, dt: float, stabilisation: Stabilisation
+) -> State:
+    """The state after a converged increment; dt: duration of the next one, 0 at the end of the step.
+
+    At the end of a step all dofs are recovered: the next step may need some that this one does not.
+    """
+    old, contact, lam = c.state, c.state.contact, result.lam.copy()
+    for s, f, before in zip(system.surfaces, e.contacts, c.committed):
+        record = replace(f.record, speed=(f.kappa - before.slip) / c.seconds)
+        contact = contact.replaced(s.rows, record)
+        lam[s.rows, 0], lam[s.rows, 1:] = f.p, record.traction
+    work = nodal_work(system, c, e)
+    ended, du = c.ends_step, result.u - old.u
+    energy = ledger(system, c, result.u, e, work, stabilisation.dissipated(c, du))
+    stability = stabilisation.after(c, du, energy.external - old.energy.external, result.negative)
+    stability, softest = looked(stability, old, result, stabilisation.policy)
+    if ended and result.recover is not None:
+        result.u, result.recover = result.recover(), None
+    step, step_start = (c.plan.number + 1, result.u) if ended else (c.plan.number, old.step_start)
+    nodal = system.dofs.displacement.slice
+    difference, damping = old.damped_difference(du, c.dt, nodal)
+    clock = Clock(step, old.clock.number + 1, c.time, dt, damping)
+    return State(
+        u=result.u, du=du, dt_last=0.0 if ended or c.brought_into_contact else c.dt, second_difference=difference,
+        history=e.history, contact=contact,
+        lam=lam, energy=energy, work=work, clock=clock,
+        step_start=step_start, release=None if c.time >= c.plan.t1 else old.release,
+        self_equilibrated=None if c.time >= c.plan.t1 else old.self_equilibrated, stability=stability,
+        ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched, softest=softest,
+        remeshed=old.remeshed,
+    )  # fmt: skip
