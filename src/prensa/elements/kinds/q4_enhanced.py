@@ -142,7 +142,7 @@ class Enhanced(Isoparametric, abstract=True):
             k, w = len(rows), workspace(self, len(rows))
             part = Chunk(left.X, left.X, left.u, left.old, np.empty_like(left.old))
             F, bad, reason = np.empty((k, self.points, self.layout.components)), np.zeros(k, dtype=np.bool_), Why.INVERTED
-            enhanced.kinematics(left.X, left.u, left.alpha, left.Hn, *t, axi, finite, scale, F, w.h, w.w, bad)
+            enhanced.kinematics(left.X, left.u, left.alpha, left.Hn, *t[:4], axi, finite, scale, F, w.h, w.w, bad)
             if bad.any():
                 w.h[bad] = 0.0
             there = at if at.flows is None else at.of((self.points * rows[:, None] + points).ravel())
@@ -181,7 +181,7 @@ class Enhanced(Isoparametric, abstract=True):
         t, w, k, n = self.table, workspace(self, len(u)), len(u), 8 + alpha.shape[1]
         old = np.ascontiguousarray(c.old[..., : law.size])
         part, F = Chunk(c.X, c.X, u, old, np.empty_like(old)), np.empty((k, self.points, self.layout.components))
-        enhanced.kinematics(c.X, u, alpha, Hn, *t, axi, finite, scale, F, w.h, w.w, np.zeros(k, dtype=np.bool_))
+        enhanced.kinematics(c.X, u, alpha, Hn, *t[:4], axi, finite, scale, F, w.h, w.w, np.zeros(k, dtype=np.bool_))
         material(part, law, at, w)
         if finite:
             enhanced.pull_back(Hn, w.P, w.A)
