@@ -89,8 +89,10 @@ class _Isotropic:
     def principal(
         self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out
     ) -> None:
-        """The law itself: trial principal strains (n, 3) → stresses, slopes, elastic strains."""
-        elastic.hencky(eps, self.lam, self.mu, tau, dtau, eps_e)
+        """The law itself: trial principal strains (n, 3) → stresses, slopes, elastic strains; Hencky's, unless one says other."""
+        tau[:] = self.lam * eps.sum(axis=1, keepdims=True) + 2.0 * self.mu * eps
+        dtau[:] = self.lam + 2.0 * self.mu * np.eye(3)
+        eps_e[:] = eps
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
         """H (n, c) = f − I, old (n, h) → out; see `Material`."""
@@ -153,8 +155,7 @@ class Hencky(_Isotropic):
         elif self.finite:
             super().update(h, old, at, out)
         else:
-            hooke = elastic.hooke_spatial if self.layout.dimension == 3 else elastic.hooke
-            hooke(h, old, self.lam, self.mu, out.P, out.A, out.new)
+            elastic.update(elastic.hooke, h, old, self.lam, self.mu, *out, at.tangent)
 
 
 @dataclass(frozen=True)
@@ -168,11 +169,7 @@ class NeoHooke(_Isotropic):
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
         """H (n, c) = f − I, old (n, k) → out; see `Material`."""
-        if self.layout.dimension == 3:
-            elastic.neo_hooke_spatial(h, old, self.lam, self.mu, out.P, out.A, out.new, out.failed, at.tangent)
-        else:
-            A = out.A.reshape(len(h), -1)
-            elastic.neo_hooke(h, old, self.lam, self.mu, out.P, A, out.new, out.failed, at.tangent)
+        elastic.update(elastic.neo_hooke, h, old, self.lam, self.mu, *out, at.tangent)
 
     def energy(self, history: Array) -> Array:
         """Elastic energy per initial volume, (..., h) → (...)."""
@@ -183,11 +180,9 @@ class NeoHooke(_Isotropic):
 class StVenantKirchhoff(_Isotropic):
     """St. Venant-Kirchhoff."""
 
-    def principal(
-        self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out
-    ) -> None:
-        """Trial principal strains (n, 3) → stresses, slopes, elastic strains."""
-        elastic.st_venant_kirchhoff(eps, self.lam, self.mu, tau, dtau, eps_e)
+    def update(self, h: Array, old: Array, at: At, out: Out) -> None:
+        """H (n, c) = f − I, old (n, k) → out; see `Material`."""
+        elastic.update(elastic.st_venant_kirchhoff, h, old, self.lam, self.mu, *out, at.tangent)
 
     def energy(self, history: Array) -> Array:
         """Elastic energy per initial volume, (..., h) → (...)."""
