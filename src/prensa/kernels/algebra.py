@@ -12,7 +12,7 @@ from prensa.kernels.record import Node
 
 Tensor = Sequence[Node]
 
-AXES = range(3)
+SPACE_AXES = range(3)
 UNIT: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 _PLANE, _KEPT = (0, 1, 3, 4, 8), (0, 4, 8, 1, 2, 5)
 
@@ -48,12 +48,12 @@ def kept(m: Tensor, like: Tensor) -> tuple[Node, ...]:
 
 def product(a: Tensor, b: Tensor) -> Tensor:
     """A b."""
-    return tuple(total(a[3 * i + k] * b[3 * k + j] for k in AXES) for i in AXES for j in AXES)
+    return tuple(total(a[3 * i + k] * b[3 * k + j] for k in SPACE_AXES) for i in SPACE_AXES for j in SPACE_AXES)
 
 
 def by_transposed(a: Tensor, b: Tensor) -> Tensor:
     """A bᵀ."""
-    return tuple(total(a[3 * i + k] * b[3 * j + k] for k in AXES) for i in AXES for j in AXES)
+    return tuple(total(a[3 * i + k] * b[3 * j + k] for k in SPACE_AXES) for i in SPACE_AXES for j in SPACE_AXES)
 
 
 def plus(*tensors: Tensor) -> Tensor:
@@ -93,5 +93,5 @@ def det_less_one(h: Tensor) -> Node:
 def push_forward(h: Tensor, b: Tensor) -> Tensor:
     """F b fᵀ − I, without cancellation; h = f − I, and b − I."""
     m = plus(h, b, product(h, b))
-    transposed = tuple(h[3 * j + i] for i in AXES for j in AXES)
+    transposed = tuple(h[3 * j + i] for i in SPACE_AXES for j in SPACE_AXES)
     return plus(m, transposed, by_transposed(m, h))
