@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.kernels.algebra import (
-    AXES,
+    SPACE_AXES,
     UNIT,
     Tensor,
     by_transposed,
@@ -50,7 +50,7 @@ PointLaw = Callable[[Tensor, Tensor, Node, Node], Answer]
 def hooke(h: Tensor, old: Tensor, lam: Node, mu: Node) -> Answer:
     """σ = λ tr ε I + 2 μ ε; history: the strain."""
     H, e_n = tensor(h), symmetric(old)
-    e = tuple(e_n[3 * i + j] + 0.5 * (H[3 * i + j] + H[3 * j + i]) for i in AXES for j in AXES)
+    e = tuple(e_n[3 * i + j] + 0.5 * (H[3 * i + j] + H[3 * j + i]) for i in SPACE_AXES for j in SPACE_AXES)
     sigma = plus(times(lam * trace(e), UNIT), times(2.0 * mu, e))  # type: ignore[arg-type]
     return Answer(components(sigma, h), kept(e, old))
 
@@ -86,7 +86,7 @@ def neo_hooke(h: Tensor, old: Tensor, lam: Node, mu: Node) -> Answer:
     P = by_transposed(times(by, tau), inverse)
     # the same as μ f b_n + (λ ln J − μ) f⁻ᵀ, which has the shorter derivatives, but cancels where strains are small
     moved, apart = plus(f, product(f, m.was)), p - mu
-    other = [by * (mu * moved[3 * i + j] + apart * inverse[3 * j + i]) for i in AXES for j in AXES]
+    other = [by * (mu * moved[3 * i + j] + apart * inverse[3 * j + i]) for i in SPACE_AXES for j in SPACE_AXES]
     return Answer(components([as_found(x, y) for x, y in zip(P, other)], h), kept(m.b, old), m.good)
 
 

@@ -19,7 +19,7 @@ from prensa.layout import PLANE, SPATIAL, TensorLayout
 from prensa.materials import elastic
 from prensa.materials.flow_curve import FlowCurve, FlowParameters, stress_at
 from prensa.materials.hardening import stresses
-from prensa.materials.j2 import NO_CURVE, MetalForm, begin_finite, finite, numbers, principal
+from prensa.materials.j2 import NO_CURVE, MetalForm, begin_finite, finite, numbers, principal, small
 from prensa.materials.point_form import PointLaw
 from prensa.materials.protocol import At, Field, Material, Out, PrincipalElasticity
 from prensa.materials.return_map import return_map
@@ -261,6 +261,12 @@ class J2(_Isotropic):
             finite(
                 h, old, kept, self.E / (3 * (1 - 2 * self.nu)), self.mu, self.yield_on_cauchy, f, at.dt, out.P, out.A,
                 out.new, out.failed, at.tangent, at.flows, at.secant,
+            )  # fmt: skip
+            return
+        if f is not None and not self.finite:
+            small(
+                h, old, kept, self.E / (3 * (1 - 2 * self.nu)), self.mu, f, at.dt, out.P, out.A, out.new, out.failed,
+                at.tangent, at.flows, at.secant,
             )  # fmt: skip
             return
         super().update(h, old, at, out)
