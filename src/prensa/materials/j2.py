@@ -158,7 +158,7 @@ def _small(kind: Kinds, full: int, tangent: bool, held: bool) -> Program:
 
 def small(
     h: Array, old: Array, kept: int, K: float, G: float, flow: FlowParameters, dt: float, P: Array, A: Array, new: Array,
-    failed: Held, tangent: bool, held: Held | None = None, secant: float = 0.0,
+    failed: Held, tangent: bool, held: Held | None, secant: float,
 ) -> None:  # fmt: skip
     """As `finite`, of small strain in plane (c = 5, k = 4) and space (9, 6): h (n, c), old, new (n, 2k + 2), P, A (n, c, c)."""
     kernel = _small(flow.kind, h.shape[1], tangent, held is not None)

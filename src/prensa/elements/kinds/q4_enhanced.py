@@ -92,7 +92,7 @@ class Enhanced(Isoparametric, abstract=True):
         return enhanced.Form(self.points, self.modes(mode), mode.axisymmetric, mode.finite)
 
     def _numbers(self, mode: Mode) -> Array:
-        """Of the points."""
+        """Of the points, for the kernels."""
         from prensa.elements import enhanced
 
         return enhanced.numbers(self.table, self.modes(mode), mode.axisymmetric)
