@@ -38,15 +38,6 @@ class TensorLayout:
         return len(self.symmetric)
 
     @property
-    def frame(self) -> int:
-        """Columns that kernels keep of a trial state between strains and stresses.
-
-        In the plane cos and sin of the first principal direction, b − I principal (3), J_n; in space the principal directions
-        as columns of Q (3, 3), row by row, b − I principal (3), J_n.
-        """
-        return 6 if self.dimension == 2 else 13
-
-    @property
     def cauchy(self) -> list[int]:
         """Places of the symmetric components among the full ones, which a symmetric P = σ is read from."""
         return [self.full.index(pair) for pair in self.symmetric]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.elements import derivatives, plane
-from prensa.elements.derivatives import BATCH, Along, At, Variant, shapes_of
+from prensa.elements import derivatives, gradients, shapes
+from prensa.elements.derivatives import BATCH, Along, At, Variant
 from prensa.elements.element import Chunk, Mode, element_of, workspace
 from prensa.materials import hencky_j2
 from prensa.materials.hardening import Table
@@ -46,7 +46,7 @@ def pressed(kind: str, flow: Any, space: str, share: float, cauchy: bool) -> tup
         x_n, x = x, x + d
     point_law = law.point_law(0.1)
     variant = Variant(element.nodes, element.points, kind == "q4_fbar", mode.axisymmetric, point_law.form, share > 0.0)
-    return At(variant, shapes_of(element.table), x_n, x, committed, old, new, point_law, share, SCALE), work.r.copy(), new
+    return At(variant, element.table.rows, x_n, x, committed, old, new, point_law, share, SCALE), work.r.copy(), new
 
 
 def plain(at: At, x_n: Any, x: Any, committed: Any, p: Any) -> tuple[Any, Any, Any]:
@@ -60,11 +60,12 @@ def plain(at: At, x_n: Any, x: Any, committed: Any, p: Any) -> tuple[Any, Any, A
         m = m._replace(curve=m.curve._replace(table=Table(at.law.knots, at.law.coefficients)))
     forces, history, energy = 0.0, [], []
     for q in range(v.points):
-        g = plane.gradients(X, list(at.shapes[q, :-1]), v.axisymmetric)
-        stretched, ratio = plane.gradient(u, g), 1.0
+        g = gradients.gradients(X, list(at.shapes[q, :-1]), v.axisymmetric)
+        stretched, ratio = gradients.gradient(u, g), 1.0
         if v.bar:
-            middle = plane.dilatation(plane.gradient(u, plane.gradients(X, list(plane.CENTRE), v.axisymmetric)))
-            stretched, _, ratio = plane.fbar(stretched, middle, v.axisymmetric)
+            there = gradients.gradients(X, list(shapes.centre(4, 2)), v.axisymmetric)
+            middle = gradients.dilatation(gradients.gradient(u, there))
+            stretched, _, ratio = gradients.fbar(stretched, middle, v.axisymmetric)
         b = [committed[:, q, k] for k in range(v.fields)]
         begun, flows = hencky_j2.Begun(b, 0.0, 0.0, b), None
         if m.curve is not None:
@@ -74,8 +75,8 @@ def plain(at: At, x_n: Any, x: Any, committed: Any, p: Any) -> tuple[Any, Any, A
             flows = hencky_j2.Flows(rise != 0.0, rise)
         found = hencky_j2.hencky_j2(stretched, begun, m, flows)
         volume = g.volume * at.shapes[q, -1] * SCALE / (ratio * np.sqrt(hencky_j2.determinant(begun.b)))
-        P = hencky_j2.first_piola(plane.gradient(u, g), found.stress, volume)
-        forces = forces + np.stack(plane.forces(P, g), axis=-1)
+        P = hencky_j2.first_piola(gradients.gradient(u, g), found.stress, volume)
+        forces = forces + np.stack(gradients.forces(P, g), axis=-1)
         history.append(np.stack(np.broadcast_arrays(*found.history), axis=-1))
         energy.append(hencky_j2.stored_energy(found, m))
     return forces, np.stack(history, axis=1), np.stack(energy, axis=1)

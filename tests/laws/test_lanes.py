@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.kernels import tensor
+from prensa.kernels import principal_axes
 from prensa.layout import PLANE
 from prensa.materials.laws import J2, At, Out, _Isotropic
 from prensa.materials.material import Material
@@ -26,7 +26,7 @@ def one_by_one(law: J2, h: np.ndarray, old: np.ndarray, at: At) -> Out:
     """The answer of the kernels of all isotropic laws."""
     out = out_of(len(h), law.size)
     _Isotropic.update(law, h, old, at, out)
-    tensor.keep_trial(h, old, law.layout.kept + 2 if at.begun else 0, out.new, True)
+    principal_axes.keep_trial(h, old, law.layout.kept + 2 if at.begun else 0, out.new, True)
     return out
 
 
@@ -115,7 +115,7 @@ def test_increments_begin_at_once_as_one_by_one(curve: pr.Ludwik, yield_on: str)
         law.update(size * rng.uniform(-1, 1, (331, 5)), history, At(1.0, 1.0), out)
         history = np.where(out.failed[:, None], history, out.new)
     expected = history.copy()
-    tensor.begin(history, True, 0.3, expected)
+    principal_axes.begin(history, 4, True, 0.3, expected)
     more = expected[:, 4] - history[:, 4]
     stress = law.flow_stress(history[:, 4].copy()) + law.flow_stress(expected[:, 4].copy())
     found = law.begin(history, 0.3)
@@ -136,8 +136,8 @@ def test_elastic_strains_are_halves_of_logarithms_of_eigenvalues(scale: float) -
     old[7:90, :4] *= 1e-3
     old[3, :4] = 0.0
     eps, plain = np.empty((2, 150, 3))
-    tensor.elastic_strains(old, True, eps)
-    tensor.elastic_strains(old, False, plain)
+    principal_axes.elastic_strains(old, 4, True, eps)
+    principal_axes.elastic_strains(old, 4, False, plain)
     b = np.stack([old[:, [0, 3]], old[:, [3, 1]]], axis=1)
     expected = np.column_stack([np.linalg.eigvalsh(b)[:, ::-1], old[:, 2]])
     size = np.abs(expected).max(axis=1, keepdims=True)

@@ -14,7 +14,7 @@ import prensa
 
 USE = """
 import numpy as np
-from prensa.kernels import tensor
+from prensa.kernels import emit
 from prensa.kernels.compiled import njit
 
 @njit(cache=True)
@@ -22,7 +22,7 @@ def twice(x):
     return 2 * x
 
 assert twice(3.0) == 6.0
-print(tensor.__file__)
+print(emit.__file__)
 """
 
 

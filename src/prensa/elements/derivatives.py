@@ -1,8 +1,8 @@
 """Derivatives of plane elements in finite strain, generated: along directions and backwards.
 
-Point functions of elements (`prensa.elements.plane`) and laws (`prensa.materials.point_form`) are recorded with the places x_n
-and x of the nodes as an increment begins and ends, the committed history and the numbers of the law; which points flow is that of
-the increment. Weights of forces and histories come back by the reverse mode of the same graphs.
+Point functions of elements (`prensa.elements.gradients`) and laws (`prensa.materials.point_form`) are recorded with the places
+x_n and x of the nodes as an increment begins and ends, the committed history and the numbers of the law; which points flow is
+that of the increment. Weights of forces and histories come back by the reverse mode of the same graphs.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.elements.plane import CENTRE, dilatation, fbar, forces, gradient, gradients
-from prensa.elements.shapes import Table
+from prensa.elements.gradients import dilatation, fbar, forces, gradient, gradients
+from prensa.elements.shapes import centre
 from prensa.kernels.differentiate import forward, reverse
 from prensa.kernels.emit import Kind, Program, Put, Rows, Shared, generated, puts, total
 from prensa.kernels.record import ONE, Node, cell, given, lift, many, piece, where
@@ -74,7 +74,7 @@ def _record(v: Variant) -> _Recorded:
     h = stretched = gradient(u, g)
     ratio, middle = ONE, list[Node]()
     if v.bar:
-        middle = [dilatation(gradient(u, gradients(x_n, [lift(s) for s in CENTRE], v.axisymmetric)))]
+        middle = [dilatation(gradient(u, gradients(x_n, [lift(s) for s in centre(n, 2)], v.axisymmetric)))]
         stretched, _, ratio = fbar(h, middle[0], v.axisymmetric)
     old, new, share = many("old", v.fields), many("new", v.fields), given("share", 0) if v.shifted else None
     found = v.law.answer(stretched, Given(committed, old, new, p, share))
@@ -181,15 +181,10 @@ def _back(v: Variant, by_forces: bool) -> Program:
     return Program(arrays, written, sums, v.points)
 
 
-def shapes_of(table: Table) -> Array:
-    """Shape functions, their derivatives by ξ and by η, and the weight at each point, (q, 3a + 1)."""
-    return np.concatenate([table.N, table.dN[:, :, 0], table.dN[:, :, 1], table.weight[:, None]], axis=1)
-
-
 class At(NamedTuple):
     """Elements of an increment: places x_n, x (e, a, 2), histories (e, q, h) committed, old as it begins, new; their law.
 
-    ``shapes`` (q, 3a + 1), see `shapes_of`; ``share`` of the last plastic strain, see `prensa.materials.hencky_j2.begin`.
+    ``shapes`` (q, 3a + 1): `Table.rows`; ``share`` of the last plastic strain, see `prensa.materials.hencky_j2.begin`.
     """
 
     variant: Variant

@@ -52,7 +52,6 @@ class Work(NamedTuple):
 
     h: Array
     w: Array
-    alpha: Array
     P: Array
     A: Array
     r: Array
@@ -150,7 +149,7 @@ def workspace(element: Element, k: int) -> Work:
     """Arrays for chunks of up to k elements."""
     q, c, m = element.points, element.layout.components, element.layout.dimension * element.nodes
     return Work(
-        np.empty((k, q, c)), np.empty((k, q)), np.empty((k, q)), np.empty((k, q, c)), np.empty((k, q, c, c)),
+        np.empty((k, q, c)), np.empty((k, q)), np.empty((k, q, c)), np.empty((k, q, c, c)),
         np.empty((k, m)), np.empty((k, m, m)), np.empty(k), np.empty(k, dtype=np.bool_), np.empty((k, q), dtype=np.bool_),
     )  # fmt: skip
 

@@ -1,327 +1,227 @@
 """Q4 with enhanced strains: internal modes of the deformation gradient that are solved for and condensed (EAS).
 
 F = I + ∇u + F₀ B, B = Σ αᵢ Mᵢ (Simo & Armero 1992), with F₀ the gradient at the centroid and
-M = (j₀ r₀/(j r)) J₀⁻ᵀ E J₀⁻¹, E in {ξ e₁e₁, ξ e₁e₂, η e₂e₁, η e₂e₂}: the transposed modes of Glaser & Armero (1997), which in
+M = (j₀ r₀/(j r)) j₀ J₀⁻ᵀ E J₀⁻¹, E in {ξ e₁e₁, ξ e₁e₂, η e₂e₁, η e₂e₂}: the transposed modes of Glaser & Armero (1997), which in
 small strain are Wilson's (QM6) and which keep the element stable in elastic compression. In axisymmetry a fifth mode ξη of the
 hoop stretch (Simo & Rifai 1990); elements for sheets have further modes P₂(η), P₃(η) … e₂e₂ (Legendre). ∫ M dV = 0, so constant
-stress is in equilibrium on any mesh (patch test).
+stress is in equilibrium on any mesh (patch test). Modes are without a dimension, j₀ times those of the source, so that the
+stiffnesses of all can be held against each other.
 
 The modes refer to the initial configuration, so that the answer does not depend on how many increments led to it: the
-material is given f = F F_n⁻¹, and its P and A = ∂P/∂f are pulled back to ∂/∂F. Small strain: h = ∇u + B − (∇u + B)_n.
+material is given f = F F_n⁻¹. Small strain: h = ∇u + B − (∇u + B)_n.
+
+The kernels are generated from the point functions here and those of `prensa.elements.gradients`: forces are P : ∂F/∂(u, α) by the
+reverse mode, stiffnesses their derivatives.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from prensa.elements.shapes import q4
-from prensa.kernels.compiled import njit
-from prensa.kernels.tensor import det_minus_one
+from prensa.elements import shapes
+from prensa.elements.gradients import Gradients, dilatation, gradient, gradients
+from prensa.kernels.algebra import cofactors
+from prensa.kernels.algebra import total as sum_of
+from prensa.kernels.differentiate import forward, reverse, units
+from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts, total
+from prensa.kernels.record import Node, absolute, answered, given, lift, local, many, where
+from prensa.types import Array, Flags
 
-_N0, _DN0 = q4(0.0, 0.0)
 MODES = {False: 4, True: 5}
 """Internal degrees of freedom of every enhanced element, by whether the problem is axisymmetric."""
+NODAL, COMPONENTS = 8, 5
+STRAIN_NOISE = 1e-2
+"""Share of the moduli times the strains in what a zero of the modes' forces is made of: the round-off that strains come with."""
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _jacobian(X, e, N, dN):
-    """∂X_i/∂ξ_I as 11, 12, 21, 22 at a point of element e, and its first coordinate, the radius in axisymmetry."""
-    j11 = j12 = j21 = j22 = r = 0.0
-    for a in range(4):
-        x, y = X[e, a, 0], X[e, a, 1]
-        j11 += dN[a, 0] * x
-        j12 += dN[a, 0] * y
-        j21 += dN[a, 1] * x
-        j22 += dN[a, 1] * y
-        r += N[a] * x
-    return j11, j12, j21, j22, r
+class Form(NamedTuple):
+    """What differs between kernels: points, modes, axisymmetric or not, finite or small strain."""
+
+    points: int
+    modes: int
+    axisymmetric: bool
+    finite: bool
 
 
-@njit(cache=True, error_model="numpy")
-def _map(X, e, N, dN, axisymmetric, G, inverse):
-    """G (4, 2) = ∂N/∂X and inverse (2, 2) = ∂ξ_I/∂X_i at a point of element e → Jacobian determinant, radius."""
-    j11, j12, j21, j22, r = _jacobian(X, e, N, dN)
-    det = j11 * j22 - j12 * j21
-    inverse[0, 0], inverse[0, 1] = j22 / det, -j21 / det
-    inverse[1, 0], inverse[1, 1] = -j12 / det, j11 / det
-    for a in range(4):
-        G[a, 0] = dN[a, 0] * inverse[0, 0] + dN[a, 1] * inverse[1, 0]
-        G[a, 1] = dN[a, 0] * inverse[0, 1] + dN[a, 1] * inverse[1, 1]
-    return det, r if axisymmetric else 1.0
+def numbers(table: shapes.Table, modes: int, axisymmetric: bool) -> Array:
+    """Shape functions and weights at the points (`Table.rows`), then the shares of the modes there: (q, 13 + m)."""
+    xi, eta = table.at.T
+    shares = [xi, xi, eta, eta, *([xi * eta] if axisymmetric else [])]
+    legendre = [np.polynomial.Legendre.basis(2 + k)(eta) for k in range(modes - len(shares))]
+    return np.concatenate([table.rows, np.stack([*shares, *legendre], axis=1)], axis=1)
 
 
-@njit(cache=True, error_model="numpy")
-def _gradient(u, e, N, G, r, axisymmetric, H):
-    """H (5,) = ∇u at a point of element e."""
-    H[:] = 0.0
-    for a in range(4):
-        ux, uy = u[e, a, 0], u[e, a, 1]
-        H[0] += ux * G[a, 0]
-        H[1] += ux * G[a, 1]
-        H[2] += uy * G[a, 0]
-        H[3] += uy * G[a, 1]
-        if axisymmetric:
-            H[4] += ux * N[a] / r
+class _Point(NamedTuple):
+    """At a point: H = F − I, the increment h = f − I and the volume of its initial shape; J_n F_n⁻ᵀ by components."""
+
+    H: list[Node]
+    h: list[Node]
+    volume: Node
+    good: Node
+    back: list[Node]
 
 
-@njit(cache=True, error_model="numpy")
-def _tensors(inverse0, det0, axisymmetric, E):
-    """E (m, 5): what the modes have in common at all points, j₀ J₀⁻ᵀ E J₀⁻¹ from ∂ξ/∂X at the centroid; see `_shares`.
+class _Element(NamedTuple):
+    """What an element depends on, and a point of it."""
 
-    Behind the four or five (`MODES`) follow as many of the strain across, of the second degree in η and higher, as E has rows.
-    They are without a dimension, j₀ times those of the source, so that the stiffnesses of all can be held against each other.
-    """
-    for k in range(E.shape[0]):
+    u: list[Node]
+    alpha: list[Node]
+    point: _Point
+
+
+def _modes(X: list[Node], g: Gradients, shares: list[Node], f: Form) -> tuple[list[list[Node]], Gradients]:
+    """Modes (m, 5) at a point, and the gradients at the centroid."""
+    centre = [lift(s) for s in shapes.centre(4, 2)]
+    g0 = gradients(X, centre, f.axisymmetric)
+    J0 = [sum_of(X[2 * a + i] * centre[4 * (1 + k) + a] for a in range(4)) for k in (0, 1) for i in (0, 1)]
+    c = cofactors(J0)
+    det0 = J0[0] * c[0] + J0[1] * c[2]
+    by_place = [[c[2 * i + I] / det0 for i in (0, 1)] for I in (0, 1)]  # ∂ξ_I/∂X_i
+    zero, scale = lift(0.0), g0.volume / g.volume
+    out: list[list[Node]] = []
+    for k in range(f.modes):
         I, J = (k // 2, k % 2) if k < 4 else (1, 1)
-        for i in range(2):
-            for j in range(2):
-                E[k, 2 * i + j] = det0 * inverse0[I, i] * inverse0[J, j]
-        E[k, 4] = 0.0
-    if axisymmetric:
-        E[4, :] = 0.0
-        E[4, 4] = 1.0
+        if f.axisymmetric and k == 4:
+            tensor = [zero, zero, zero, zero, lift(1.0)]
+        else:
+            tensor = [det0 * by_place[I][i] * by_place[J][j] for i in (0, 1) for j in (0, 1)] + [zero]
+        out.append([shares[k] * scale * c for c in tensor])
+    return out, g0
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _shares(xi, eta, scale, axisymmetric, f):
-    """Shares f (m,) of `_tensors` in the modes at a point (ξ, η); scale: j₀ r₀/(j r)."""
-    f[0] = f[1] = scale * xi
-    f[2] = f[3] = scale * eta
-    last = 4
-    if axisymmetric:
-        f[4] = scale * xi * eta
-        last = 5
-    before, legendre = eta, 1.5 * eta * eta - 0.5
-    for k in range(last, f.shape[0]):
-        degree = 2 + k - last
-        f[k] = scale * legendre
-        before, legendre = legendre, ((2 * degree + 1) * eta * legendre - degree * before) / (degree + 1)
+def _record(f: Form) -> _Element:
+    """An element with initial places X, displacements u and modes α at a point whose committed F − I is Hn."""
+    X, u, alpha, Hn = many("X", NODAL), many("u", NODAL), many("alpha", f.modes), many("Hn", COMPONENTS)
+    row = many("numbers", 13 + f.modes)
+    g = gradients(X, row[:12], f.axisymmetric)
+    M, g0 = _modes(X, g, row[13:], f)
+    B = [sum_of(a * m[c] for a, m in zip(alpha, M)) for c in range(COMPONENTS)]
+    grad, still = gradient(u, g), [lift(0.0)] * COMPONENTS
+    H0 = gradient(u, g0) if f.finite else still
+    F0 = 1.0 + H0[0], H0[1], H0[2], 1.0 + H0[3]
+    H = [
+        grad[0] + F0[0] * B[0] + F0[1] * B[2], grad[1] + F0[0] * B[1] + F0[1] * B[3],
+        grad[2] + F0[2] * B[0] + F0[3] * B[2], grad[3] + F0[2] * B[1] + F0[3] * B[3], grad[4] + (1.0 + H0[4]) * B[4],
+    ]  # fmt: skip
+    d = [x - y for x, y in zip(H, Hn)]
+    volume = g.volume * row[12] * given("scale", 0)
+    if not f.finite:
+        return _Element(u, alpha, _Point(H, d, volume, g.good, still))
+    n = cofactors([1.0 + Hn[0], Hn[1], Hn[2], 1.0 + Hn[3]])  # det F_n⁻¹ in the plane, 11, 12, 21, 22
+    det, n33 = n[0] * n[3] - n[1] * n[2], 1.0 + Hn[4]
+    h = [
+        (d[0] * n[0] + d[1] * n[2]) / det, (d[0] * n[1] + d[1] * n[3]) / det,
+        (d[2] * n[0] + d[3] * n[2]) / det, (d[2] * n[1] + d[3] * n[3]) / det, d[4] / n33,
+    ]  # fmt: skip
+    good = g.good & (dilatation(H) > -1.0) & (H[4] > -1.0)
+    return _Element(u, alpha, _Point(H, h, volume, good, [x * n33 for x in n] + [det]))
 
 
-@njit(cache=True, error_model="numpy")
-def kinematics(X, u, alpha, Hn, N, dN, weight, at, axisymmetric, finite, scale, H, h, w, failed):
-    """X, u (e, 4, 2) initial positions and displacements, alpha (e, m), Hn (e, q, 5) committed → H, h (e, q, 5), w (e, q).
+def _stress(f: Form, p: _Point) -> list[Node]:
+    """Stress per initial volume, J_n P F_n⁻ᵀ, as it depends on H: 5."""
+    P, A = many("P", COMPONENTS), many("A", COMPONENTS**2)
+    s = [answered(P[k], p.h, A[COMPONENTS * k : COMPONENTS * (k + 1)]) for k in range(COMPONENTS)]
+    if f.finite:
+        n = p.back
+        s = [
+            s[0] * n[0] + s[1] * n[1], s[0] * n[2] + s[1] * n[3], s[2] * n[0] + s[3] * n[1], s[2] * n[2] + s[3] * n[3],
+            s[4] * n[4],
+        ]  # fmt: skip
+    return local(s, p.H)
 
-    N (q, 4), dN (q, 4, 2), weight (q,), at (q, 2) of `shapes.table`.
-    H = F − I, h = f − I with f = F F_n⁻¹; w initial volumes. failed marks elements with det F ≤ 0 at a point.
+
+def _arrays(f: Form) -> dict[str, Kind]:
+    tensor = Rows(COMPONENTS, points=True)
+    return {
+        "X": Rows(NODAL), "u": Rows(NODAL), "alpha": Rows(f.modes), "Hn": tensor, "numbers": Shared(13 + f.modes),
+        "scale": Shared(),
+    }  # fmt: skip
+
+
+def _answers() -> dict[str, Kind]:
+    return {"P": Rows(COMPONENTS, points=True), "A": Rows(COMPONENTS**2, points=True)}
+
+
+class At(NamedTuple):
+    """Elements: initial positions X, displacements u (k, 4, 2), modes alpha (k, m), committed F − I Hn (k, q, 5).
+
+    ``numbers`` (q, 13 + m): see `numbers`; ``scale``: thickness, or 2π in axisymmetry.
     """
-    G, G0 = np.empty((4, 2)), np.empty((4, 2))
-    inverse, inverse0 = np.empty((2, 2)), np.empty((2, 2))
-    m = alpha.shape[1]
-    H0, E, f = np.empty(5), np.empty((m, 5)), np.empty(m)
-    for e in range(X.shape[0]):
-        det0, r0 = _map(X, e, _N0, _DN0, axisymmetric, G0, inverse0)
-        _gradient(u, e, _N0, G0, r0, axisymmetric, H0)
-        if not finite:
-            H0[:] = 0.0
-        _tensors(inverse0, det0, axisymmetric, E)
-        for q in range(w.shape[1]):
-            det, r = _map(X, e, N[q], dN[q], axisymmetric, G, inverse)
-            w[e, q] = scale * weight[q] * det * r
-            if not (det > 0.0 and r > 0.0):
-                failed[e] = True
-            F = H[e, q]
-            _gradient(u, e, N[q], G, r, axisymmetric, F)
-            _shares(at[q, 0], at[q, 1], det0 * r0 / (det * r), axisymmetric, f)
-            b0 = b1 = b2 = b3 = b4 = 0.0
-            for k in range(m):
-                a = alpha[e, k] * f[k]
-                b0 += a * E[k, 0]
-                b1 += a * E[k, 1]
-                b2 += a * E[k, 2]
-                b3 += a * E[k, 3]
-                b4 += a * E[k, 4]
-            F[0] += (1.0 + H0[0]) * b0 + H0[1] * b2
-            F[1] += (1.0 + H0[0]) * b1 + H0[1] * b3
-            F[2] += H0[2] * b0 + (1.0 + H0[3]) * b2
-            F[3] += H0[2] * b1 + (1.0 + H0[3]) * b3
-            F[4] += (1.0 + H0[4]) * b4
-            d0, d1, d2, d3 = F[0] - Hn[e, q, 0], F[1] - Hn[e, q, 1], F[2] - Hn[e, q, 2], F[3] - Hn[e, q, 3]
-            d4 = F[4] - Hn[e, q, 4]
-            if finite:
-                if not (det_minus_one(F[0], F[1], F[2], F[3], F[4]) > -1.0 and F[4] > -1.0):
-                    failed[e] = True
-                n0, n1, n2, n3 = 1.0 + Hn[e, q, 0], Hn[e, q, 1], Hn[e, q, 2], 1.0 + Hn[e, q, 3]
-                det_n = n0 * n3 - n1 * n2
-                h[e, q, 0] = (d0 * n3 - d1 * n2) / det_n
-                h[e, q, 1] = (-d0 * n1 + d1 * n0) / det_n
-                h[e, q, 2] = (d2 * n3 - d3 * n2) / det_n
-                h[e, q, 3] = (-d2 * n1 + d3 * n0) / det_n
-                h[e, q, 4] = d4 / (1.0 + Hn[e, q, 4])
-            else:
-                h[e, q, 0], h[e, q, 1], h[e, q, 2], h[e, q, 3], h[e, q, 4] = d0, d1, d2, d3, d4
+
+    X: Array
+    u: Array
+    alpha: Array
+    Hn: Array
+    numbers: Array
+    scale: float
+
+    def arrays(self) -> tuple[Array, ...]:
+        """As kernels take them."""
+        return (*self[:-1], np.array([self.scale]))
 
 
-@njit(cache=True, error_model="numpy")
-def pull_back(Hn, P, A):
-    """In place P (e, q, 5) → J_n P F_n⁻ᵀ and A (e, q, 5, 5) → ∂P/∂F: from per committed to per initial volume."""
-    for e in range(P.shape[0]):
-        for q in range(P.shape[1]):
-            n0, n1, n2, n3 = 1.0 + Hn[e, q, 0], Hn[e, q, 1], Hn[e, q, 2], 1.0 + Hn[e, q, 3]
-            n4 = 1.0 + Hn[e, q, 4]
-            det = n0 * n3 - n1 * n2
-            J = det * n4
-            # (F_n⁻¹)_JA of the section, by which J of every pair of components (iJ) is multiplied
-            t0, t1, t2, t3, t4 = n3 / det, -n1 / det, -n2 / det, n0 / det, 1.0 / n4
-            p, a = P[e, q], A[e, q]
-            for i in (0, 2):
-                x, y = p[i], p[i + 1]
-                p[i], p[i + 1] = J * (t0 * x + t1 * y), J * (t2 * x + t3 * y)
-                for c in range(5):
-                    x, y = a[i, c], a[i + 1, c]
-                    a[i, c], a[i + 1, c] = J * (t0 * x + t1 * y), J * (t2 * x + t3 * y)
-            p[4] *= J * t4
-            for c in range(5):
-                a[4, c] *= J * t4
-            for i in (0, 2):
-                for c in range(5):
-                    x, y = a[c, i], a[c, i + 1]
-                    a[c, i], a[c, i + 1] = t0 * x + t1 * y, t2 * x + t3 * y
-            for c in range(5):
-                a[c, 4] *= t4
+@generated
+def _kinematics(f: Form) -> Program:
+    p = _record(f).point
+    written = [*puts("H", p.H), *puts("h", p.h), *puts("w", [p.volume]), *puts("failed", [total(0) > 0.0])]
+    tensor = Rows(COMPONENTS, points=True)
+    arrays = _arrays(f) | {"H": tensor, "h": tensor, "w": Rows(1, points=True), "failed": Marks()}
+    return Program(arrays, written, [where(p.good, 0.0, 1.0)], f.points)
 
 
-@njit(cache=True, error_model="numpy")
-def _stretched(H0, E):
-    """E (m, 5), in place: F₀ E with F₀ − I = H0."""
-    f0, f1, f2, f3, f4 = 1.0 + H0[0], H0[1], H0[2], 1.0 + H0[3], 1.0 + H0[4]
-    for k in range(E.shape[0]):
-        a, b, c, d = E[k, 0], E[k, 1], E[k, 2], E[k, 3]
-        E[k, 0], E[k, 1], E[k, 2], E[k, 3] = f0 * a + f1 * c, f0 * b + f1 * d, f2 * a + f3 * c, f2 * b + f3 * d
-        E[k, 4] *= f4
+def kinematics(f: Form, at: At, H: Array, h: Array, w: Array, failed: Flags) -> None:
+    """→ H = F − I, h = f − I (k, q, 5) with f = F F_n⁻¹, initial volumes w (k, q), failed (k,): det F ≤ 0 at a point."""
+    _kinematics(f)(len(h), *at.arrays(), H, h, w, failed)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _moduli_times(A, e, q, wq, D, lo, AD):
-    """AD (5, 8 + m) = w A D at a point, from column lo on; displacements along an axis change its components and the hoop."""
-    n = D.shape[1]
-    for c in range(5):
-        a0, a1, a2, a3, a4 = wq * A[e, q, c, 0], wq * A[e, q, c, 1], wq * A[e, q, c, 2], wq * A[e, q, c, 3], wq * A[e, q, c, 4]
-        for j in range(lo, 8, 2):
-            AD[c, j] = a0 * D[0, j] + a1 * D[1, j] + a4 * D[4, j]
-            AD[c, j + 1] = a2 * D[2, j + 1] + a3 * D[3, j + 1]
-        for j in range(8, n):
-            AD[c, j] = a0 * D[0, j] + a1 * D[1, j] + a2 * D[2, j] + a3 * D[3, j] + a4 * D[4, j]
+@generated
+def _modes_left(f: Form) -> Program:
+    e = _record(f)
+    p, s = e.point, _stress(f, e.point)
+    weighted = [x * p.volume for x in s]
+    r = reverse(p.H, weighted, e.alpha)
+    moduli, now = forward(s, units(p.H), COMPONENTS), many("Hn", COMPONENTS)
+    size = sum_of(absolute(x) for x in s) + STRAIN_NOISE * sum_of(
+        absolute(a) * (absolute(x) + absolute(y)) for row in moduli for a, x, y in zip(row, p.H, now)
+    )
+    by_modes = forward(p.H, units(e.alpha), f.modes)
+    noise = [p.volume * size * sum_of(absolute(row[k]) for row in by_modes) for k in range(f.modes)]
+    K = [k for row in forward(r, units(e.alpha), f.modes) for k in row]
+    written = [
+        *puts("r", map(total, range(f.modes))), *puts("noise", map(total, range(f.modes, 2 * f.modes))),
+        *puts("K", map(total, range(2 * f.modes, (2 + f.modes) * f.modes))),
+    ]  # fmt: skip
+    arrays = _arrays(f) | _answers() | {"r": Rows(f.modes), "K": Rows(f.modes**2), "noise": Rows(f.modes)}
+    return Program(arrays, written, [*r, *noise, *K], f.points)
 
 
-@njit(cache=True, error_model="numpy")
-def modes_left(X, u, alpha, H, Hn, N, dN, at, axisymmetric, finite, w, P, A, r, K, noise):
-    """Forces r (e, m) on the modes and K = ∂r/∂α (e, m, m), for which they are sought; arguments as in `integrate`.
+def modes_left(f: Form, at: At, P: Array, A: Array, r: Array, K: Array, noise: Array) -> None:
+    """P (k, q, 5), A (k, q, 5, 5) of f → forces r (k, m) on the modes, for which they are sought, and K = ∂r/∂α (k, m, m).
 
-    noise (e, m): stresses, and the round-off of A times strains, that a zero of r is made of. H, Hn (e, q, 5): F − I now and as
-    committed, both of which the strains come of: a released body has none left, but the round-off of those it had.
+    noise (k, m): stresses, and the round-off of moduli times strains now and as committed, that a zero of r is made of: a
+    released body has no strains left, but the round-off of those it had.
     """
-    m = alpha.shape[1]
-    G0, inverse0, H0 = np.empty((4, 2)), np.empty((2, 2)), np.empty(5)
-    E, f = np.empty((m, 5)), np.empty(m)
-    D, AD = np.zeros((5, 8 + m)), np.empty((5, 8 + m))
-    for e in range(X.shape[0]):
-        r[e], noise[e], K[e] = 0.0, 0.0, 0.0
-        det0, r0 = _map(X, e, _N0, _DN0, axisymmetric, G0, inverse0)
-        _gradient(u, e, _N0, G0, r0, axisymmetric, H0)
-        if not finite:
-            H0[:] = 0.0
-        _tensors(inverse0, det0, axisymmetric, E)
-        _stretched(H0, E)
-        for q in range(w.shape[1]):
-            j11, j12, j21, j22, rad = _jacobian(X, e, N[q], dN[q])
-            scale = det0 * r0 / ((j11 * j22 - j12 * j21) * (rad if axisymmetric else 1.0))
-            _shares(at[q, 0], at[q, 1], scale, axisymmetric, f)
-            for k in range(m):
-                for c in range(5):
-                    D[c, 8 + k] = f[k] * E[k, c]
-            wq, size = w[e, q], 0.0
-            for c in range(5):
-                size += abs(P[e, q, c])
-                for b in range(5):
-                    size += 1e-2 * abs(A[e, q, c, b]) * (abs(H[e, q, b]) + abs(Hn[e, q, b]))
-            _moduli_times(A, e, q, wq, D, 8, AD)
-            p0, p1, p2, p3, p4 = wq * P[e, q, 0], wq * P[e, q, 1], wq * P[e, q, 2], wq * P[e, q, 3], wq * P[e, q, 4]
-            for i in range(m):
-                d0, d1, d2, d3, d4 = D[0, 8 + i], D[1, 8 + i], D[2, 8 + i], D[3, 8 + i], D[4, 8 + i]
-                r[e, i] += d0 * p0 + d1 * p1 + d2 * p2 + d3 * p3 + d4 * p4
-                noise[e, i] += (abs(d0) + abs(d1) + abs(d2) + abs(d3) + abs(d4)) * (wq * size)
-                for j in range(m):
-                    K[e, i, j] += (
-                        d0 * AD[0, 8 + j] + d1 * AD[1, 8 + j] + d2 * AD[2, 8 + j] + d3 * AD[3, 8 + j] + d4 * AD[4, 8 + j]
-                    )
+    _modes_left(f)(len(r), *at.arrays(), P, A, r, K, noise)
 
 
-@njit(cache=True, error_model="numpy")
-def integrate(X, u, alpha, N, dN, at, axisymmetric, finite, w, P, A, stiffness, r, K, forces):
-    """Forces r (e, 8 + m) on displacements and modes and, for ``stiffness``, K = ∂r/∂(u, α) (e, 8 + m, 8 + m).
+@generated
+def _integrate(f: Form, stiffness: bool) -> Program:
+    e, n = _record(f), NODAL + f.modes
+    r = reverse(e.point.H, [x * e.point.volume for x in _stress(f, e.point)], (*e.u, *e.alpha))
+    sums = [*r, sum_of(absolute(x) for x in r[:NODAL])]
+    written = [*puts("r", map(total, range(n))), *puts("forces", [total(n)])]
+    if stiffness:
+        sums += [k for row in forward(r, units((*e.u, *e.alpha)), n) for k in row]
+        written += puts("K", map(total, range(n + 1, len(sums))))
+    arrays = _arrays(f) | _answers() | {"r": Rows(n), "K": Rows(n * n), "forces": Rows(1)}
+    return Program(arrays, written, sums, f.points)
 
-    P (e, q, 5) and A (e, q, 5, 5) per initial volume; forces (e,) = Σ |r| on displacements before points cancel.
+
+def integrate(f: Form, at: At, P: Array, A: Array, stiffness: bool, r: Array, K: Array, forces: Array) -> None:
+    """P (k, q, 5), A (k, q, 5, 5) of f → forces r (k, 8 + m) on displacements and modes, forces (k,) = Σ |r| on displacements.
+
+    For ``stiffness`` K = ∂r/∂(u, α) (k, 8 + m, 8 + m). forces is the sum before points cancel.
     """
-    m = alpha.shape[1]
-    n = 8 + m
-    G, G0 = np.empty((4, 2)), np.empty((4, 2))
-    inverse, inverse0 = np.empty((2, 2)), np.empty((2, 2))
-    H0, B, f = np.empty(5), np.empty(5), np.empty(m)
-    E, M = np.empty((m, 5)), np.empty((m, 5))
-    D, AD = np.zeros((5, n)), np.empty((5, n))
-    for e in range(X.shape[0]):
-        r[e] = 0.0
-        forces[e] = 0.0
-        if stiffness:
-            K[e] = 0.0
-        det0, r0 = _map(X, e, _N0, _DN0, axisymmetric, G0, inverse0)
-        _gradient(u, e, _N0, G0, r0, axisymmetric, H0)
-        if not finite:
-            H0[:] = 0.0
-        _tensors(inverse0, det0, axisymmetric, M)
-        E[:] = M
-        _stretched(H0, E)
-        for q in range(w.shape[1]):
-            det, rad = _map(X, e, N[q], dN[q], axisymmetric, G, inverse)
-            _shares(at[q, 0], at[q, 1], det0 * r0 / (det * rad), axisymmetric, f)
-            B[:] = 0.0
-            if finite:
-                for k in range(m):
-                    for c in range(5):
-                        B[c] += alpha[e, k] * f[k] * M[k, c]
-            for a in range(4):
-                g0, g1 = G0[a, 0], G0[a, 1]
-                D[0, 2 * a] = D[2, 2 * a + 1] = G[a, 0] + g0 * B[0] + g1 * B[2]
-                D[1, 2 * a] = D[3, 2 * a + 1] = G[a, 1] + g0 * B[1] + g1 * B[3]
-                if axisymmetric:
-                    D[4, 2 * a] = N[q, a] / rad + _N0[a] / r0 * B[4]
-            for k in range(m):
-                for c in range(5):
-                    D[c, 8 + k] = f[k] * E[k, c]
-            wq = w[e, q]
-            p0, p1, p2, p3, p4 = wq * P[e, q, 0], wq * P[e, q, 1], wq * P[e, q, 2], wq * P[e, q, 3], wq * P[e, q, 4]
-            for j in range(0, 8, 2):
-                x = D[0, j] * p0 + D[1, j] * p1 + D[4, j] * p4
-                y = D[2, j + 1] * p2 + D[3, j + 1] * p3
-                r[e, j] += x
-                r[e, j + 1] += y
-                forces[e] += abs(x) + abs(y)
-            for j in range(8, n):
-                r[e, j] += D[0, j] * p0 + D[1, j] * p1 + D[2, j] * p2 + D[3, j] * p3 + D[4, j] * p4
-            if not stiffness:
-                continue
-            _moduli_times(A, e, q, wq, D, 0, AD)
-            for i in range(0, 8, 2):
-                x0, x1, x4, y2, y3 = D[0, i], D[1, i], D[4, i], D[2, i + 1], D[3, i + 1]
-                for j in range(n):
-                    K[e, i, j] += x0 * AD[0, j] + x1 * AD[1, j] + x4 * AD[4, j]
-                for j in range(n):
-                    K[e, i + 1, j] += y2 * AD[2, j] + y3 * AD[3, j]
-            for i in range(8, n):
-                d0, d1, d2, d3, d4 = D[0, i], D[1, i], D[2, i], D[3, i], D[4, i]
-                for j in range(n):
-                    K[e, i, j] += d0 * AD[0, j] + d1 * AD[1, j] + d2 * AD[2, j] + d3 * AD[3, j] + d4 * AD[4, j]
-            if not finite:
-                continue
-            for a in range(4):  # P : ∂²F/∂u∂α, F₀ carries the displacements too
-                g0, g1 = G0[a, 0], G0[a, 1]
-                for k in range(m):
-                    m0, m1 = f[k] * (g0 * M[k, 0] + g1 * M[k, 2]), f[k] * (g0 * M[k, 1] + g1 * M[k, 3])
-                    x, y = p0 * m0 + p1 * m1, p2 * m0 + p3 * m1
-                    if axisymmetric:
-                        x += p4 * _N0[a] / r0 * f[k] * M[k, 4]
-                    K[e, 2 * a, 8 + k] += x
-                    K[e, 8 + k, 2 * a] += x
-                    K[e, 2 * a + 1, 8 + k] += y
-                    K[e, 8 + k, 2 * a + 1] += y
+    _integrate(f, stiffness)(len(r), *at.arrays(), P, A, r, K, forces)

@@ -1,138 +1,42 @@
-"""4-node quadrilateral, 2 × 2 Gauss points, with F-bar, in plane strain and axisymmetry, small and finite strain.
+"""What keeps 4-node quadrilaterals with F-bar from being turned through themselves.
 
-Two kernels bracket the material: `kinematics` turns nodal increments into h = f̄ − I at the points, `integrate` turns stresses P
-and tangents A = ∂P/∂f̄ into nodal forces and stiffnesses. Both are generated from `prensa.elements.plane`. Everything refers to
-the last committed configuration x_n (updated Lagrangian); in small strain that is X. F-bar integrates the true virtual work;
-B-bar is variational, its forces are derivatives of h.
-
-F-bar sees no volume but that of the centroid, so nothing keeps that of a point from vanishing: `unfold` does.
+F-bar sees no volume but that of the centroid (`prensa.elements.gradients`), so nothing keeps that of a point from vanishing:
+`unfold` does, where `folding` finds a point of little area.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from prensa.elements.plane import (
-    CENTRE,
-    LEAST_AREA_SHARE,
-    POINTS,
-    SHAPE_VALUES,
-    bbar,
-    dilatation,
-    fbar,
-    forces,
-    gradient,
-    gradients,
-    mean_dilatation,
-    narrow,
-)
+from prensa.elements import shapes
 from prensa.kernels.compiled import njit
-from prensa.kernels.differentiate import forward, reverse, units
-from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts, total
-from prensa.kernels.record import Node, absolute, answered, as_found, given, lift, local, many, where
+from prensa.kernels.emit import Kind, Marks, Program, Rows, generated, puts
+from prensa.kernels.record import Node, absolute, many
 from prensa.types import Array, Flags
 
-DOFS, COMPONENTS = 8, 5
-SHAPES_OF_POINTS = np.ascontiguousarray(SHAPE_VALUES[:POINTS])
-_N, _DX, _DY = (np.ascontiguousarray(SHAPE_VALUES[:, 4 * k : 4 * k + 4]) for k in range(3))
+POINTS, DOFS = 4, 8
+# shape functions and their slopes at the points and, last row, at the centre
+_VALUES = np.vstack([shapes.table(4, shapes.square(2)).rows[:, :-1], shapes.centre(4, 2)])
+_N, _DX, _DY = (np.ascontiguousarray(_VALUES[:, 4 * k : 4 * k + 4]) for k in range(3))
+
+LEAST_AREA_SHARE = 1.0 / 3.0
+"""Area of a point over that of the centre, both over their initial ones, that F-bar keeps by itself."""
 
 
-@generated
-def _kinematics(axisymmetric: bool, finite: bool) -> Program:
-    x, u, shapes = many("x", DOFS), many("u", DOFS), many("shapes", 12)
-    g = gradients(x, shapes, axisymmetric)
-    h = gradient(u, g)
-    good = g.volume * given("scale", 0) > 0.0
-    if finite:
-        middle = dilatation(gradient(u, gradients(x, [lift(s) for s in CENTRE], axisymmetric)))
-        good = good & (dilatation(h) > -1.0) & (h[4] > -1.0) & (middle > -1.0)
-        stretched, alpha, ratio = fbar(h, middle, axisymmetric)
-        weight, folds = _weight(g.volume, alpha, ratio), narrow([a + b for a, b in zip(x, u)])
-    else:
-        stretched = bbar(h, mean_dilatation(u, x, axisymmetric), axisymmetric)
-        weight, folds = g.volume * given("scale", 0), given("scale", 0) > math.inf
-    written = [
-        *puts("h", stretched), *puts("weight", [weight]), *puts("failed", [total(0) > 0.0]), *puts("folds", [folds]),
-    ]  # fmt: skip
-    arrays: dict[str, Kind] = {
-        "x": Rows(DOFS), "u": Rows(DOFS), "shapes": Shared(12), "scale": Shared(), "h": Rows(COMPONENTS, points=True),
-        "weight": Rows(1, points=True), "failed": Marks(), "folds": Marks(),
-    }  # fmt: skip
-    return Program(arrays, written, [where(good, 0.0, 1.0)], POINTS)
+def narrow(x: Sequence[Node]) -> Node:
+    """Whether a point of an element in places x (8) may have so little area that it needs forces of its own.
 
-
-def _weight(volume: Node, alpha: Node, ratio: Node) -> Node:
-    """Of P ∇N in forces: the volume times α^(1 − m), so that the sum is that of σ(f̄) ∇N dv."""
-    return volume * given("scale", 0) * alpha / ratio
-
-
-def kinematics(
-    x: Array, d: Array, axisymmetric: bool, finite: bool, scale: float, h: Array, weight: Array, failed: Flags
-) -> Flags:  # fmt: skip
-    """X (e, 4, 2) committed positions, d (e, 4, 2) increments → h (e, 4, 5) of f̄, weight (e, 4) of P ∇N in forces, failed (e,).
-
-    Returned: which elements (e,) `unfold` has to look at.
-
-    ``scale`` multiplies the volumes (thickness, or 2π in axisymmetry). failed marks elements with det f ≤ 0 (or an inverted
-    committed shape) at a point.
+    The area of a point is linear in ξ and η. Points of convex shapes have 0.42 to 1.58 of that of their centre, initial ones too.
     """
-    folds = np.empty(len(x), dtype=np.bool_)
-    _kinematics(axisymmetric, finite)(len(x), x, d, SHAPES_OF_POINTS, np.array([scale]), h, weight, failed, folds)
-    return folds
-
-
-@generated
-def _integrate(axisymmetric: bool, finite: bool, stiffness: bool) -> Program:
-    x, u, shapes, P, A = many("x", DOFS), many("u", DOFS), many("shapes", 12), many("P", COMPONENTS), many("A", COMPONENTS**2)
-    g = gradients(x, shapes, axisymmetric)
-    h = gradient(u, g)
-
-    def stress(at: tuple[Node, ...]) -> list[Node]:
-        """The law's answer at a gradient."""
-        rows = [A[COMPONENTS * k : COMPONENTS * (k + 1)] for k in range(COMPONENTS)] if stiffness else [[]] * COMPONENTS
-        return [answered(p, at, row) if stiffness else p for p, row in zip(P, rows)]
-
-    if finite:
-        middle = dilatation(gradient(u, gradients(x, [lift(s) for s in CENTRE], axisymmetric)))
-        stretched, alpha, ratio = fbar(h, middle, axisymmetric)
-        weight = as_found(given("weight", 0), _weight(g.volume, alpha, ratio))
-        weighted = local([p * weight for p in stress(stretched)], (*h, middle))
-        r = forces(weighted, g)
-    else:
-        mean = mean_dilatation(u, x, axisymmetric)
-        strains = bbar(h, mean, axisymmetric)
-        r = reverse(strains, [p * given("weight", 0) for p in stress(strains)], u)
-    size = absolute(r[0])
-    for f in r[1:]:
-        size = size + absolute(f)
-    sums = [*r, size]
-    if stiffness:
-        sums += [k for row in forward(r, units(u), DOFS) for k in row]
-    written = [*puts("r", map(total, range(DOFS))), *puts("forces", [total(DOFS)])]
-    if stiffness:
-        written += puts("K", map(total, range(DOFS + 1, len(sums))))
-    arrays: dict[str, Kind] = {
-        "x": Rows(DOFS), "u": Rows(DOFS), "shapes": Shared(12), "scale": Shared(), "weight": Rows(1, points=True),
-        "P": Rows(COMPONENTS, points=True),
-        "A": Rows(COMPONENTS**2, points=True), "forces": Rows(1), "r": Rows(DOFS), "K": Rows(DOFS**2),
-    }  # fmt: skip
-    return Program(arrays, written, sums, POINTS)
-
-
-def integrate(
-    x: Array, d: Array, axisymmetric: bool, finite: bool, scale: float, weight: Array, P: Array, A: Array, forces: Array,
-    stiffness: bool, r_out: Array, K_out: Array,
-) -> None:  # fmt: skip
-    """Weights (e, 4) of `kinematics`, P (e, 4, 5), A (e, 4, 5, 5) → r_out (e, 8) forces, K_out (e, 8, 8) their derivative.
-
-    Without ``stiffness`` A is not read and K_out stays as it is.
-    forces (e,) receives Σ |r| before the points cancel each other: the scale against which a residual is small.
-    """
-    _integrate(axisymmetric, finite, stiffness)(
-        len(x), x, d, SHAPES_OF_POINTS, np.array([scale]), weight, P, A, forces, r_out, K_out
-    )
+    x1, y1, x2, y2, x3, y3 = (x[2 * a + i] - x[i] for a in (1, 2, 3) for i in (0, 1))
+    # along ξ and η at the centre, and what changes along both, each four times
+    ax, ay, bx, by, cx, cy = x1 + x2 - x3, y1 + y2 - y3, x3 + x2 - x1, y3 + y2 - y1, x2 - x3 - x1, y2 - y3 - y1
+    centre = ax * by - ay * bx
+    least = centre - (absolute(ax * cy - ay * cx) + absolute(cx * by - cy * bx)) / math.sqrt(3.0)
+    return ~(least > 1.6 * LEAST_AREA_SHARE * centre)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

@@ -19,12 +19,16 @@ _ETA = np.array([-1.0, -1.0, 1.0, 1.0, -1.0, 0.0, 1.0, 0.0])
 
 
 class Table(NamedTuple):
-    """N (q, a), slopes dN (q, a, d) in ξ, η[, ζ] and weights (q,) at the integration points ``at`` (q, d)."""
+    """N (q, a), slopes dN (q, a, d) in ξ, η[, ζ] and weights (q,) at the integration points ``at`` (q, d).
+
+    ``rows`` (q, (1 + d) a + 1): of each point N, the slopes in ξ, in η[, in ζ] and the weight, one after the other.
+    """
 
     N: Array
     dN: Array
     weight: Array
     at: Array
+    rows: Array
 
 
 def t3(xi: float, eta: float) -> tuple[Array, Array]:
@@ -113,4 +117,12 @@ def table(nodes: int, rule: tuple[Array, Array]) -> Table:
     at, weight = rule
     shape = _SHAPES[nodes, at.shape[1]]
     values = [shape(*(float(c) for c in p)) for p in at]
-    return Table(np.array([v[0] for v in values]), np.array([v[1] for v in values]), weight, at)
+    N, dN = np.array([v[0] for v in values]), np.array([v[1] for v in values])
+    rows = np.concatenate([N, dN.transpose(0, 2, 1).reshape(len(at), -1), weight[:, None]], axis=1)
+    return Table(N, dN, weight, at, rows)
+
+
+def centre(nodes: int, dimension: int) -> Array:
+    """Shape functions at ξ = η[= ζ] = 0 and their slopes in ξ, in η[, in ζ], ((1 + d) a,)."""
+    N, dN = _SHAPES[nodes, dimension](*[0.0] * dimension)
+    return np.concatenate([N, dN.T.ravel()])

@@ -1,100 +1,157 @@
-"""Isoparametric elements T3, T6, Q4 and Q8 by one pair of kernels that read shape tables; no cure for locking in them.
+"""Kernels of isoparametric elements, generated: T3, T6, Q4, Q8 in the plane and in axisymmetry, H8 in space; F-bar, B-bar.
 
-Like `prensa.elements.q4`, two batch kernels bracket the material, and everything refers to the last committed configuration
-x_n (updated Lagrangian); in small strain that is X.
+Two kernels bracket the material: `kinematics` turns nodal increments into h = f − I at the points, `integrate` turns stresses P
+and tangents A = ∂P/∂f into nodal forces and stiffnesses. Both are recorded from the point functions of
+`prensa.elements.gradients`; the shape functions at the points are an argument, so that an element is its table. Everything refers
+to the last committed configuration x_n (updated Lagrangian); in small strain that is X. F-bar integrates the true virtual work,
+∫ σ(f̄) ∇N dv; B-bar is variational, its forces are derivatives of h.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from prensa.kernels.compiled import njit
-from prensa.kernels.tensor import det_minus_one
+from prensa.elements import shapes
+from prensa.elements.gradients import (
+    Gradients,
+    bbar,
+    dilatation,
+    fbar,
+    forces,
+    gradient,
+    gradients,
+    mean_dilatation,
+)
+from prensa.kernels.differentiate import forward, reverse, units
+from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts, total
+from prensa.kernels.record import Node, absolute, answered, as_found, given, lift, local, many, where
+from prensa.types import Array, Flags
 
 
-@njit(cache=True, error_model="numpy")
-def gradients(x, e, N, dN, axisymmetric, out):
-    """N (a,), dN (a, 2) at a point of element e of x (e, a, 2) → out (a, 2) gradients in x; Jacobian determinant, radius."""
-    j11 = j12 = j21 = j22 = r = 0.0
-    for a in range(N.shape[0]):
-        j11 += dN[a, 0] * x[e, a, 0]
-        j12 += dN[a, 0] * x[e, a, 1]
-        j21 += dN[a, 1] * x[e, a, 0]
-        j22 += dN[a, 1] * x[e, a, 1]
-        r += N[a] * x[e, a, 0]
-    det = j11 * j22 - j12 * j21
-    for a in range(N.shape[0]):
-        out[a, 0] = (j22 * dN[a, 0] - j12 * dN[a, 1]) / det
-        out[a, 1] = (-j21 * dN[a, 0] + j11 * dN[a, 1]) / det
-    return det, r if axisymmetric else 1.0
-
-
-@njit(cache=True, error_model="numpy")
-def kinematics(x, du, N, dN, weight, axisymmetric, finite, scale, h, w, failed):
-    """X (e, a, 2) committed positions, du (e, a, 2) increments → h (e, q, 5) = f − I, w (e, q) volumes, failed (e,).
-
-    N (q, a), dN (q, a, 2), weight (q,) of `shapes.table`; ``scale``: thickness, or 2π in axisymmetry. failed marks
-    elements with det f ≤ 0 (or an inverted committed shape) at a point.
+class Form(NamedTuple):
+    """What differs between kernels: nodes and points, axes of space, whether the dilatation is that of the whole element
+    (F-bar, B-bar; of elements with 2 points along each axis), axisymmetric or not, finite or small strain.
     """
-    G = np.empty((N.shape[1], 2))
-    for e in range(x.shape[0]):
-        for q in range(N.shape[0]):
-            det, r = gradients(x, e, N[q], dN[q], axisymmetric, G)
-            w[e, q] = scale * weight[q] * det * r
-            if not (det > 0.0 and r > 0.0):
-                failed[e] = True
-            h11 = h12 = h21 = h22 = h33 = 0.0
-            for a in range(N.shape[1]):
-                ux, uy = du[e, a, 0], du[e, a, 1]
-                h11 += ux * G[a, 0]
-                h12 += ux * G[a, 1]
-                h21 += uy * G[a, 0]
-                h22 += uy * G[a, 1]
-                if axisymmetric:
-                    h33 += ux * N[q, a] / r
-            if finite and not (det_minus_one(h11, h12, h21, h22, h33) > -1.0 and h33 > -1.0):
-                failed[e] = True
-            h[e, q, 0], h[e, q, 1], h[e, q, 2], h[e, q, 3], h[e, q, 4] = h11, h12, h21, h22, h33
+
+    nodes: int
+    points: int
+    dimension: int
+    bar: bool
+    axisymmetric: bool
+    finite: bool
+
+    @property
+    def dofs(self) -> int:
+        """Degrees of freedom of an element."""
+        return self.dimension * self.nodes
+
+    @property
+    def components(self) -> int:
+        """Of gradients and stresses."""
+        return 9 if self.dimension == 3 else 5
+
+    @property
+    def row(self) -> int:
+        """Numbers of a point in `Table.rows`."""
+        return (1 + self.dimension) * self.nodes + 1
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
-def integrate(x, N, dN, axisymmetric, w, P, A, forces, stiffness, r_out, K_out):
-    """P (e, q, 5), A (e, q, 5, 5) → r_out (e, 2a) internal forces, and with ``stiffness`` K_out (e, 2a, 2a).
+class _Point(NamedTuple):
+    """Gradients at a point: of the motion h, what the law is given, and the weight of P ∇N in forces."""
 
+    g: Gradients
+    h: tuple[Node, ...]
+    given: tuple[Node, ...]
+    weight: Node
+    shared: list[Node]
+    good: Node
+
+
+def _record(f: Form, x: list[Node], u: list[Node]) -> _Point:
+    """A point of an element in places x that moves by u; shared: what h̄ depends on besides h."""
+    shapes_ = many("shapes", f.row)
+    g = gradients(x, shapes_, f.axisymmetric, f.dimension)
+    h = gradient(u, g)
+    weight, good = g.volume * shapes_[-1] * given("scale", 0), g.good
+    if f.finite:
+        good = good & (dilatation(h) > -1.0)
+        good = good & (h[4] > -1.0) if f.axisymmetric else good
+    if not f.bar:
+        return _Point(g, h, h, weight, [], good)
+    if f.finite:
+        middle = [lift(s) for s in shapes.centre(f.nodes, f.dimension)]
+        centre = dilatation(gradient(u, gradients(x, middle, f.axisymmetric, f.dimension)))
+        stretched, more, ratio = fbar(h, centre, f.axisymmetric)
+        # with α^(1 − m) the sum is that of σ(f̄) ∇N dv
+        return _Point(g, h, stretched, weight * (1.0 + more) / ratio, [more], good & (centre > -1.0))
+    rule = shapes.table(f.nodes, shapes.square(2) if f.dimension == 2 else shapes.cube(2))
+    all_ = [(gradients(x, [lift(s) for s in r[:-1]], f.axisymmetric, f.dimension), float(r[-1])) for r in rule.rows]
+    mean = mean_dilatation(u, all_)
+    return _Point(g, h, bbar(h, mean, f.axisymmetric), weight, [mean], good)
+
+
+def _arrays(f: Form) -> dict[str, Kind]:
+    return {
+        "x": Rows(f.dofs), "u": Rows(f.dofs), "shapes": Shared(f.row), "scale": Shared(), "weight": Rows(1, points=True),
+    }  # fmt: skip
+
+
+@generated
+def _kinematics(f: Form) -> Program:
+    p = _record(f, many("x", f.dofs), many("u", f.dofs))
+    written = [*puts("h", p.given), *puts("weight", [p.weight]), *puts("failed", [total(0) > 0.0])]
+    arrays = _arrays(f) | {"h": Rows(f.components, points=True), "failed": Marks()}
+    return Program(arrays, written, [where(p.good, 0.0, 1.0)], f.points)
+
+
+def kinematics(f: Form, x: Array, d: Array, rows: Array, scale: float, h: Array, weight: Array, failed: Flags) -> None:
+    """X (e, a, dim) committed positions, d (e, a, dim) increments → h (e, q, c) of f or f̄, weight (e, q), failed (e,).
+
+    rows (q, (1 + dim) a + 1): `Table.rows`; ``scale``: thickness, 2π in axisymmetry, 1 in space. weight is that of P ∇N in
+    forces, with F-bar the volume times α^(1 − m). failed: which elements have det f ≤ 0, or an inverted committed shape, at a
+    point.
+    """
+    _kinematics(f)(len(x), x, d, rows, np.array([scale]), weight, h, failed)
+
+
+@generated
+def _integrate(f: Form, stiffness: bool) -> Program:
+    c = f.components
+    x, u, P, A = many("x", f.dofs), many("u", f.dofs), many("P", c), many("A", c * c)
+    p = _record(f, x, u)
+    # the law's answer at a gradient
+    stress = [answered(P[k], p.given, A[c * k : c * (k + 1)]) for k in range(c)] if stiffness else P
+    weight = as_found(given("weight", 0), p.weight) if f.finite else given("weight", 0)
+    weighted = local([s * weight for s in stress], (*p.h, *p.shared))
+    if f.bar and not f.finite:
+        *by_h, by_mean = reverse(p.given, weighted, (*p.h, *p.shared))
+        r = [a + by_mean * b for a, b in zip(forces(by_h, p.g), forward(p.shared, units(u), f.dofs)[0])]
+    else:
+        r = forces(weighted, p.g)
+    size = absolute(r[0])
+    for one in r[1:]:
+        size = size + absolute(one)
+    sums = [*r, size]
+    if stiffness:
+        sums += [k for row in forward(r, units(u), f.dofs) for k in row]
+    written = [*puts("r", map(total, range(f.dofs))), *puts("forces", [total(f.dofs)])]
+    if stiffness:
+        written += puts("K", map(total, range(f.dofs + 1, len(sums))))
+    arrays = _arrays(f) | {
+        "P": Rows(c, points=True), "A": Rows(c * c, points=True), "forces": Rows(1), "r": Rows(f.dofs), "K": Rows(f.dofs**2),
+    }  # fmt: skip
+    return Program(arrays, written, sums, f.points)
+
+
+def integrate(
+    f: Form, x: Array, d: Array, rows: Array, scale: float, weight: Array, P: Array, A: Array, forces: Array, stiffness: bool,
+    r_out: Array, K_out: Array,
+) -> None:  # fmt: skip
+    """Weights (e, q) of `kinematics`, P (e, q, c), A (e, q, c, c) → r_out (e, n) forces, K_out (e, n, n) their derivative.
+
+    Without ``stiffness`` A is not read and K_out stays as it is.
     forces (e,) receives Σ |r| before the points cancel each other: the scale against which a residual is small.
     """
-    n = N.shape[1]
-    G = np.empty((n, 2))
-    H = np.zeros(n)
-    AG = np.empty((5, 2 * n))
-    for e in range(x.shape[0]):
-        r_out[e, :] = 0.0
-        if stiffness:
-            K_out[e, :, :] = 0.0
-        total = 0.0
-        for q in range(N.shape[0]):
-            _, r = gradients(x, e, N[q], dN[q], axisymmetric, G)
-            if axisymmetric:
-                for a in range(n):
-                    H[a] = N[q, a] / r
-            wq = w[e, q]
-            p0, p1, p2, p3, p4 = P[e, q, 0], P[e, q, 1], P[e, q, 2], P[e, q, 3], P[e, q, 4]
-            for a in range(n):
-                rx = wq * (G[a, 0] * p0 + G[a, 1] * p1 + H[a] * p4)
-                ry = wq * (G[a, 0] * p2 + G[a, 1] * p3)
-                r_out[e, 2 * a] += rx
-                r_out[e, 2 * a + 1] += ry
-                total += abs(rx) + abs(ry)
-            if not stiffness:
-                continue
-            for k in range(5):
-                a0, a1, a2, a3, a4 = A[e, q, k, 0], A[e, q, k, 1], A[e, q, k, 2], A[e, q, k, 3], A[e, q, k, 4]
-                for a in range(n):
-                    AG[k, 2 * a] = wq * (a0 * G[a, 0] + a1 * G[a, 1] + a4 * H[a])
-                    AG[k, 2 * a + 1] = wq * (a2 * G[a, 0] + a3 * G[a, 1])
-            for a in range(n):
-                dx, dy, ha = G[a, 0], G[a, 1], H[a]
-                for j in range(2 * n):
-                    K_out[e, 2 * a, j] += dx * AG[0, j] + dy * AG[1, j] + ha * AG[4, j]
-                    K_out[e, 2 * a + 1, j] += dx * AG[2, j] + dy * AG[3, j]
-        forces[e] = total
+    _integrate(f, stiffness)(len(x), x, d, rows, np.array([scale]), weight, P, A, forces, r_out, K_out)

@@ -492,9 +492,7 @@ class _Writer:
         q.add_incoming(ir.Constant(_L, 0), before)
         inside = dict(known)
         self._read(phases[1], inside, q)
-        self.emitter.all(phases[1], inside)
-        for k, n in enumerate(p.sums):
-            b.store(b.fadd(b.load(self._sum(k), align=64), inside[n]), self._sum(k), align=64)
+        self._add(phases[1], inside)
         pointwise = [x for x in p.puts if self._has_points(x.array)]
         self._write(pointwise, inside, q)
         then = b.add(q, ir.Constant(_L, 1))
@@ -507,6 +505,24 @@ class _Writer:
                 known[n] = b.load(self._sum(_column(n)), align=64)
         self.emitter.all(phases[2], known)
         self._write([x for x in p.puts if not self._has_points(x.array)], known, None)
+
+    def _add(self, nodes: Sequence[Node], known: dict[Node, Any]) -> None:
+        """What belongs to a point; each number of `sums` is added as soon as it is known, so that few wait in registers.
+
+        Now and then a block of instructions ends: LLVM takes long over large ones.
+        """
+        b, done = self.b, 0
+        for k, n in enumerate(self.program.sums):
+            if n not in known:
+                last = nodes.index(n, done) + 1
+                self.emitter.all(nodes[done:last], known)
+                done = last
+            b.store(b.fadd(b.load(self._sum(k), align=64), known[n]), self._sum(k), align=64)
+            if k % WIDE == WIDE - 1:
+                after = b.append_basic_block("on")
+                b.branch(after)
+                b.position_at_end(after)
+        self.emitter.all(nodes[done:], known)
 
     def _sum(self, k: int) -> Any:
         return self.b.gep(self.room, [ir.Constant(_L, k)])

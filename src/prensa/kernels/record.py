@@ -254,8 +254,8 @@ def answered(value: Node, at: Sequence[Node], slopes: Sequence[Node]) -> Node:
 
 
 def as_found(value: Node, graph: Node) -> Node:
-    """A value that was found before, with the derivatives of the graph that found it."""
-    return answered(value, [graph], [ONE])
+    """A value that was found before, or in another way, with the derivatives of the graph that found it."""
+    return value if not isinstance(value, Node) else answered(value, [graph], [ONE])
 
 
 def part(function: Function, count: int, smooth: bool = True) -> Part:

@@ -1,4 +1,4 @@
-"""Hencky's elasticity with J2 plasticity in the plane, for one point, in textbook order: finite strain, plane or axisymmetric.
+"""Hencky's elasticity with J2 plasticity for one point, in textbook order: finite strain in the plane, small strain in space too.
 
 The left Cauchy-Green tensor is pushed forward, its logarithm is the trial strain, and the return map of small strain follows
 (Simo 1992; de Souza Neto, Perić and Owen 2008, Box 14.3). Strains are ½ ln b = mean + artanh(√s)/√s deviator, analytic in s: no
@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from prensa.kernels import algebra
 from prensa.kernels.differentiate import slope_of
 from prensa.kernels.functions import artanh_ratio, cosh_less_one, expm1, half_log1p, sinh_ratio
 from prensa.kernels.record import Node, damped, differs, exp, local, one_like, root, sqrt, where
@@ -66,7 +67,10 @@ def determinant(b: Tensor) -> Node:
 
 def square(e: Tensor) -> Node:
     """E : e."""
-    return e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + 2.0 * e[3] * e[3]
+    found = e[0] * e[0] + e[1] * e[1] + e[2] * e[2]
+    for shear in e[3:]:
+        found = found + 2.0 * shear * shear
+    return found
 
 
 class Metal(NamedTuple):
@@ -136,33 +140,74 @@ def return_map(q: Node, J: Node, strain: Node, metal: Metal, flows: Flows | None
     )  # fmt: skip
 
 
-def hencky_j2(h: Tensor, old: Begun, metal: Metal, flows: Flows | None = None) -> Answer:
-    """The law of a point whose gradient of the increment is h."""
-    K, G, curve = metal.K, metal.G, metal.curve
-    t = push_forward(h, old.b)
-    e = logarithm(t)
+class _Returned(NamedTuple):
+    """Of a trial strain: its trace, deviator and what of it stays, the elastic strain, the rise of the plastic strain, and the
+    flow stress as it was and is.
+    """
+
+    trace: Node
+    deviator: list[Node]
+    less: Node
+    elastic: list[Node]
+    rise: Node
+    was: Node
+    now: Node
+
+
+def _returned(e: Tensor, J: Node, strain: Node, metal: Metal, flows: Flows | None) -> _Returned:
+    """The radial return on a trial strain e, of three normal and any shear components."""
+    G, curve = metal.G, metal.curve
+    assert curve is not None
     trace = e[0] + e[1] + e[2]
     third = trace / 3.0
-    d = (e[0] - third, e[1] - third, e[2] - third, e[3])
-    p = K * trace
-    history: tuple[Node, ...] = t
-    if curve is None:
-        elastic, two = e, 2.0 * G
+    d = [x - third for x in e[:3]] + list(e[3:])
+    q = 2.0 * G * sqrt(1.5 * square(d) + NO_STRAIN)
+    rise = return_map(q, J, strain, metal, flows)
+    less = 1.0 - 3.0 * G * rise / q
+    elastic = [third + less * x for x in d[:3]] + [less * x for x in d[3:]]
+    was = curve.at_rest(strain)
+    now = where(differs(rise, 0.0), (q - 3.0 * G * rise) / J, was)  # by the equation that the rise solves
+    return _Returned(trace, d, less, elastic, rise, was, now)
+
+
+def small_j2(h: Tensor, old: Begun, metal: Metal, flows: Flows | None = None) -> tuple[Tensor, Tensor]:
+    """The law of small strain, in plane and space: stress and history, in both of which b is the elastic strain."""
+
+    def moved_by(was: Tensor) -> tuple[Node, ...]:
+        H, e = algebra.tensor(h), algebra.symmetric(was)
+        axes = algebra.SPACE_AXES
+        return algebra.kept([e[3 * i + j] + 0.5 * (H[3 * i + j] + H[3 * j + i]) for i in axes for j in axes], was)
+
+    r = _returned(moved_by(old.b), one_like(old.strain), old.strain, metal, flows)
+    flowed = differs(r.rise, 0.0)
+    kept = [where(flowed, x, y) for x, y in zip(moved_by(old.kept), r.elastic)]
+    two, p = 2.0 * metal.G * damped(r.less, metal.share), metal.K * r.trace
+    stress = [two * x + p for x in r.deviator[:3]] + [two * x for x in r.deviator[3:]]
+    work = old.work + 0.5 * (r.was + r.now) * r.rise
+    return algebra.components(algebra.symmetric(stress), h), (*r.elastic, old.strain + r.rise, work, *kept)
+
+
+def hencky_j2(h: Tensor, old: Begun, metal: Metal, flows: Flows | None = None) -> Answer:
+    """The law of a point whose gradient of the increment is h."""
+    K, G = metal.K, metal.G
+    t = push_forward(h, old.b)
+    e = logarithm(t)
+    if metal.curve is None:
+        trace = e[0] + e[1] + e[2]
+        third = trace / 3.0
+        d, elastic, two, history = [e[0] - third, e[1] - third, e[2] - third, e[3]], list(e), 2.0 * G, tuple(t)
     else:
-        q = 2.0 * G * sqrt(1.5 * square(d) + NO_STRAIN)
-        J, Jn = (sqrt(determinant(t)), sqrt(determinant(old.b))) if metal.cauchy else (one_like(q), one_like(q))
-        rise = return_map(q, J, old.strain, metal, flows)
-        moved = differs(rise, 0.0)
-        less = 1.0 - 3.0 * G * rise / q
-        elastic = (third + less * d[0], third + less * d[1], third + less * d[2], less * d[3])
-        new = [where(moved, x, y) for x, y in zip(exponential(elastic), t)]
-        was = curve.at_rest(old.strain)
-        now = where(moved, (q - 3.0 * G * rise) / J, was)  # the flow stress, by the equation that the rise solves
+        one = one_like(e[0])
+        J, Jn = (sqrt(determinant(t)), sqrt(determinant(old.b))) if metal.cauchy else (one, one)
+        r = _returned(e, J, old.strain, metal, flows)
+        moved = differs(r.rise, 0.0)
+        new = [where(moved, x, y) for x, y in zip(exponential(r.elastic), t)]
         kept = [where(moved, x, y) for x, y in zip(push_forward(h, old.kept), new)]
-        history = (*new, old.strain + rise, old.work + 0.5 * (Jn * was + J * now) * rise, *kept)
-        two = 2.0 * G * damped(less, metal.share)
+        history = (*new, old.strain + r.rise, old.work + 0.5 * (Jn * r.was + J * r.now) * r.rise, *kept)
+        trace, d, elastic, two = r.trace, r.deviator, r.elastic, 2.0 * G * damped(r.less, metal.share)
+    p = K * trace
     stress = (two * d[0] + p, two * d[1] + p, two * d[2] + p, two * d[3])
-    return Answer(tuple(local(stress, t)), tuple(history), elastic, t)  # type: ignore[arg-type]
+    return Answer(tuple(local(stress, t)), tuple(history), tuple(elastic), t)  # type: ignore[arg-type]
 
 
 def stored_energy(a: Answer, metal: Metal) -> Node:
@@ -205,19 +250,11 @@ def return_in_principal_axes(
     e: Sequence[Node], Jn: Node, strain: Node, work: Node, metal: Metal, flows: Flows | None = None
 ) -> tuple[list[Node], list[Node], Node, Node]:  # fmt: skip
     """The return map alone: principal trial strains → principal stresses, elastic strains, plastic strain and work."""
-    K, G, curve = metal.K, metal.G, metal.curve
-    assert curve is not None
-    trace = e[0] + e[1] + e[2]
-    third = trace / 3.0
-    d = [x - third for x in e]
-    q = 2.0 * G * sqrt(1.5 * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) + NO_STRAIN)
-    J = exp(trace) if metal.cauchy else one_like(q)
-    rise = return_map(q, J, strain, metal, flows)
-    less = 1.0 - 3.0 * G * rise / q
-    was = curve.at_rest(strain)
-    now = where(differs(rise, 0.0), (q - 3.0 * G * rise) / J, was)
-    two = 2.0 * G * damped(less, metal.share)
+    K, G = metal.K, metal.G
+    J = exp(e[0] + e[1] + e[2]) if metal.cauchy else one_like(e[0])
+    r = _returned(e, J, strain, metal, flows)
+    two = 2.0 * G * damped(r.less, metal.share)
     return (
-        [two * x + K * trace for x in d], [third + less * x for x in d], strain + rise,
-        work + 0.5 * ((Jn if metal.cauchy else 1.0) * was + J * now) * rise,
+        [two * x + K * r.trace for x in r.deviator], r.elastic, strain + r.rise,
+        work + 0.5 * ((Jn if metal.cauchy else 1.0) * r.was + J * r.now) * r.rise,
     )  # fmt: skip

@@ -25,6 +25,7 @@ from prensa.materials.hencky_j2 import (
     first_piola,
     hencky_j2,
     return_in_principal_axes,
+    small_j2,
     stored_energy,
 )
 from prensa.materials.point_form import Found, Given
@@ -132,6 +133,35 @@ def finite(
     the tensor in old that goes on as if nothing flowed. held (n,): whether points flow; None: the trial stress decides.
     """
     kernel = _finite(flow.kind, cauchy, tangent, held is not None)
+    p = numbers(K, G, flow, dt, secant)
+    flags = failed if held is None else held
+    kernel(len(h), h, old, old[:, kept:], p, flow.knots, flow.coefficients, flags, P, A, new, failed)
+
+
+@generated
+def _small(kind: Kinds, full: int, tangent: bool, held: bool) -> Program:
+    k = 6 if full == 9 else 4
+    size = 2 * k + 2
+    h, old, flag = many("h", full), many("old", k + 2), given("failed", 0)
+    m = metal(kind, False, many("p", CURVE_AT + scalars(kind)))
+    begun = Begun(old[:k], old[k], old[k + 1], many("kept", k))
+    P, history = small_j2(h, begun, m, Flows(given("held", 0)) if held else None)
+    written = [*puts("P", P), *puts("new", history), *puts("failed", [flag | differs(history[k], history[k])])]
+    if tangent:
+        written += puts("A", [x for row in forward(P, units(h), full) for x in row])
+    arrays: dict[str, Kind] = {
+        "h": Rows(full), "old": Rows(k + 2), "kept": Rows(k), "p": Shared(), **TABLES, "held": Marks(), "P": Rows(full),
+        "A": Rows(full**2), "new": Rows(size), "failed": Marks(),
+    }  # fmt: skip
+    return Program(arrays, written)
+
+
+def small(
+    h: Array, old: Array, kept: int, K: float, G: float, flow: FlowParameters, dt: float, P: Array, A: Array, new: Array,
+    failed: Held, tangent: bool, held: Held | None, secant: float,
+) -> None:  # fmt: skip
+    """As `finite`, of small strain in plane (c = 5, k = 4) and space (9, 6): h (n, c), old, new (n, 2k + 2), P, A (n, c, c)."""
+    kernel = _small(flow.kind, h.shape[1], tangent, held is not None)
     p = numbers(K, G, flow, dt, secant)
     flags = failed if held is None else held
     kernel(len(h), h, old, old[:, kept:], p, flow.knots, flow.coefficients, flags, P, A, new, failed)

@@ -1,25 +1,24 @@
 """Materials as the solver sees them: batch laws of h = f − I and their own history, pure, with exact tangents.
 
-An isotropic law is written in principal strains only; the spectral kernels of `prensa.kernels.tensor`, in three dimensions
-of `prensa.kernels.spatial`, wrap it for small and finite strain. Tensors have the c components, and histories begin with the
-k symmetric ones, of the law's `TensorLayout`: 5 and 4 in the plane, 9 and 6 in space. The descriptions that make the laws are
-in `prensa.materials.solids`, one a file.
+An isotropic law is written in principal strains only; `prensa.kernels.principal_axes` wraps it for small and finite strain, in
+plane and space. Those that need no principal axes are point functions of their own. Tensors have the c components, and histories
+begin with the k symmetric ones, of the law's `TensorLayout`: 5 and 4 in the plane, 9 and 6 in space. The descriptions that make
+the laws are in `prensa.materials.solids`, one a file.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from prensa.kernels import spatial, tensor
-from prensa.layout import PLANE, SPATIAL, TensorLayout
+from prensa.kernels import principal_axes
+from prensa.layout import PLANE, TensorLayout
 from prensa.materials import elastic
 from prensa.materials.flow_curve import FlowCurve, FlowParameters, stress_at
 from prensa.materials.hardening import stresses
-from prensa.materials.j2 import NO_CURVE, MetalForm, begin_finite, finite, numbers, principal
+from prensa.materials.j2 import NO_CURVE, MetalForm, begin_finite, finite, numbers, principal, small
 from prensa.materials.point_form import PointLaw
 from prensa.materials.protocol import At, Field, Material, Out, PrincipalElasticity
 from prensa.materials.return_map import return_map
@@ -30,10 +29,6 @@ __all__ = ["At", "Field", "Material", "Out"]
 
 STRESSES_AT_ONCE = 4096
 """Points whose stresses are found together: moduli of all points of a large body would take a gigabyte."""
-
-_KERNELS: dict[TensorLayout, Any] = {PLANE: tensor, SPATIAL: spatial}
-"""Modules of the same functions for each layout."""
-
 
 @dataclass(frozen=True)
 class _Isotropic:
@@ -89,25 +84,25 @@ class _Isotropic:
     def principal(
         self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out
     ) -> None:
-        """The law itself: trial principal strains (n, 3) → stresses, slopes, elastic strains."""
-        elastic.hencky(eps, self.lam, self.mu, tau, dtau, eps_e)
+        """The law itself: trial principal strains (n, 3) → stresses, slopes, elastic strains; Hencky's, unless one says other."""
+        tau[:] = self.lam * eps.sum(axis=1, keepdims=True) + 2.0 * self.mu * eps
+        dtau[:] = self.lam + 2.0 * self.mu * np.eye(3)
+        eps_e[:] = eps
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
         """H (n, c) = f − I, old (n, h) → out; see `Material`."""
-        n, kernels = len(h), _KERNELS[self.layout]
+        n = len(h)
         eps, tau, eps_e = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
-        frame, dtau = np.empty((n, self.layout.frame)), np.empty((n, 3, 3))
-        trial = kernels.trial_finite if self.finite else kernels.trial_small
-        trial(h, old, eps, frame, out.failed)
+        frame, dtau = np.empty((n, principal_axes.FRAME)), np.empty((n, 3, 3))
+        principal_axes.trial(h, old, self.finite, eps, frame, out.failed)
         self.principal(eps, frame, old, at, tau, dtau, eps_e, out)
-        stress = kernels.stress_finite if self.finite else kernels.stress_small
-        stress(h, frame, tau, dtau, eps_e, out.P, out.A, out.new, at.tangent)
+        principal_axes.stress(h, frame, tau, dtau, eps_e, self.finite, out.P, out.A, out.new, at.tangent)
 
     def elastic_strains(self, history: Array) -> Array:
         """Principal elastic strains (..., 3) of a committed history."""
         out = np.empty((*history.shape[:-1], 3))
-        strains = _KERNELS[self.layout].elastic_strains
-        strains(history.reshape(-1, history.shape[-1]), self.finite, out.reshape(-1, 3))
+        rows = np.ascontiguousarray(history).reshape(-1, history.shape[-1])
+        principal_axes.elastic_strains(rows, self.layout.kept, self.finite, out.reshape(-1, 3))
         return out
 
     def energy(self, history: Array) -> Array:
@@ -153,8 +148,7 @@ class Hencky(_Isotropic):
         elif self.finite:
             super().update(h, old, at, out)
         else:
-            hooke = elastic.hooke_spatial if self.layout.dimension == 3 else elastic.hooke
-            hooke(h, old, self.lam, self.mu, out.P, out.A, out.new)
+            elastic.update(elastic.hooke, h, old, self.lam, self.mu, *out, at.tangent)
 
 
 @dataclass(frozen=True)
@@ -168,11 +162,7 @@ class NeoHooke(_Isotropic):
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
         """H (n, c) = f − I, old (n, k) → out; see `Material`."""
-        if self.layout.dimension == 3:
-            elastic.neo_hooke_spatial(h, old, self.lam, self.mu, out.P, out.A, out.new, out.failed, at.tangent)
-        else:
-            A = out.A.reshape(len(h), -1)
-            elastic.neo_hooke(h, old, self.lam, self.mu, out.P, A, out.new, out.failed, at.tangent)
+        elastic.update(elastic.neo_hooke, h, old, self.lam, self.mu, *out, at.tangent)
 
     def energy(self, history: Array) -> Array:
         """Elastic energy per initial volume, (..., h) → (...)."""
@@ -183,11 +173,9 @@ class NeoHooke(_Isotropic):
 class StVenantKirchhoff(_Isotropic):
     """St. Venant-Kirchhoff."""
 
-    def principal(
-        self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out
-    ) -> None:
-        """Trial principal strains (n, 3) → stresses, slopes, elastic strains."""
-        elastic.st_venant_kirchhoff(eps, self.lam, self.mu, tau, dtau, eps_e)
+    def update(self, h: Array, old: Array, at: At, out: Out) -> None:
+        """H (n, c) = f − I, old (n, k) → out; see `Material`."""
+        elastic.update(elastic.st_venant_kirchhoff, h, old, self.lam, self.mu, *out, at.tangent)
 
     def energy(self, history: Array) -> Array:
         """Elastic energy per initial volume, (..., h) → (...)."""
@@ -268,8 +256,14 @@ class J2(_Isotropic):
                 out.new, out.failed, at.tangent, at.flows, at.secant,
             )  # fmt: skip
             return
+        if f is not None and not self.finite:
+            small(
+                h, old, kept, self.E / (3 * (1 - 2 * self.nu)), self.mu, f, at.dt, out.P, out.A, out.new, out.failed,
+                at.tangent, at.flows, at.secant,
+            )  # fmt: skip
+            return
         super().update(h, old, at, out)
-        _KERNELS[self.layout].keep_trial(h, old, kept, out.new, self.finite)
+        principal_axes.keep_trial(h, old, kept, out.new, self.finite)
 
     def begin(self, history: Array, share: float) -> Array:
         """What an increment begins with: a committed history (n, h) after a ``share`` of the last plastic strain more.
@@ -286,7 +280,7 @@ class J2(_Isotropic):
         if not share:  # as `begin` has it, which need not be compiled for that
             out[:, k + 2 : 2 * k + 2] = history[:, :k]
             return out
-        _KERNELS[self.layout].begin(history, self.finite, share, out)
+        principal_axes.begin(history, k, self.finite, share, out)
         strain, more = np.ascontiguousarray(out[:, k]), out[:, k] - history[:, k]
         stress = self.flow_stress(np.ascontiguousarray(history[:, k])) + self.flow_stress(strain)
         out[:, k + 1] += 0.5 * self.of_cauchy(history) * stress * more

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from prensa.elements import derivatives, q4
-from prensa.elements.derivatives import Along, At, Variant, shapes_of
+from prensa.elements.derivatives import Along, At, Variant
 from prensa.elements.kinds.q4_fbar import Q4Bar
 from prensa.materials.point_form import PointLaw
 from prensa.sensitivity.change import Change, Changes, Group
@@ -89,7 +89,7 @@ class Elements:
         of = element.nodes, element.points, isinstance(element, Q4Bar)
         variant = Variant(*of, mode.axisymmetric, law.form, bool(self.block.law.plastic and self.share))
         return At(
-            variant, shapes_of(element.table), self.x_n[cells], self.x[cells], self.committed[some], self.old[some],
+            variant, element.table.rows, self.x_n[cells], self.x[cells], self.committed[some], self.old[some],
             self.new[some], law, self.share, mode.scale,
         )  # fmt: skip
 

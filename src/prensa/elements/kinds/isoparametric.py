@@ -1,8 +1,9 @@
-"""Isoparametric elements of a shape table, without a cure for locking: the textbook's, and reduced quadratic ones."""
+"""Isoparametric elements of a shape table: the textbook's, and reduced quadratic ones; kernels are `prensa.elements.solid`."""
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from functools import cache
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -12,10 +13,20 @@ from prensa.materials.protocol import At, Material
 from prensa.types import Array, Flags
 
 
+@cache
+def _kernels() -> Any:
+    """The kernels, loaded where an element first responds: every chunk asks for them."""
+    from prensa.elements import solid
+
+    return solid
+
+
 class Isoparametric(Element, abstract=True):
     """An element that interpolates positions and displacements alike, by the shape functions of its ``table``."""
 
     table: ClassVar[shapes.Table]
+    bar: ClassVar[bool] = False
+    """Whether the dilatation is that of the whole element: F-bar, in small strain B-bar; for 2 points along each axis."""
 
     @property
     def N(self) -> Array:
@@ -27,34 +38,37 @@ class Isoparametric(Element, abstract=True):
         """Weights (q,) of the points."""
         return self.table.weight
 
+    def symmetric(self, mode: Mode) -> bool:
+        """B-bar derives from an energy, F-bar does not."""
+        return not (self.bar and mode.finite)
+
     def volumes(self, X: Array, mode: Mode) -> tuple[Array, Flags]:
         """Initial volumes (k, q) and flags (k,) of folded elements."""
         t = self.table
-        x, y = X[:, :, 0], X[:, :, 1]
-        j11 = j12 = j21 = j22 = r = np.zeros((len(X), self.points))
-        for a in range(X.shape[1]):  # as `solid.kinematics` has them, which need not be compiled for that
-            by_xi, by_eta, of_x, of_y = t.dN[:, a, 0], t.dN[:, a, 1], x[:, a, None], y[:, a, None]
-            j11, j12, r = j11 + by_xi * of_x, j12 + by_xi * of_y, r + t.N[:, a] * of_x
-            j21, j22 = j21 + by_eta * of_x, j22 + by_eta * of_y
-        det = j11 * j22 - j12 * j21
+        # by ξ, η(, ζ), of x, y(, z), summed node by node: no bits of an element depend on its neighbours
+        J = np.zeros((*X.shape[2:], X.shape[2], len(X), self.points))
+        r = np.zeros((len(X), self.points))
+        for a in range(X.shape[1]):
+            J += t.dN[:, a].T[:, None, None, :] * X[:, a].T[None, :, :, None]
+            r += t.N[:, a] * X[:, a, :1]
+        if len(J) == 3:
+            det = np.sum([J[0, i] * (J[1, i - 2] * J[2, i - 1] - J[1, i - 1] * J[2, i - 2]) for i in range(3)], axis=0)
+        else:
+            det = J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0]
         w = mode.scale * t.weight * det * (r if mode.axisymmetric else 1.0)
         failed = ~((det > 0.0) & ((r > 0.0) | (not mode.axisymmetric)))
         return w, np.asarray(failed.any(axis=1))
 
     def respond(self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, stiffness: bool) -> Failure | None:
         """See `Element`."""
-        from prensa.elements import solid
-
-        t = self.table
-        work.flags[:] = False
-        solid.kinematics(
-            c.x, c.d, t.N, t.dN, t.weight, mode.axisymmetric, mode.finite, mode.scale, work.h, work.w, work.flags
-        )
-        if work.flags.any():
+        solid, rows = _kernels(), self.table.rows
+        form = solid.Form(self.nodes, self.points, self.layout.dimension, self.bar, mode.axisymmetric, mode.finite)
+        solid.kinematics(form, c.x, c.d, rows, mode.scale, work.h, work.w, work.flags)
+        if np.count_nonzero(work.flags):
             return Failure(int(np.argmax(work.flags)), Why.INVERTED)
         if failure := material(c, law, at, work):
             return failure
-        solid.integrate(c.x, t.N, t.dN, mode.axisymmetric, work.w, work.P, work.A, work.size, stiffness, work.r, work.K)
+        solid.integrate(form, c.x, c.d, rows, mode.scale, work.w, work.P, work.A, work.size, stiffness, work.r, work.K)
         return None
 
 

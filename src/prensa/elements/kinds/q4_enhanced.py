@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
@@ -85,6 +85,18 @@ class Enhanced(Isoparametric, abstract=True):
 
         return enhanced.MODES[mode.axisymmetric] + self.across
 
+    def _form(self, mode: Mode) -> Any:
+        """Of the kernels."""
+        from prensa.elements import enhanced
+
+        return enhanced.Form(self.points, self.modes(mode), mode.axisymmetric, mode.finite)
+
+    def _numbers(self, mode: Mode) -> Array:
+        """Of the points, for the kernels."""
+        from prensa.elements import enhanced
+
+        return enhanced.numbers(self.table, self.modes(mode), mode.axisymmetric)
+
     def symmetric(self, mode: Mode) -> bool:
         """Always: the modes are eliminated from a symmetric system."""
         return True
@@ -93,8 +105,7 @@ class Enhanced(Isoparametric, abstract=True):
         """See `Element`."""
         from prensa.elements import enhanced
 
-        axi, finite, _ = mode
-        t = self.table
+        finite = mode.finite
         whole, at = at, at._replace(secant=0.0)  # the modes are iterated with the tangent
         u = c.x - c.X + c.d if finite else c.d
         first = law.size
@@ -105,12 +116,13 @@ class Enhanced(Isoparametric, abstract=True):
             Hn = np.zeros_like(Hn)
             kept, alpha = alpha, np.zeros_like(alpha)
         k, m = alpha.shape
-        n, inner = 8 + m, np.empty((k, m, m))
+        n, inner, form = 8 + m, np.empty((k, m, m)), self._form(mode)
         if failure := self._solve(c, law, at, mode, work, u, Hn, alpha, H, inner):
             return failure
         tangent = stiffness and not (whole.secant and law.plastic)
         r, K = np.empty((k, n)), np.empty((k if tangent else 0, n, n))
-        enhanced.integrate(c.X, u, alpha, t.N, t.dN, t.at, axi, finite, work.w, work.P, work.A, tangent, r, K, work.size)
+        there = enhanced.At(c.X, u, alpha, Hn, self._numbers(mode), mode.scale)
+        enhanced.integrate(form, there, work.P, work.A, tangent, r, K, work.size)
         weak = np.linalg.eigvalsh(0.5 * (inner + inner.transpose(0, 2, 1)))[:, 0] <= 0.0
         if weak.any():
             return Failure(int(np.argmax(weak)), Why.SOFT)
@@ -132,8 +144,7 @@ class Enhanced(Isoparametric, abstract=True):
         """
         from prensa.elements import enhanced
 
-        axi, finite, scale = mode
-        t = self.table
+        form, shapes_, scale = self._form(mode), self._numbers(mode), mode.scale
         at = at._replace(tangent=True)  # Newton needs it in any case
         m, size = alpha.shape[1], law.size
         rows, points = np.arange(len(u)), np.arange(self.points)
@@ -142,18 +153,15 @@ class Enhanced(Isoparametric, abstract=True):
             k, w = len(rows), workspace(self, len(rows))
             part = Chunk(left.X, left.X, left.u, left.old, np.empty_like(left.old))
             F, bad, reason = np.empty((k, self.points, self.layout.components)), np.zeros(k, dtype=np.bool_), Why.INVERTED
-            enhanced.kinematics(left.X, left.u, left.alpha, left.Hn, *t, axi, finite, scale, F, w.h, w.w, bad)
+            place = enhanced.At(left.X, left.u, left.alpha, left.Hn, shapes_, scale)
+            enhanced.kinematics(form, place, F, w.h, w.w, bad)
             if bad.any():
                 w.h[bad] = 0.0
             there = at if at.flows is None else at.of((self.points * rows[:, None] + points).ravel())
             if failure := material(part, law, there, w):
                 bad, reason = bad | w.points.any(axis=1), reason if bad.any() else failure.why
-            if finite:
-                enhanced.pull_back(left.Hn, w.P, w.A)
             r, K, noise = np.empty((k, m)), np.empty((k, m, m)), np.empty((k, m))
-            enhanced.modes_left(
-                left.X, left.u, left.alpha, F, left.Hn, t.N, t.dN, t.at, axi, finite, w.w, w.P, w.A, r, K, noise
-            )
+            enhanced.modes_left(form, place, w.P, w.A, r, K, noise)
             over = (np.abs(r) / np.maximum(TOLERANCE * noise, 1e-300)).max(axis=1)
             done = (over <= 1.0) & ~bad
             if done.any():
@@ -177,16 +185,14 @@ class Enhanced(Isoparametric, abstract=True):
         """
         from prensa.elements import enhanced
 
-        axi, finite, scale = mode
-        t, w, k, n = self.table, workspace(self, len(u)), len(u), 8 + alpha.shape[1]
+        form, w, k, n = self._form(mode), workspace(self, len(u)), len(u), 8 + alpha.shape[1]
         old = np.ascontiguousarray(c.old[..., : law.size])
         part, F = Chunk(c.X, c.X, u, old, np.empty_like(old)), np.empty((k, self.points, self.layout.components))
-        enhanced.kinematics(c.X, u, alpha, Hn, *t, axi, finite, scale, F, w.h, w.w, np.zeros(k, dtype=np.bool_))
+        there = enhanced.At(c.X, u, alpha, Hn, self._numbers(mode), mode.scale)
+        enhanced.kinematics(form, there, F, w.h, w.w, np.zeros(k, dtype=np.bool_))
         material(part, law, at, w)
-        if finite:
-            enhanced.pull_back(Hn, w.P, w.A)
         r, K = np.empty((k, n)), np.empty((k, n, n))
-        enhanced.integrate(c.X, u, alpha, t.N, t.dN, t.at, axi, finite, w.w, w.P, w.A, True, r, K, w.size)
+        enhanced.integrate(form, there, w.P, w.A, True, r, K, w.size)
         return K
 
     def _modes(self, history: Array, first: int, mode: Mode) -> Array:
