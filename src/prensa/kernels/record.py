@@ -274,7 +274,14 @@ def either(test: Node, often: Function, seldom: Function, *args: Node) -> Node:
     if not isinstance(test, Node):
         with np.errstate(all="ignore"):
             return np.where(test, seldom(*args), often(*args))
+    args = tuple(map(_whole, args))
     return node("either", test, lift(often(*args)), *args, value=part(seldom, len(args)))
+
+
+def _whole(x: Node | float) -> Node:
+    """A number by which something is differentiated: minus something would fold into what it is an argument of."""
+    x = lift(x)
+    return node("local", x, x) if x.op == "neg" else x
 
 
 def one_like(x: Node) -> Node:
@@ -301,7 +308,7 @@ def root(
     """
     if any(isinstance(a, Node) for a in (active, start, *args)):
         own = part(residual, len(args) + 1, smooth)
-        return node("root", active, *map(lift, (start, low, high, scale, *args)), value=own)
+        return node("root", active, *map(lift, (start, low, high, scale)), *map(_whole, args), value=own)
     return _plain_root(residual, active, start, low, high, scale, *args)
 
 
