@@ -199,8 +199,13 @@ def _function(name: str, plain: Callable[..., float]) -> Function:
     return f
 
 
+def _size(x: Any) -> Any:
+    """|x|, of complex numbers what the size of the real part is continued by."""
+    return np.where(np.real(x) < 0.0, -x, x)
+
+
 sqrt, log, exp, absolute = (
-    _function(name, plain) for name, plain in (("sqrt", np.sqrt), ("log", np.log), ("exp", np.exp), ("abs", np.abs))
+    _function(name, plain) for name, plain in (("sqrt", np.sqrt), ("log", np.log), ("exp", np.exp), ("abs", _size))
 )
 
 
