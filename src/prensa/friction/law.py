@@ -84,7 +84,8 @@ class FrictionLaw(Member, abstract=True):
     @property
     def is_of_point(self) -> bool:
         """Whether the bound is stated for one point; a `bound` in NumPy that a class beneath states takes its place."""
-        return _states_a_point(type(self))
+        cls: Any = type(self)
+        return _states_a_point(cls)
 
     def softening(self, p: Array, kappa: Array, at: At) -> Array:
         """Largest −∂τ_y/∂κ (k,) ≥ 0 at or ahead of the slips: what the tangential stiffness has to exceed.

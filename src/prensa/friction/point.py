@@ -51,11 +51,12 @@ class Values(NamedTuple):
 
 def values_of(law: LawOfPoint) -> Values:
     """Take a law apart."""
+    own: Any = law
     try:
-        hash(law)
+        hash(own)
     except TypeError:  # a law with a field that is a list
-        return _values.__wrapped__(law)
-    return _values(law)
+        return _values.__wrapped__(own)
+    return _values(own)
 
 
 @lru_cache(maxsize=256)
