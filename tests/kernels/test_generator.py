@@ -73,6 +73,25 @@ def test_values_and_derivatives_are_those_of_the_function() -> None:
         assert np.abs(slopes - exact).max() <= 1e-14 * np.abs(exact).max(), mode
 
 
+def negative(x: Sequence[Any]) -> list[Any]:
+    """Negative arguments of functions that are differentiated by them, at ordinary and at seldom points."""
+    a, b, _ = x
+    near = either(a > 1.0, lambda s: s * s * s + s, lambda s: exp(s), -a)
+    rising = root(lambda r, p, q: p - q * r - r * r * r, b > 0.1, 0.0 * b, -9.0 + 0.0 * b, 9.0 + 0.0 * b, 1.0 + b, -a, b)
+    return [near, rising]
+
+
+def test_what_is_negative_is_differentiated_too() -> None:
+    """Products of negative numbers are recorded without their signs; derivatives by the numbers are those of the function."""
+    x, exact = points(), slopes_by_complex_step(negative, points())
+    recorded = many("x", 3)
+    values = negative(recorded)
+    slopes = [s for row in forward(values, units(recorded), 3) for s in row]
+    out = np.empty((N, 6))
+    answered(Program({"x": Rows(3), "out": Rows(6)}, puts("out", slopes)), x, out)
+    np.testing.assert_allclose(out.reshape(N, 2, 3), exact[:, :2], rtol=1e-12, atol=1e-14)
+
+
 def test_a_local_value_that_hides_something_is_refused() -> None:
     """What is sought must not reach it by other ways than it names."""
     record.fresh()

@@ -161,11 +161,14 @@ def test_one_measure_gives_numbers() -> None:
     assert (one.measures, one.units) == (("die.force.y",), ("N",))
 
 
+TABLE_OF_FRICTION = "friction={type: coulomb, mu: {kappa: [0, 0.1, 1], mu: [0.05, 0.15, 0.2]}}"
+
+
 @pytest.mark.parametrize(
     ("changes", "of", "by", "words"),
     [
         (["bodies.ring.element=q4_enhanced"], "die.force.y", "friction.mu", "no enhanced modes"),
-        (["friction={type: shear, m: 0.3}"], "die.force.y", "friction.m", "cannot be followed backwards"),
+        ([TABLE_OF_FRICTION], "die.force.y", "friction.mu.mu.1", "changes a table of friction"),
         ([HELD], "die.travel.y", "friction.mu", "cannot be followed backwards"),
         ([], "ring.max.mises", "friction.mu", "has no derivative by places and forces"),
         ([], "die.force.y", "friction.nu", "no number at"),

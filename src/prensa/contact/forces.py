@@ -14,18 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.contact.integration import Points
+from prensa.contact.point import normal
 from prensa.contact.record import ContactRecord
 from prensa.contact.redundant import RedundantMultipliers, RedundantPoints
 from prensa.contact.stencil import Response, Stencils, assemble
 from prensa.friction.law import At, FrictionLaw
-from prensa.friction.return_map import BRANCH, DECIDE, OPEN, SLIDING, STUCK, return_map
-from prensa.kernels.compiled import njit
+from prensa.friction.return_map import BRANCH, OPEN, SLIDING, STUCK, return_map
 from prensa.types import Array, Bytes, Flags
-
-EPS = float(np.finfo(np.float64).eps)
-NO_FOUNDATION = np.zeros((0, 2))
-NEARBY = 8  # flag of a branch: a point resists that is open by less than `TOUCH`
-TOUCH = 1e-10  # gap over element depth below which a point touches where an increment starts
 
 
 class ContactSets(NamedTuple):
@@ -152,13 +147,11 @@ def forces(
     that sticks, whatever the state.
     """
     k, t = lam.shape[0], lam.shape[1] - 1
-    p, slope, lam_T, ds = np.empty(k), np.empty(k), np.empty((k, t)), np.empty((k, t))
-    touching, rests = np.empty(k, bool), np.empty(k, bool)
-    _normal(
-        x.g, x.s, lam, scale.k_n, scale.h, round_off, committed.closed, committed.coordinate, want,
-        NO_FOUNDATION if foundation is None else foundation,
-        p, touching, rests, lam_T, ds, slope,
-    )  # fmt: skip
+    p, touching, rests = normal(x.g, lam[:, 0], scale.k_n, scale.h, round_off, committed.closed, want)
+    slope = touching.astype(np.float64)  # 0 where nothing touches
+    if foundation is not None:
+        springs = foundation[:, 0] > 0.0
+        slope, touching = np.where(springs, foundation[:, 0], slope), touching | springs
     stretched, bound = None, None
     if law is None:
         tractions, kappa, slip = np.zeros((k, t)), committed.slip.copy(), np.zeros(k, dtype=bool)
@@ -167,7 +160,8 @@ def forces(
         share = None if area is None else weight / area
         pressure = np.where((want & BRANCH) == SLIDING, p, np.maximum(p, 0.0))
         pressure = pressure if share is None else pressure * share
-        out = return_map(law, at, lam_T, ds, pressure, touching, committed.slip, scale.k_t, want)
+        way = x.s - committed.coordinate
+        out = return_map(law, at, lam[:, 1:], way, pressure, touching, committed.slip, scale.k_t, want)
         tractions, kappa, slip, by_p, by_way, bound = out.t, out.kappa, out.slip, out.dt_dp, out.dt_dg, out.bound
         if share is not None:
             by_p, bound = by_p * share[:, None], bound * np.stack([np.ones(k), share], axis=1)
@@ -184,38 +178,6 @@ def forces(
     response = Response(p, tractions, slope, by_p, by_way, scale.k_n, scale.k_t, weight, area)
     F, K, dp, dt = assemble(x, response, (p, tractions) if turning is None else turning)
     return ContactForces(x, p, tractions, kappa, slip, F, K, weight, area, dp, dt, rests, stretched, bound, points)
-
-
-@njit(cache=True, error_model="numpy")
-def _normal(
-    g, s, lam, k_n, h, round_off, closed, coordinate, want, foundation, p, touching, rests, lam_T, ds, slope
-):  # fmt: skip
-    """Active set of the normal contact: pressures p (k,) at gaps g (k,), which points resist, which are open by round-off only.
-
-    ``closed``: committed flags; ``want``: branches as of `forces`. slope (k,): derivative of p by λ_n. Besides lam_T (k, t), the
-    tangential multipliers, and ds (k, t), the ways since the last commit.
-    """
-    n = lam.shape[1]
-    for k in range(len(g)):
-        trial = lam[k, 0] - k_n[k] * g[k]  # −inf where a ray misses the tool
-        rests[k] = trial >= -(k_n[k] * round_off[k] + EPS * abs(lam[k, 0]))
-        p[k] = 0.0 if trial <= 0.0 else trial
-        branch = want[k] & BRANCH
-        if branch == OPEN:
-            touching[k] = False
-            p[k] = 0.0
-        elif branch != DECIDE and np.isfinite(trial):  # a point that the tool has left behind has no gap
-            touching[k] = True
-            p[k] = trial
-        else:
-            touching[k] = rests[k] if closed[k] else trial >= 0.0
-            if (want[k] & NEARBY) != 0 and trial >= -TOUCH * k_n[k] * h[k]:
-                touching[k] = True
-        slope[k] = 1.0 if touching[k] else 0.0  # 0 where nothing touches
-        if len(foundation) > 0 and foundation[k, 0] > 0.0:
-            slope[k], touching[k] = foundation[k, 0], True
-        for a in range(n - 1):
-            lam_T[k, a], ds[k, a] = lam[k, 1 + a], s[k, a] - coordinate[k, a]
 
 
 def stretching(f: ContactForces, points: Points, share: Array, slopes: Array) -> Array:

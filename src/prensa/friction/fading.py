@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from prensa.friction.law import At, FrictionLaw, bounded
+from prensa.kernels.record import where
 from prensa.types import Array
 
 
@@ -37,15 +39,34 @@ class Fading(FrictionLaw, abstract=True):
         """Whether either law depends on the shear yield stress."""
         return self.before.asks_for_k or (self.now is not None and self.now.asks_for_k)
 
+    @property
+    def is_of_point(self) -> bool:
+        """Whether both laws are."""
+        return self.before.is_of_point and (self.now is None or self.now.is_of_point)
+
     def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
         """τ_y, ∂τ_y/∂p, ∂τ_y/∂κ, each (k,)."""
+        if self.is_of_point:
+            out: tuple[Array, Array, Array] = super().bound(p, kappa, at)
+            return out
         zero = np.zeros_like(p)
         now = (zero, zero, zero) if self.now is None else bounded(self.now, p, kappa, at)
         before = bounded(self.before, p, kappa, at)
-        left = min(max((self.t1 - min(at.time, self.held)) / (self.t1 - self.t0), 0.0), 1.0)
-        left_here = np.where(before[0] > now[0], left, 0.0)
-        tau, by_p, by_kappa = (n + left_here * (b - n) for b, n in zip(before, now))
+        left = np.where(before[0] > now[0], self._left(at.time), 0.0)
+        tau, by_p, by_kappa = (n + left * (b - n) for b, n in zip(before, now))
         return tau, by_p, by_kappa
+
+    def bound_of_point(self, p: Any, kappa: Any, at: At) -> Any:
+        """See `Fading`."""
+        before = self.before.bound_of_point(p, kappa, at)
+        now = 0.0 * before if self.now is None else self.now.bound_of_point(p, kappa, at)
+        return now + where(before > now, self._left(at.time), 0.0) * (before - now)
+
+    def _left(self, time: Any) -> Any:
+        """Share of the law before that is left."""
+        now = where(time < self.held, time, self.held)
+        left = (self.t1 - now) / (self.t1 - self.t0)
+        return where(left > 0.0, where(left < 1.0, left, 1.0), 0.0)
 
     def known_to(self) -> Mapping[str, float]:
         """That of the law now."""

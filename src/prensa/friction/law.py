@@ -1,7 +1,7 @@
 """What a friction law is: a bound on the tangential traction. The return map does the rest, one for all laws.
 
-A law of one's own derives from `FrictionLaw` and states its bound in NumPy; derivatives that it does not give are found by
-the complex step::
+A law of one's own derives from `FrictionLaw` and states its bound in one of two forms. In NumPy, of all points at once;
+derivatives that it does not give are found by the complex step::
 
     class Capped(pr.FrictionLaw):
         mu: float
@@ -9,16 +9,25 @@ the complex step::
 
         def bound(self, p, kappa, at):
             return np.minimum(self.mu * p, self.m * at.k)
+
+Or of one point, with the functions of `prensa.kernels.record`; machine code and all derivatives, those by its fields too, are
+generated from it::
+
+        def bound_of_point(self, p, kappa, at):
+            free, cap = self.mu * p, self.m * at.k
+            return where(free < cap, free, cap)
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, NamedTuple
+from functools import cache
+from typing import Any, ClassVar
 
 import numpy as np
 
 from prensa.derivatives import derivative
+from prensa.friction.at import At as At
 from prensa.model.doors import Member
 from prensa.types import Array
 
@@ -27,31 +36,12 @@ SLIPS = np.concatenate(
 )  # ahead of the present one, at which softening is looked for
 
 
-class At(NamedTuple):
-    """What a bound may depend on besides pressure and slip, fixed during an increment.
-
-    ``k`` (points,): shear yield stress of the body behind the surface at the start of the increment, None where the law does
-    not ask for it; ``dt``, ``time``: duration and end of the increment in seconds; ``speed`` (points,): of slip at its
-    start, that of the increment before, per second; None: at rest. ``temperature`` (points,) of the surface; None: the one for
-    which the law has its numbers.
-    """
-
-    k: Array | None = None
-    dt: float = 0.0
-    time: float = 0.0
-    speed: Array | None = None
-    temperature: Array | None = None
-
-    def repeated(self, times: int) -> At:
-        """The same for points that are listed several times over."""
-        k, speed, temperature = (None if v is None else np.tile(v, times) for v in (self.k, self.speed, self.temperature))
-        return self._replace(k=k, speed=speed, temperature=temperature)
-
-
 class FrictionLaw(Member, abstract=True):
     """Base of all friction laws. A law is pure and frozen; its annotated fields are keys of the case file."""
 
     door: ClassVar[str] = "friction"
+    derived: ClassVar[tuple[str, ...]] = ()
+    """Cached properties, numbers or `prensa.friction.table.Table`s, that `bound_of_point` takes as it does fields."""
     proportional: ClassVar[bool] = False
     """Whether the bound is proportional to the pressure, so that the area of the point cancels."""
 
@@ -73,9 +63,29 @@ class FrictionLaw(Member, abstract=True):
     def bound(self, p: Array, kappa: Array, at: At) -> Any:
         """Bound τ_y ≥ 0 (k,) on the tangential traction at pressures p (k,) and accumulated slips kappa (k,).
 
-        Pressures and tractions are per current area. Returns τ_y alone, or (τ_y, ∂τ_y/∂p, ∂τ_y/∂κ).
+        Pressures and tractions are per current area. Returns τ_y alone, or (τ_y, ∂τ_y/∂p, ∂τ_y/∂κ), as here for a law that states
+        `bound_of_point`.
         """
-        raise NotImplementedError(f"{type(self).__name__} states no bound: define bound(self, p, kappa, at)")
+        if not self.is_of_point:
+            raise NotImplementedError(f"{type(self).__name__} states no bound: define bound(self, p, kappa, at)")
+        from prensa.friction.point import bounds
+
+        return bounds(self, p, kappa, at)
+
+    def bound_of_point(self, p: Any, kappa: Any, at: At) -> Any:
+        """The same of one point, all of whose numbers, the fields too, are recorded ones; see `prensa.kernels.record`.
+
+        What Python decides here may depend on which fields are None, not on values. Laws of the temperature are stated in NumPy.
+        """
+        raise NotImplementedError(
+            f"{type(self).__name__} states no bound of a point: define bound_of_point(self, p, kappa, at)"
+        )
+
+    @property
+    def is_of_point(self) -> bool:
+        """Whether the bound is stated for one point; a `bound` in NumPy that a class beneath states takes its place."""
+        cls: Any = type(self)
+        return _states_a_point(cls)
 
     def softening(self, p: Array, kappa: Array, at: At) -> Array:
         """Largest −∂τ_y/∂κ (k,) ≥ 0 at or ahead of the slips: what the tangential stiffness has to exceed.
@@ -92,6 +102,13 @@ class FrictionLaw(Member, abstract=True):
     def known_to(self) -> Mapping[str, float]:
         """Largest 'pressure', 'slip' and 'speed' for which a measured law has values; a run that goes beyond says so."""
         return {}
+
+
+@cache
+def _states_a_point(cls: Any) -> bool:
+    """Whether of the classes above one another the lowest that states a bound states that of a point."""
+    first = next(c for c in cls.__mro__ if {"bound", "bound_of_point"} & vars(c).keys())
+    return first is not FrictionLaw and "bound_of_point" in vars(first)
 
 
 class StrengthLaw(FrictionLaw, abstract=True):
@@ -112,11 +129,9 @@ class StrengthLaw(FrictionLaw, abstract=True):
         """Whether the body has to give the shear yield stress."""
         return self.own_k is None
 
-    def strength(self, p: Array, at: At) -> Array:
-        """Shear yield stress (k,) at points of pressures p (k,): the law's own, or the body's."""
-        k = at.k if self.own_k is None else np.full_like(p, self.own_k)
-        assert k is not None
-        return k
+    def strength(self, at: At) -> Any:
+        """Shear yield stress of a point: the law's own, or the body's."""
+        return at.k if self.own_k is None else self.own_k
 
 
 def bounded(law: FrictionLaw, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:

@@ -199,8 +199,13 @@ def _function(name: str, plain: Callable[..., float]) -> Function:
     return f
 
 
+def _size(x: Any) -> Any:
+    """|x|, of complex numbers what the size of the real part is continued by."""
+    return np.where(np.real(x) < 0.0, -x, x)
+
+
 sqrt, log, exp, absolute = (
-    _function(name, plain) for name, plain in (("sqrt", np.sqrt), ("log", np.log), ("exp", np.exp), ("abs", np.abs))
+    _function(name, plain) for name, plain in (("sqrt", np.sqrt), ("log", np.log), ("exp", np.exp), ("abs", _size))
 )
 
 
@@ -274,7 +279,14 @@ def either(test: Node, often: Function, seldom: Function, *args: Node) -> Node:
     if not isinstance(test, Node):
         with np.errstate(all="ignore"):
             return np.where(test, seldom(*args), often(*args))
+    args = tuple(map(_whole, args))
     return node("either", test, lift(often(*args)), *args, value=part(seldom, len(args)))
+
+
+def _whole(x: Node | float) -> Node:
+    """A number by which something is differentiated: minus something would fold into what it is an argument of."""
+    x = lift(x)
+    return node("local", x, x) if x.op == "neg" else x
 
 
 def one_like(x: Node) -> Node:
@@ -301,7 +313,7 @@ def root(
     """
     if any(isinstance(a, Node) for a in (active, start, *args)):
         own = part(residual, len(args) + 1, smooth)
-        return node("root", active, *map(lift, (start, low, high, scale, *args)), value=own)
+        return node("root", active, *map(lift, (start, low, high, scale)), *map(_whole, args), value=own)
     return _plain_root(residual, active, start, low, high, scale, *args)
 
 

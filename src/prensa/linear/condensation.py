@@ -27,7 +27,7 @@ from typing import Unpack
 import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix
 
-from prensa.contact.forces import TOUCH
+from prensa.contact.point import TOUCH
 from prensa.contact.surface import EPS
 from prensa.errors import PrensaError
 from prensa.linear.condensed_bodies import Blocks, Bodies, FreeResponse

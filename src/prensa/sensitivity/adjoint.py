@@ -11,6 +11,7 @@ import numpy as np
 
 from prensa.analysis import check_arguments, report_preflight
 from prensa.errors import ArgumentError, take
+from prensa.friction.point import values_of
 from prensa.linear.factorisations import KeptFactors
 from prensa.linear.threads import ONE_OF_BLAS
 from prensa.measures import parse
@@ -21,6 +22,7 @@ from prensa.result.increment import Increment, Monitor
 from prensa.result.results import increment_of
 from prensa.sensitivity.change import Change, change_of, known
 from prensa.sensitivity.closed import covers
+from prensa.sensitivity.direct import alike
 from prensa.sensitivity.landing import Landing, coordinates, landing_of
 from prensa.sensitivity.parameters import Parameter, refuse_other_mesh
 from prensa.sensitivity.solve import Followed, check_paths, refuse
@@ -107,7 +109,7 @@ def gradient(
     ------
     PrensaError
         For what `solve` with derivatives refuses, a measure without a derivative, and what only differences can follow:
-        elements with enhanced modes, other friction than a constant coefficient, springs, loads on boundaries.
+        elements with enhanced modes, friction that is not stated for a point, springs, loads on boundaries.
 
     """
     by = [by] if isinstance(by, str) else by
@@ -222,7 +224,7 @@ class Recorded(Followed):
         if not covers(c):
             raise OnlyForwards(
                 f"gradient: step {c.plan.name!r} has loads, springs, friction or released forces that cannot be followed "
-                "backwards, as motions of tools, forces on them and constant coefficients of friction can; use "
+                "backwards, as motions of tools, forces on them and friction that is stated for a point can; use "
                 "solve(derivatives=...)"
             )
         if c.through_air is not None and c.through_air[self.system.dofs.displacement.slice].any():
@@ -412,8 +414,15 @@ class _Parameter:
                 f"gradient: {self.path} changes the duration of a step, which cannot be followed backwards; "
                 "use solve(derivatives=...)"
             )
-        mu = [0.0 if p is None else getattr(p, "mu", 0.0) for p in a.friction]
-        out = stage.mu @ self.difference(mu, [0.0 if p is None else getattr(p, "mu", 0.0) for p in b.friction])
+        out = np.zeros(len(stage.prescribed[0].motion))
+        for w, p, q in zip(stage.laws, a.friction, b.friction):
+            if not alike(p, q):
+                raise OnlyForwards(
+                    f"gradient: {self.path} changes a table of friction, which cannot be followed backwards; use "
+                    "solve(derivatives=...)"
+                )
+            if w.shape[1] and p is not None and q is not None and p != q:
+                out = out + w @ self.difference(values_of(p).numbers, values_of(q).numbers)
         for still in stage.still:
             moves = still.slopes @ (self.difference(*(p.values(still.time) - p.values(still.before) for p in (a, b))))
             if np.abs(moves * self.size).max(initial=0.0) > self.policy.derivative_residual_share:

@@ -9,19 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from prensa.contact.record import ContactRecord
-from prensa.friction.laws.coulomb import Coulomb
+from prensa.friction.point import values_of
+from prensa.materials.j2 import CURVE_AT
+from prensa.materials.laws import J2
 from prensa.measures import parse
 from prensa.measures.measure import Gradient
 from prensa.result.increment import Increment
 from prensa.result.results import increment_of
 from prensa.sensitivity.bodies import Histories, elements_of, unfolding
 from prensa.sensitivity.change import Changes
-from prensa.sensitivity.contacts import Committed, Points
+from prensa.sensitivity.contacts import Committed, Points, area_rates, strength_behind
 from prensa.sensitivity.direct import Columns, Direction, Solution, handed_down, predictor_basis
 from prensa.system.contact_interaction import ContactInteraction
 from prensa.system.interaction import Context
@@ -38,36 +40,45 @@ CONTACT = tuple(f"contact.{f.name}" for f in fields(ContactRecord) if f.name != 
 
 
 def covers(c: Context) -> bool:
-    """Whether the closed derivatives know all that acts in an increment: motions, forces on tools, constant coefficients."""
+    """Whether closed derivatives know all that acts in an increment: motions, forces on tools, friction stated for a point."""
     loads = all(isinstance(i, ContactInteraction | ToolForce) for i in c.interactions)
-    return loads and c.plan.control is None and all(law is None or _constant(law) for law in c.laws)
+    laws = all(law is None or law.is_of_point for law in c.laws)
+    return loads and c.plan.control is None and laws and all(map(_strength_is_known, _asking(c)))
 
 
-def _constant(law: Any) -> bool:
-    return isinstance(law, Coulomb) and not law.hardens
+def _asking(c: Context) -> list[object]:
+    """Laws of the bodies whose shear yield stress friction asks for."""
+    contacts = [i for i in c.interactions if isinstance(i, ContactInteraction)]
+    asking = [i for i in contacts if (law := c.laws[i.number]) is not None and law.asks_for_k]
+    return [b.law for i in asking for b in i.system.blocks if b.body == i.surface.body]
+
+
+def _strength_is_known(law: object) -> bool:
+    return isinstance(law, J2) and law.flow is not None
 
 
 class Prescribed(NamedTuple):
     """What directions (d) change of the plan of a step at a time: those ``moved`` (m,) motions and forces, all the friction.
 
-    motion, force (ndof, m); μ (d, contacts).
+    motion, force (ndof, m); ``laws`` (n, d): numbers of the laws, by contact.
     """
 
     moved: list[int]
     motion: Array
     force: Array
-    mu: Array
+    laws: list[Array]
 
 
 def prescribed(c: Context, before: Bundle) -> Prescribed:
     """Of the plans of both sides of each direction."""
     if before.step is None or before.step[0] != c.plan.number:
-        mu = np.zeros((len(before.directions), len(before.changes.scale)))
-        for row, d in zip(mu, before.directions):
-            for i, (law, p, q) in enumerate(zip(c.laws, *(plan.friction for plan in d.plans(c)))):
-                row[i] = 0.0 if law is None else (p.mu - q.mu) / (2.0 * d.step)
-        before.step = c.plan.number, mu, [k for k, d in enumerate(before.directions) if not d.leaves_motions(c)]
-    _, mu, moved = before.step
+        laws = [np.zeros((0 if law is None else len(values_of(law).numbers), len(before.directions))) for law in c.laws]
+        for k, d in enumerate(before.directions):
+            for out, p, q in zip(laws, *(plan.friction for plan in d.plans(c))):
+                if len(out) and p != q:
+                    out[:, k] = d.difference(values_of(p).numbers, values_of(q).numbers)
+        before.step = c.plan.number, laws, [k for k, d in enumerate(before.directions) if not d.leaves_motions(c)]
+    _, laws, moved = before.step
     motion, force = np.zeros((2, len(before.arrays["u"]), len(moved)))
     for k, number in enumerate(moved):
         d = before.directions[number]
@@ -75,7 +86,7 @@ def prescribed(c: Context, before: Bundle) -> Prescribed:
         motion[c.plan.fixed, k] = d.difference(a.values(c.time), b.values(c.time))
         for dof, amplitude in a.push.items():
             force[dof, k] = (amplitude(c.time) - b.push[dof](c.time)) / (2.0 * d.step)
-    return Prescribed(moved, motion, force, mu)
+    return Prescribed(moved, motion, force, laws)
 
 
 @dataclass
@@ -83,8 +94,8 @@ class Bundle:
     """Derivatives of committed states along directions, the last axis of each array.
 
     ``histories`` (e, 4, h, s) by block and group of s directions; ``arrays``: all else that is carried.
-    ``sizes`` (d,) of the parameters; ``changes``: what these change of the system; ``step``: the number of the last step, μ
-    (d, contacts) of its plan, which directions change its motions or forces; ``rooms`` for histories, by block.
+    ``sizes`` (d,) of the parameters; ``changes``: what these change of the system; ``step``: the number of the last step, numbers
+    (n, d) of its laws of friction by contact, which directions change its motions or forces; ``rooms`` for histories, by block.
     """
 
     directions: tuple[Direction, ...]
@@ -93,7 +104,7 @@ class Bundle:
     arrays: Arrays
     histories: list[list[Array]]
     rooms: list[Histories]
-    step: tuple[int, Array, list[int]] | None = None
+    step: tuple[int, list[Array], list[int]] | None = None
 
     @classmethod
     def of(cls, directions: Sequence[Direction]) -> Bundle:
@@ -199,16 +210,17 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
     for k, b in enumerate(elements):
         b.forces_along(changes, k, dxn, before.histories[k], r)
     unfolding(system, c, at.u, changes.each, r)
-    points = []
+    points, x_now = [], system.positions(at.u)
     for k, (s, f) in enumerate(zip(c.surfaces, at.e.contacts)):
-        area = Points.grown(c, k, dxn)
-        names = ("area", "slip", "coordinate", "traction")
-        area_was, slip, coordinate, traction = (carried[f"contact.{name}"][s.rows] for name in names)
+        area = area_rates(s.points, c.x_n, dxn)
+        names = ("area", "slip", "speed", "coordinate", "traction")
+        area_was, slip, speed, coordinate, traction = (carried[f"contact.{name}"][s.rows] for name in names)
         if c.through_air is not None:
             coordinate = np.stack([d.coordinates(at, k) for d in before.directions], axis=-1)
-        scale, mu, place = changes.scale[k], given.mu[:, k], changes.place[system.master(s).number]
-        was = Committed(slip, area, area_was, coordinate, traction, scale, mu, place, changes.X)
-        points.append(Points.of(c, k, f, was, carried["lam"][s.rows].copy(), at.u, r))
+        scale, place = changes.scale[k], changes.place[system.master(s).number]
+        strong = _strengths(system, c, k, before)
+        was = Committed(slip, area, area_was, strong, speed, coordinate, traction, scale, given.laws[k], place, changes.X)
+        points.append(Points.of(c, k, f, was, carried["lam"][s.rows].copy(), at.u, x_now, r))
     if given.moved:
         r[:, given.moved] += columns.times(given.motion)
     left = -before.sizes * r
@@ -221,10 +233,26 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
     for b, volumes, (_, energy) in zip(elements, changes.volume, bodies):
         b.in_volumes(volumes, energy[:, m - volumes.shape[-1] :])
     for p in points:
-        p.follow(x)
+        p.follow(x, moved)
     found = Closed(x, reaction, force, points)
     after = _carried_on(at, before, found, np.sum([b[1] for b in bodies], axis=0), state)
     return replace(before, arrays=after, histories=[b[0] for b in bodies]), found
+
+
+def _strengths(system: System, c: Context, number: int, before: Bundle) -> Array:
+    """Rates (k, d) of the shear yield stresses that the law of a contact asks for, as an increment begins; else 0."""
+    s, law = c.surfaces[number], c.laws[number]
+    if law is None or not law.asks_for_k:
+        return np.zeros((len(s.points), len(before.sizes)))
+    block, found = strength_behind(system, c, s)
+    rates = np.zeros((len(found.k), len(before.sizes)))
+    for g, old in zip(before.changes.groups, before.histories[block]):
+        own, change = rates[:, g.first : g.first + g.size], old[s.behind][:, :, :5]
+        own += np.einsum("nh,nhd->nd", found.by_history, change.reshape(len(rates), 5, -1))
+        own += found.by_scalars @ g.p[block][CURVE_AT:]
+        knots, coefficients = g.tables[block]
+        own += np.einsum("ni,nid->nd", found.powers, coefficients[found.piece]) + found.by_knot[:, None] * knots[found.piece]
+    return system.at_points(s, rates.reshape(len(s.behind), -1, rates.shape[1]).mean(axis=1))
 
 
 def _carried_on(at: Solution, before: Bundle, found: Closed, stored: Array, state: State) -> Arrays:
@@ -238,7 +266,7 @@ def _carried_on(at: Solution, before: Bundle, found: Closed, stored: Array, stat
     for p in found.points:
         rows = p.surface.rows
         out["contact.traction"][rows, 0], out["contact.slip"][rows] = p.t, p.kappa
-        out["contact.coordinate"][rows, 0], out["contact.area"][rows] = p.s, p.before.area
+        out["contact.coordinate"][rows, 0], out["contact.area"][rows] = p.s, p.area
         out["contact.speed"][rows] = (p.kappa - p.before.slip) / c.seconds
         out["lam"][rows, 0], out["lam"][rows, 1] = p.p, p.t
     energy = _energies(at, before, found, x, work, stored, state)
@@ -259,7 +287,8 @@ def _energies(at: Solution, before: Bundle, found: Closed, u: Array, work: Array
     external += 0.5 * (old.work + state.work) @ ways
     (elastic, plastic), friction, contact = stored, was["energy.friction"].copy(), np.zeros(len(before.sizes))
     for p in found.points:
-        p.add_energies(old.contact.of(p.surface.rows), friction, contact)
+        friction += p.friction
+        contact += 0.0 if p.surface.exact else p.stored
     viscous = was["energy.viscous"]
     imbalance = external - (elastic + plastic + friction + contact + viscous)
     names = ("external", "elastic", "plastic", "friction", "contact", "imbalance", "viscous")
@@ -296,12 +325,12 @@ class Beside(NamedTuple):
         for p in found.points:
             f, s = p.f, self.system.surfaces[self.at.c.surfaces.index(p.surface)]
             stencils = self.system.stencils(s, state.u, before)._replace(s=f.s + step * p.s[:, k, None])
-            area = f.weight + step * p.before.area[:, k]
+            weight, area = f.weight + step * p.before.area[:, k], f.area + step * p.area[:, k]
             contacts.append(
                 f._replace(
                     stencils=stencils, p=f.p + step * p.p[:, k], t=f.t + step * p.t[:, k, None],
                     kappa=f.kappa + step * p.kappa[:, k],
-                    F=f.F + step * p.F[:, :, k], weight=area, area=area, points=s.points,
+                    F=f.F + step * p.F[:, :, k], weight=weight, area=area, points=s.points,
                 )
             )  # fmt: skip
         e = self.at.e._replace(

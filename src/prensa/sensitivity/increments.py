@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from prensa.contact.forces import TOUCH
+from prensa.contact.point import TOUCH
 from prensa.contact.record import magnitude
 from prensa.errors import PrensaError
 from prensa.linear.reduction import Reduced, weights_of

@@ -19,9 +19,12 @@ from prensa.contact.forces import ContactForces
 from prensa.contact.redundant import RedundantMultipliers, closed_slopes
 from prensa.elements import derivatives, q4
 from prensa.elements.kinds.q4_fbar import Q4Bar
+from prensa.friction.point import values_of
 from prensa.linear.factorisations import KeptFactors
 from prensa.linear.reduction import Reduced, Selected
+from prensa.materials.j2 import CURVE_AT
 from prensa.sensitivity.bodies import SHIFT, Elements, elements_of, point_law
+from prensa.sensitivity.contacts import slopes_of, strength_behind, turning
 from prensa.sensitivity.substitutions import Solve, Substitutions, begun
 from prensa.system.assembly import Block, Pattern, scatter_forces
 from prensa.system.interaction import ActiveSets, Context
@@ -47,11 +50,16 @@ class Converged(NamedTuple):
 
 
 class ContactWeights(NamedTuple):
-    """Of a contact's committed points, (m, k): ``p`` of pressures, ``lam`` of tangential multipliers, ``s`` of coordinates."""
+    """Of a contact's committed points, (m, k): ``p`` of pressures, ``lam`` of tangential multipliers, ``s`` of coordinates.
+
+    ``slip``, ``speed``: of slips and of their speeds.
+    """
 
     p: Array
     lam: Array
     s: Array
+    slip: Array
+    speed: Array
 
 
 @dataclass
@@ -72,7 +80,7 @@ class Weights:
         """Nothing owed."""
         u, step_start, force = np.zeros((3, m, system.ndof))
         history = [np.zeros((m, *b.undeformed.shape)) for b in system.blocks]
-        contact = [ContactWeights(*np.zeros((3, m, len(s.points)))) for s in system.surfaces]
+        contact = [ContactWeights(*np.zeros((5, m, len(s.points)))) for s in system.surfaces]
         return cls(u, step_start, history, contact, force)
 
 
@@ -119,14 +127,15 @@ class Still(NamedTuple):
 class Stage(NamedTuple):
     """Of a step: the dofs at its start and the ends of those before, of which plans are made; its increments, last one first.
 
-    ``mu`` (m, contacts): weights of the coefficients of friction. ``beside``: plans that start a ``way`` further and less far.
+    ``laws`` (m, n): weights of the numbers of the laws of friction, by contact. ``beside``: plans that start a ``way`` further
+    and less far.
     """
 
     step_start: Array
     ends: Array
     prescribed: list[Prescribed]
     still: list[Still]
-    mu: Array
+    laws: list[Array]
     beside: tuple[StepPlan, StepPlan]
     way: float
 
@@ -163,9 +172,10 @@ class Adjoints:
         """Where what an increment's step owes is kept."""
         old, number = c.state, c.plan.number
         if number not in self.stages:
-            system, mu = self.system, np.zeros((len(self.X), len(c.laws)))
+            system = self.system
+            laws = [np.zeros((len(self.X), 0 if law is None else len(values_of(law).numbers))) for law in c.laws]
             above, below = (plan_step(system, number, old.step_start + s * system.length, old.ends) for s in (1.0, -1.0))
-            self.stages[number] = Stage(old.step_start, old.ends, [], [], mu, (above, below), system.length)
+            self.stages[number] = Stage(old.step_start, old.ends, [], [], laws, (above, below), system.length)
         return self.stages[number]
 
 
@@ -377,8 +387,8 @@ def back(system: System, at: Converged, after: Weights, owed: Adjoints, earlier:
     for k, (b, new) in enumerate(zip(elements, after.history)):
         _element(b, k, r, new, x_n, places, before.history[k], owed)
     _unfolding(system, c, at.u, r, owed)
-    for k, p in enumerate(points):
-        before.contact[k] = p.vjp(r, x_n, before.u, owed)
+    for p in points:
+        p.vjp(r, x_n, before, owed)
     before.u[:, system.dofs.displacement.slice] += x_n.reshape(m, -1)
     owed.X += x_n + places
     return before
@@ -465,76 +475,100 @@ def _unfolding(system: System, c: Context, u: Array, r: Array, owed: Adjoints) -
 
 
 class Points:
-    """A contact in an increment, backwards: first what its points owe to the motions, then what its forces do to the rest."""
+    """A contact in an increment, backwards: first what its points owe to the motions, then what its forces do to the rest.
+
+    Weights of the answers of points go back through the generated derivatives of `prensa.contact.point`.
+    """
 
     def __init__(self, system: System, at: Converged, number: int, f: ContactForces, after: Weights) -> None:
         c = at.c
         self.system, self.c, self.number, self.f, self.u = system, c, number, f, at.u
-        self.surface, self.scale = c.surfaces[number], c.scales[number]
-        self.p, self.t, self.s = after.contact[number]
+        self.surface, self.scale, self.owed = c.surfaces[number], c.scales[number], after.contact[number]
+        self.by, self.turning = slopes_of(c, number, f, at.u), turning(f)
+        self.forces = f.stencils.act(f.stencils.n), f.stencils.act(f.stencils.e[:, 0])
         self.F = after.force[:, self.surface.dofs]
         self.F[:, :, : self.surface.of_master.start] = 0.0
 
+    def _back(self, F: Array, p: Array, t: Array, bound: Array | None = None) -> tuple[dict[str, Array], Array]:
+        """Weights of forces F (m, k, q), pressures and tractions (m, k), besides slips → of what points depend on, of motions."""
+        P, T = ((F * e).sum(axis=2) for e in self.forces)
+        weights = {"p": p, "t": t, "slip": self.owed.slip + self.owed.speed / self.c.seconds, "P": P, "T": T}
+        if bound is not None:
+            weights["bound"] = bound
+        z = self.by.back({name: w[:, :, None] for name, w in weights.items()})
+        stencils, way = self.f.stencils, z["way"] + self.owed.s[:, :, None]
+        return z, z["g"] * stencils.dg + way * stencils.ds[:, 0] - np.einsum("mki,kij->mkj", F, self.turning)
+
     def vjp_motions(self, x: Array) -> None:
         """Add to weights x (m, ndof) what forces on tools, tractions and coordinates owe to the dofs of the increment."""
-        f, s = self.f, self.surface
-        q = self._motions(self.F, self.p, self.t)
+        s = self.surface
+        z, q = self._back(self.F, self.owed.p, self.owed.lam)
         for out, w in zip(x, q):
             np.add.at(out, s.dofs, w)
         if s.multipliers is not None:
-            p, t = (f.weight * (self.F * e).sum(axis=2) for e in self._directions())
-            p, t = p + self.p, t + self.t
-            lam = p[:, :, None] * f.dp[:, :2] + t[:, :, None] * f.dt[:, 0, :2]
+            lam = np.concatenate([z["lam_n"], z["lam"]], axis=2)
             x[:, s.unknowns] += (lam * self.scale.unit[:, None]).reshape(len(x), -1)
+        if self.f.stretched is not None:
+            self._areas(z["area"][:, :, 0], self.system.positions(self.u), x[:, self.system.dofs.displacement.slice])
 
-    def _motions(self, F: Array, p: Array, t: Array) -> Array:
-        """Weights (m, k, q) of the motions of the stencils: of their forces F, pressures p, tractions t, and the coordinates."""
-        f = self.f
-        q = p[:, :, None] * f.dp[:, 2:] + t[:, :, None] * f.dt[:, 0, 2:] + self.s[:, :, None] * f.stencils.ds[:, 0]
-        return np.asarray(q - np.einsum("mki,kij->mkj", F, f.K))
-
-    def _directions(self) -> tuple[Array, Array]:
-        """Forces (k, q) of a unit of pressure and of a unit of traction, per area."""
-        x = self.f.stencils
-        return x.act(x.n), x.act(x.e[:, 0])
-
-    def vjp(self, r: Array, x_n: Array, u: Array, owed: Adjoints) -> ContactWeights:
-        """What its forces owe, weights of the residual being r (m, ndof); adds to x_n (m, n, 2) and u (m, ndof)."""
+    def vjp(self, r: Array, x_n: Array, before: Weights, owed: Adjoints) -> None:
+        """What its forces owe, weights of the residual being r (m, ndof); adds to x_n (m, n, 2) and to the state ``before``."""
         f, s, scale, c = self.f, self.surface, self.scale, self.c
         F = self.F - r[:, s.dofs]
-        p, t = self.p.copy(), self.t.copy()
-        lam, before = np.zeros((2, *p.shape, 2))
+        p, t, bound = self.owed.p.copy(), self.owed.lam.copy(), None
+        lam, kept = np.zeros((2, *p.shape, 2))
+        stage = owed.stage(c)
         if s.exact:
             rows = r[:, s.unknowns].reshape(len(r), -1, 2) * (f.weight * scale.unit)[:, None]
             rows /= np.stack([scale.k_n, scale.k_t], axis=1)
             lam -= rows
             if f.redundant is not None:
-                rows, before, bound = _kept(f.redundant, rows)
-                owed.stage(c).still.append(self._still(f.redundant))
-                owed.stage(c).mu[:, self.number] += bound @ (np.sign(f.redundant.t) * f.p)
+                rows, kept, bound = _kept(f.redundant, rows)
+                stage.still.append(self._still(f.redundant))
             p, t = p + rows[:, :, 0], t + rows[:, :, 1]
-        q = self._motions(F, p, t)
+        z, q = self._back(F, p, t, bound)
         nodal = q[:, :, : s.of_master.start].reshape(*q.shape[:2], -1, 2)
         owed.at[:, self.system.master(s).number] += q[:, :, s.of_master][:, :, :2].sum(axis=1)
         for out, w in zip(owed.X, nodal):
             np.add.at(out, s.points.support, w)
-        P, T = ((F * e).sum(axis=2) for e in self._directions())
-        turn = f.weight * (f.p * T - f.t[:, 0] * P)
-        self._areas(P * f.p + T * f.t[:, 0], x_n)
-        t = t + f.weight * T
-        p = f.dp[:, 0] * (p + f.weight * P + f.dt[:, 0, 0] * t)
-        trial = f.dt[:, 0, 1] * t
-        owed.stage(c).mu[:, self.number] += t @ (f.slip * np.sign(f.t[:, 0]) * f.p)
-        lam[:, :, 0] += p
-        lam[:, :, 1] += trial
-        way = f.s[:, 0] - c.committed[self.number].coordinate[:, 0]
-        owed.scale[self.number][:, 0] -= p * f.g
-        owed.scale[self.number][:, 1] -= trial * way
-        self._touch(owed, -scale.k_n * p, turn, self.s - scale.k_t * trial)
+        flat = {name: w[:, :, 0] for name, w in z.items() if name != "numbers"}
+        weight, area = flat["weight"], flat["area"]
+        if f.stretched is None:
+            weight = weight + area
+        else:
+            self._areas(area, self.system.positions(self.u), owed.X)
+        self._areas(weight, c.x_n, x_n)
+        stage.laws[self.number] += z["numbers"].sum(axis=1)
+        lam += np.concatenate([z["lam_n"], z["lam"]], axis=2)
+        owed.scale[self.number][:, 0] += flat["k_n"]
+        owed.scale[self.number][:, 1] += flat["k_t"]
+        P, T = ((F * e).sum(axis=2) for e in self.forces)
+        turn = f.weight * f.p * T - f.area * f.t[:, 0] * P
+        self._touch(owed, flat["g"], turn, self.owed.s + flat["way"])
+        if c.laws[self.number] is not None:
+            self._strengths(flat["k"], before, owed)
         if s.multipliers is None:
-            return ContactWeights(np.zeros_like(t), lam[:, :, 1], scale.k_t * trial)
-        owed.scale[self.number][:, 2] += (lam * s.multipliers.of(self.u)).sum(axis=2)
-        return ContactWeights(before[:, :, 0], before[:, :, 1], scale.k_t * trial)
+            kept = lam * [0.0, 1.0]
+        else:
+            owed.scale[self.number][:, 2] += (lam * s.multipliers.of(self.u)).sum(axis=2)
+        slip = flat["slip"] - self.owed.speed / c.seconds
+        before.contact[self.number] = ContactWeights(kept[:, :, 0], kept[:, :, 1], -flat["way"], slip, flat["speed"])
+
+    def _strengths(self, k: Array, before: Weights, owed: Adjoints) -> None:
+        """What shear yield stresses, weighted by k (m, points), owe to the committed histories and to the flow curve."""
+        s, law = self.surface, self.c.laws[self.number]
+        if law is None or not law.asks_for_k:
+            return
+        block, found = strength_behind(self.system, self.c, s)
+        points = before.history[block].shape[2]
+        w = np.repeat(self.system.to_edges(s, k) / points, points, axis=1)
+        history = np.einsum("mn,nh->mnh", w, found.by_history).reshape(len(k), len(s.behind), -1, 5)
+        flow = owed.law[block]
+        flow.p[:, CURVE_AT:] += w @ found.by_scalars
+        for j in range(len(k)):
+            np.add.at(before.history[block][j, :, :, :5], s.behind, history[j])
+            np.add.at(flow.coefficients[j], found.piece, w[j, :, None] * found.powers)
+            np.add.at(flow.knots[j], found.piece, w[j] * found.by_knot)
 
     def _still(self, redundant: RedundantMultipliers) -> Still:
         """See `Still`."""
@@ -547,12 +581,12 @@ class Points:
         np.add.at(out, (np.arange(len(out))[:, None], s.dofs[np.append(n, t)]), slopes)
         return Still(c.time, c.state.clock.time, out[:, c.plan.fixed])
 
-    def _areas(self, area: Array, x_n: Array) -> None:
-        """Add to x_n what areas, weighted by (m, k), owe to the committed places."""
+    def _areas(self, area: Array, x: Array, owed: Array) -> None:
+        """Add to ``owed`` (m, n, 2) what areas at node positions x (n, 2), weighted by (m, k), owe to these."""
         points = self.surface.points
         shares = points.shares
-        slopes, nodes = points.slopes(self.c.x_n), points.edges[shares.edge]
-        for out, w in zip(x_n, area):
+        slopes, nodes = points.slopes(x), points.edges[shares.edge]
+        for out, w in zip(owed.reshape(len(owed), -1, 2), area):
             np.add.at(out, nodes, w[shares.point, None, None] * slopes)
 
     def _touch(self, owed: Adjoints, g: Array, turn: Array, s: Array) -> None:
@@ -571,10 +605,8 @@ class Points:
 def _kept(redundant: RedundantMultipliers, rows: Array) -> tuple[Array, Array, Array]:
     """What weights (m, k, 2) of the multipliers' equations owe where supports leave multipliers undetermined.
 
-    Weights of the pressures and tractions of the increment, of the committed ones (m, k, 2), of the bounds (m, k) at tractions.
+    Weights of the pressures and tractions of the increment, of the committed ones (m, k, 2), of the bounds (m, k).
     """
     n, t, cut = redundant.points
-    before, bound = rows * np.stack([n, t & ~cut], axis=1), np.where(cut, rows[:, :, 1], 0.0)
-    rows = rows * ~np.stack([n, t], axis=1)
-    rows[:, :, 0] += redundant.by_p * bound
-    return rows, before, bound
+    before, bound = rows * np.stack([n, t & ~cut], axis=1), np.where(cut, np.sign(redundant.t) * rows[:, :, 1], 0.0)
+    return rows * ~np.stack([n, t], axis=1), before, bound

@@ -8,7 +8,6 @@ from functools import reduce
 import numpy as np
 
 from prensa.contact.forces import (
-    NEARBY,
     ContactForces,
     Scale,
     forces,
@@ -16,6 +15,7 @@ from prensa.contact.forces import (
     stretching,
     with_stretched_bounds,
 )
+from prensa.contact.point import NEARBY
 from prensa.contact.redundant import RedundantMultipliers, RedundantPoints, hold
 from prensa.contact.stencil import Stencils
 from prensa.contact.surface import EPS, Surface

@@ -604,10 +604,27 @@ class System:
         number = next(i for i, b in enumerate(self.blocks) if b.body == s.body)
         history = state.history[number][s.behind]
         law: Any = self.blocks[number].law
-        k = law.shear_strength(history.reshape(-1, history.shape[-1])).reshape(len(s.behind), -1).mean(axis=1)
+        k = law.shear_strength(history.reshape(-1, history.shape[-1]))
+        return self.at_points(s, k.reshape(len(s.behind), -1).mean(axis=1))
+
+    @staticmethod
+    def at_points(s: Surface, values: Array) -> Array:
+        """Values (edges, …) of the elements behind → (points, …): the mean over the edges of which a point has a share."""
         part = s.points.shares
         own = part.rows(np.flatnonzero(part.factor > 0))
-        return np.bincount(own.point, k[own.edge]) / np.bincount(own.point)
+        out = np.zeros((len(s.points), *values.shape[1:]))
+        np.add.at(out, own.point, values[own.edge])
+        return out / np.bincount(own.point).reshape(-1, *[1] * (values.ndim - 1))
+
+    @staticmethod
+    def to_edges(s: Surface, weights: Array) -> Array:
+        """The transpose of `at_points`: weights (m, points) → (m, edges)."""
+        part = s.points.shares
+        own = part.rows(np.flatnonzero(part.factor > 0))
+        out = np.zeros((len(weights), len(s.behind)))
+        for row, w in zip(out, weights / np.bincount(own.point)):
+            np.add.at(row, own.edge, w[own.point])
+        return out
 
     def elastic_energy(self, history: Sequence[Array]) -> float:
         """∫ψ dV of a committed history, from the laws' energy functions; of one not computed yet as it was found."""

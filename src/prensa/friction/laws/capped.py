@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field
 
 from prensa.friction.law import At, StrengthLaw
+from prensa.kernels.functions import expm1
+from prensa.kernels.record import exp, log, where
 from prensa.model.units import Number, Pressure
-from prensa.types import Array
 
 
 class Capped(StrengthLaw):
@@ -43,16 +43,13 @@ class Capped(StrengthLaw):
         """Whether μ or m is 0."""
         return self.mu == 0 or self.m == 0
 
-    def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
-        """min(μ p, m k) or its smooth form, and the partial derivatives by p and κ, each (k,)."""
-        k = self.strength(p, at)
-        zero = np.zeros_like(p)
-        if self.frictionless:
-            return zero, zero, zero
-        cap, free, n = self.m * k, self.mu * p, self.sharpness
+    def bound_of_point(self, p: Any, kappa: Any, at: At) -> Any:
+        """The bound min(μ p, m k) or its smooth form."""
+        cap, free, n = self.m * self.strength(at), self.mu * p, self.sharpness
         if n is None:
-            return np.minimum(free, cap), np.where(free < cap, self.mu, 0.0), zero
+            return where(free < cap, free, cap)
         # with y = (μp/cap)ⁿ and q = (1 − e⁻ʸ)/y the bound is μp q^(1/n): no power of a number near zero is left
-        y = (free / cap) ** n
-        q = np.where(y > 0, -np.expm1(-y) / np.where(y > 0, y, 1.0), 1.0)
-        return free * q ** (1.0 / n), self.mu * np.exp(-y) * q ** (1.0 / n - 1.0), zero
+        some = (free > 0.0) & (cap > 0.0)
+        y = where(some, exp(n * log(where(some, free / where(some, cap, 1.0), 1.0))), 0.0)
+        q = where(y > 0.0, -expm1(-y) / where(y > 0.0, y, 1.0), 1.0)
+        return where(cap > 0.0, free * exp(log(q) / n), 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -9,6 +10,8 @@ import numpy as np
 from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from prensa.friction.law import At, FrictionLaw
+from prensa.friction.table import Table
+from prensa.kernels.record import exp, where
 from prensa.model.fields import described
 from prensa.model.tables import read_mu_table
 from prensa.model.units import Length, Number, PerLength
@@ -33,6 +36,11 @@ class MuLinear:
             raise ValueError("'limit' lies on the wrong side of mu0 for this slope")
         return self
 
+    def at(self, kappa: Any) -> Any:
+        """μ of a point with the accumulated slip κ."""
+        mu = self.mu0 + self.slope * kappa
+        return mu if self.limit is None else where((mu - self.limit) * self.slope < 0.0, mu, self.limit)
+
 
 @described
 class MuExponential:
@@ -42,6 +50,10 @@ class MuExponential:
     mu_inf: Annotated[Number, Field(ge=0)]
     u0: Annotated[Length, Field(gt=0)]
 
+    def at(self, kappa: Any) -> Any:
+        """μ of a point with the accumulated slip κ."""
+        return self.mu_inf - (self.mu_inf - self.mu0) * exp(-(kappa / self.u0))
+
 
 @described
 class MuTable:
@@ -49,6 +61,7 @@ class MuTable:
 
     kappa: tuple[Length, ...]
     mu: tuple[Annotated[Number, Field(ge=0)], ...]
+    derived: ClassVar[tuple[str, ...]] = ("line",)
 
     @model_validator(mode="after")
     def _check(self) -> MuTable:
@@ -57,6 +70,17 @@ class MuTable:
         if self.kappa[0] != 0.0 or any(b <= a for a, b in pairwise(self.kappa)):
             raise ValueError("kappa must start at 0 and increase strictly")
         return self
+
+    @cached_property
+    def line(self) -> Table:
+        """The straight lines between the values."""
+        x, y = np.asarray(self.kappa), np.asarray(self.mu)
+        none = np.zeros(len(x) - 1)
+        return Table(x, np.stack([none, none, np.diff(y) / np.diff(x), y[:-1]], axis=1), self.kappa[0], self.kappa[-1])
+
+    def at(self, kappa: Any) -> Any:
+        """μ of a point with the accumulated slip κ."""
+        return self.line(kappa)
 
 
 def _mu_kind(value: Any) -> str:
@@ -107,14 +131,10 @@ class Coulomb(FrictionLaw):
         """Whether μ is the number 0."""
         return bool(self.mu == 0)
 
-    def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
-        """μ(κ) p and its partial derivatives by p and κ, each (k,)."""
-        if isinstance(self.mu, float | int):
-            mu, none = np.empty(len(p)), np.zeros(len(p))
-            mu.fill(self.mu)
-            return self.mu * p, mu, none
-        mu, slope = self.coefficient(kappa)
-        return mu * p, mu, slope * p
+    def bound_of_point(self, p: Any, kappa: Any, at: At) -> Any:
+        """The bound μ(κ) p."""
+        mu: Any = self.mu
+        return (mu.at(kappa) if isinstance(mu, MuLinear | MuExponential | MuTable) else mu) * p
 
     def softening(self, p: Array, kappa: Array, at: At) -> Array:
         """Largest −μ′ p (k,) at or ahead of each slip."""
@@ -122,24 +142,8 @@ class Coulomb(FrictionLaw):
 
     def coefficient(self, kappa: Array) -> tuple[Array, Array]:
         """μ and dμ/dκ at accumulated slips (k,)."""
-        m = self.mu
-        match m:
-            case MuLinear():
-                mu, slope = m.mu0 + m.slope * kappa, np.full_like(kappa, m.slope)
-                if m.limit is not None:
-                    held = (mu - m.limit) * np.sign(m.slope) >= 0
-                    mu, slope = np.where(held, m.limit, mu), np.where(held, 0.0, slope)
-                return mu, slope
-            case MuExponential():
-                decay = (m.mu_inf - m.mu0) * np.exp(-kappa / m.u0)
-                return m.mu_inf - decay, decay / m.u0
-            case MuTable():
-                x, y = np.asarray(m.kappa), np.asarray(m.mu)
-                slopes = np.append(np.diff(y) / np.diff(x), 0.0)
-                return np.interp(kappa, x, y), slopes[
-                    np.clip(np.searchsorted(x, kappa, side="right") - 1, 0, len(x) - 1)
-                ]
-        return np.full_like(kappa, float(m)), np.zeros_like(kappa)
+        mu, _, slope = self.bound(np.ones_like(kappa), kappa, At())
+        return mu, slope
 
     def _steepest(self, kappa: Array) -> Array:
         """Largest rate of softening −dμ/dκ (k,) (≥ 0, per length) that lies at or ahead of each slip (k,)."""

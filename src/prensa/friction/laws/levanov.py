@@ -10,12 +10,11 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field
 
 from prensa.friction.law import At, StrengthLaw
+from prensa.kernels.functions import expm1
 from prensa.model.units import Number, Pressure
-from prensa.types import Array
 
 LEVANOV = 1.25 / math.sqrt(3.0)  # of p/k: the source's 1.25 is of p/σ_y
 
@@ -38,8 +37,7 @@ class Levanov(StrengthLaw):
         """Whether the factor is 0."""
         return self.m == 0
 
-    def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
-        """The bound m k (1 − exp(−1.25 p/(√3 k))) and its partial derivatives by p and κ, each (k,)."""
-        k = self.strength(p, at)
-        x = LEVANOV * p / k
-        return -self.m * k * np.expm1(-x), self.m * LEVANOV * np.exp(-x), np.zeros_like(p)
+    def bound_of_point(self, p: Any, kappa: Any, at: At) -> Any:
+        """The bound m k (1 − exp(−1.25 p/(√3 k)))."""
+        k = self.strength(at)
+        return -(self.m * k * expm1(-(LEVANOV * p / k)))

@@ -5,14 +5,13 @@ Prandtl (1923), von Mises (1925); see Avitzur (1968), Metal Forming, chapter 5. 
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-import numpy as np
 from pydantic import Field
 
 from prensa.friction.law import At, StrengthLaw
+from prensa.kernels.record import where
 from prensa.model.units import Number, Pressure
-from prensa.types import Array
 
 RAMP = 0.1  # pressure over k below which the bound falls linearly to zero: a jump at p = 0 would have no derivative
 
@@ -34,8 +33,7 @@ class Shear(StrengthLaw):
         """Whether the factor is 0."""
         return self.m == 0
 
-    def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
-        """Bound m k, on the ramp m p k/(k/10), and its partial derivatives by p and κ, each (k,)."""
-        k = self.strength(p, at)
-        full = RAMP * k
-        return self.m * k * np.minimum(p / full, 1.0), np.where(p < full, self.m / RAMP, 0.0), np.zeros_like(p)
+    def bound_of_point(self, p: Any, kappa: Any, at: At) -> Any:
+        """The bound m k, on the ramp m p k/(k/10)."""
+        k = self.strength(at)
+        return where(p < RAMP * k, self.m / RAMP * p, self.m * k)

@@ -9,12 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field
 
 from prensa.friction.law import At, FrictionLaw
+from prensa.kernels.record import exp, log, where
 from prensa.model.units import Number, PerSpeed, Speed
-from prensa.types import Array
 
 
 class Stribeck(FrictionLaw):
@@ -49,9 +48,9 @@ class Stribeck(FrictionLaw):
         """Whether μ is 0 at every speed."""
         return self.mu_static == self.mu_kinetic == self.viscous == 0
 
-    def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
-        """μ(v) p and its partial derivatives by p and κ, each (k,)."""
-        v = np.zeros_like(kappa) if at.speed is None else at.speed
-        x = np.minimum(v / self.speed, 1e3)  # exp(−1000) is 0
-        mu = self.mu_kinetic + (self.mu_static - self.mu_kinetic) * np.exp(-(x**self.exponent)) + self.viscous * v
-        return mu * p, mu, np.zeros_like(p)
+    def bound_of_point(self, p: Any, kappa: Any, at: At) -> Any:
+        """The bound μ(v) p."""
+        v: Any = at.speed
+        slides = v > 0.0
+        power = where(slides, exp(self.exponent * log(where(slides, v / self.speed, 1.0))), 0.0)
+        return (self.mu_kinetic + (self.mu_static - self.mu_kinetic) * exp(-power) + self.viscous * v) * p

@@ -7,7 +7,7 @@ jumps.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from prensa.friction.law import At, FrictionLaw
+from prensa.friction.table import Table
 from prensa.model.fields import LARGEST, as_table
 from prensa.model.units import Length, Number, Pressure, Speed
 from prensa.types import Array
@@ -42,6 +43,7 @@ class FrictionTable(FrictionLaw):
     mu: Annotated[Number, Field(ge=0)] = 1.0
     type: Literal["table"] = "table"
 
+    derived: ClassVar[tuple[str, ...]] = ("over_pressure", "over_slip", "over_speed")
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = (
         {"pressure": ((10.0, 0.2), (50.0, 0.12), (90.0, 0.1))},
         {"slip": ((0.0, 0.1), (1.0, 0.2), (4.0, 0.15))},
@@ -62,7 +64,9 @@ class FrictionTable(FrictionLaw):
             if len(first) < 2 or first[0] < 0.0 or any(b <= a for a, b in pairwise(first)):
                 raise ValueError(f"the {name} must increase strictly from 0 or above (at least two pairs)")
             if max(map(max, table)) > LARGEST:
-                raise ValueError(f"no number in the table over {name} may be above {LARGEST:g}: no curve leads through it")
+                raise ValueError(
+                    f"no number in the table over {name} may be above {LARGEST:g}: no curve leads through it"
+                )
         return self
 
     @property
@@ -82,20 +86,43 @@ class FrictionTable(FrictionLaw):
         tables = {"pressure": self.pressure, "slip": self.slip, "speed": self.speed}
         return {name: table[-1][0] for name, table in tables.items() if table is not None}
 
-    def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
-        """μ p and its partial derivatives by p and κ, each (k,)."""
-        v = np.zeros_like(p) if at.speed is None else at.speed
-        by_p, by_slip, by_v = (_read(t, x) for t, x in ((self.pressure, p), (self.slip, kappa), (self.speed, v)))
-        factor = self.mu * by_v[0]
-        mu = factor * by_p[0] * by_slip[0]
-        return mu * p, mu + factor * by_p[1] * by_slip[0] * p, factor * by_p[0] * by_slip[1] * p
+    @cached_property
+    def over_pressure(self) -> Table | None:
+        """What the table over the pressure says; None where there is none."""
+        return _table(self.pressure)
+
+    @cached_property
+    def over_slip(self) -> Table | None:
+        """What the table over the slip says; None where there is none."""
+        return _table(self.slip)
+
+    @cached_property
+    def over_speed(self) -> Table | None:
+        """What the table over the speed says; None where there is none."""
+        return _table(self.speed)
+
+    def bound_of_point(self, p: Any, kappa: Any, at: At) -> Any:
+        """The bound μ p."""
+        mu = self.mu
+        for table, x in ((self.over_pressure, p), (self.over_slip, kappa), (self.over_speed, at.speed)):
+            mu = mu if table is None else mu * table(x)
+        return mu * p
 
     def softening(self, p: Array, kappa: Array, at: At) -> Array:
         """Largest −∂τ_y/∂κ (k,): the steepest fall of the table over the slip, with the largest factor of the speed."""
         if self.slip is None:
             return np.zeros_like(p)
         most = 1.0 if self.speed is None else max(factor for _, factor in self.speed)
-        return self.mu * most * _read(self.pressure, p)[0] * _steepest(self.slip) * p
+        by_pressure = 1.0 if self.over_pressure is None else self.over_pressure(p)
+        return np.asarray(self.mu * most * by_pressure * _steepest(self.slip) * p)
+
+
+def _table(table: tuple[tuple[float, float], ...] | None) -> Table | None:
+    """A table of a case, as its cubics."""
+    if table is None:
+        return None
+    coefficients = np.ascontiguousarray(_cubic(table)[0].c.T)
+    return Table(np.array([x for x, _ in table]), coefficients, table[0][0], table[-1][0])
 
 
 @lru_cache(maxsize=64)
@@ -116,13 +143,3 @@ def _steepest(table: tuple[tuple[float, float], ...]) -> float:
     vertex = x[:-1] - 0.5 * b / np.where(a == 0.0, 1.0, a)
     inside = vertex[(a != 0.0) & (vertex > x[:-1]) & (vertex < x[1:])]
     return max(-float(slope(np.concatenate([x, inside])).min()), 0.0)
-
-
-def _read(table: tuple[tuple[float, float], ...] | None, x: Array) -> tuple[Array, Array]:
-    """Value and slope (k,) of a table at arguments x (k,); 1 and 0 of none."""
-    if table is None:
-        return np.ones_like(x), np.zeros_like(x)
-    cubic, slope = _cubic(table)
-    first, last = table[0][0], table[-1][0]
-    held = np.clip(x, first, last)
-    return cubic(held), np.where((x >= first) & (x < last), slope(held), 0.0)

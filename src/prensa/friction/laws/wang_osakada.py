@@ -10,12 +10,11 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field, model_validator
 
 from prensa.friction.law import At, StrengthLaw
+from prensa.kernels.record import where
 from prensa.model.units import Angle, Number, Pressure
-from prensa.types import Array
 
 
 class WangOsakada(StrengthLaw):
@@ -45,7 +44,7 @@ class WangOsakada(StrengthLaw):
         return self
 
     def _fit(self) -> tuple[float, float]:
-        return -0.48 * self.theta**2 + 2.48 * self.theta - 3.82, -1.19 * self.theta + 3.0
+        return -0.48 * self.theta * self.theta + 2.48 * self.theta - 3.82, -1.19 * self.theta + 3.0
 
     @property
     def m(self) -> float:
@@ -67,8 +66,7 @@ class WangOsakada(StrengthLaw):
         """Whether μ is 0."""
         return self.mu == 0
 
-    def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
-        """min(μ p, m k) and its partial derivatives by p and κ, each (k,)."""
-        k = self.strength(p, at)
-        free, cap = self.mu * p, self.m * k
-        return np.minimum(free, cap), np.where(free < cap, self.mu, 0.0), np.zeros_like(p)
+    def bound_of_point(self, p: Any, kappa: Any, at: At) -> Any:
+        """The bound min(μ p, m k)."""
+        free, cap = self.mu * p, self.m * self.strength(at)
+        return where(free < cap, free, cap)

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field
 
 from prensa.friction.law import At, StrengthLaw
+from prensa.kernels.record import exp, where
 from prensa.model.units import Number, Pressure
-from prensa.types import Array
 
 
 class WanheimBay(StrengthLaw):
@@ -31,6 +31,8 @@ class WanheimBay(StrengthLaw):
     k: Annotated[Pressure, Field(gt=0)] | None = None
     type: Literal["wanheim_bay"] = "wanheim_bay"
 
+    derived: ClassVar[tuple[str, ...]] = ("limit", "reached")
+
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({"f": 0.6}, {"f": 1.0, "k": 40.0}, {"f": 0.05, "k": 20.0})
 
     @property
@@ -38,13 +40,22 @@ class WanheimBay(StrengthLaw):
         """Whether the factor is 0."""
         return self.f == 0
 
-    def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
-        """The bound f α k and its partial derivatives by p and κ, each (k,)."""
-        k = self.strength(p, at)
-        f, root = self.f, math.sqrt(1.0 - self.f)
-        limit = k * (1.0 + 0.5 * math.pi + math.acos(f) + math.sqrt(1.0 - f * f)) / (1.0 + root)  # p′
-        reached, slope = f / (1.0 + root) * k, f / (1.0 + root) * k / limit  # τ′, without a difference; τ′/p′
-        rest = f * k - reached
-        beyond = np.maximum(p - limit, 0.0)
-        decay = np.exp(-beyond * slope / rest) if 0.0 < f < 1.0 else np.where(beyond > 0.0, 0.0, 1.0)
-        return slope * np.minimum(p, limit) + rest * (1.0 - decay), slope * decay, np.zeros_like(p)
+    @cached_property
+    def limit(self) -> float:
+        """p′ over k."""
+        f = self.f
+        return (1.0 + 0.5 * math.pi + math.acos(f) + math.sqrt(1.0 - f * f)) / (1.0 + math.sqrt(1.0 - f))
+
+    @cached_property
+    def reached(self) -> float:
+        """τ′ over k, without a difference."""
+        return self.f / (1.0 + math.sqrt(1.0 - self.f))
+
+    def bound_of_point(self, p: Any, kappa: Any, at: At) -> Any:
+        """The bound f α k."""
+        k = self.strength(at)
+        limit, slope, rest = k * self.limit, self.reached / self.limit, k * (self.f - self.reached)
+        above = p > limit
+        curved = above & (rest > 0.0)
+        decay = exp(-(where(curved, p - limit, 0.0) * slope / where(curved, rest, 1.0)))
+        return where(above, slope * limit + rest * (1.0 - decay), slope * p)
