@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from prensa.errors import Notice
+from prensa.errors import Finding, Severity
 from prensa.model.problem import tools_removed
 from prensa.system.interaction import Context
 from prensa.system.planning import plan_step
@@ -22,7 +22,7 @@ from prensa.types import Array, Index
 CLOSED = 1e-6  # gap over element depth below which a tool counts as touching, or as reaching into the body
 
 
-def modes(system: System) -> Iterator[Notice]:
+def modes(system: System) -> Iterator[Finding]:
     """Rigid-body motions of each body that nothing resists: named, fatal when not even a contact can."""
     at_start = system.initial().u
     reported: set[str] = set()
@@ -47,11 +47,12 @@ def modes(system: System) -> Iterator[Notice]:
                     else ("start with the tool touching it ('touching:'), or hold it until then")
                 )
                 nothing = "no support and no contact resists" if fatal else "nothing resists until a tool touches it"
-                yield Notice(f"bodies.{name}", f"{step}it is free to {words}: {nothing}; {remedy}", fatal)
+                severity = Severity.REFUSE if fatal else Severity.WARN
+                yield Finding(f"bodies.{name}", f"{step}it is free to {words}: {nothing}; {remedy}", severity)
             along_axis = (np.abs(held[:, 1]) > 1e-6).any()
             if system.axisymmetric and not number and name not in reported and not along_axis and _pressed_alone(system,
                 name, plan):
-                yield Notice(
+                yield Finding(
                     f"bodies.{name}",
                     "nothing but friction holds it along y against the tools that press it: where it is not pressed yet that is "
                     "nothing, and round-off says where it goes; hold a point of it ('fixed'), or let a tool touch it there",

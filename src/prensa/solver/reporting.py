@@ -7,9 +7,11 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from prensa.checks.check import Refusal, warning
+from prensa.errors import Finding
 from prensa.result.increment import Force, Increment, Monitor, Progress
 from prensa.result.results import tool_forces
-from prensa.system.failure import sentence
+from prensa.system.failure import Failure, sentence
 from prensa.system.outcome import NewtonResult
 from prensa.system.schedule import StepPlan
 from prensa.system.state import State
@@ -47,10 +49,17 @@ class Messages:
         log.info(message)
         self._tell(state, plan, state.clock.time, "note", message)
 
+    def report(self, findings: Iterable[Finding]) -> Failure | None:
+        """Warnings of checks, in the log, up to the first finding that refuses what was looked at; its reason."""
+        for finding in findings:
+            if isinstance(finding, Refusal):
+                return finding.reason
+            log.warning("%s", finding)
+        return None
+
     def warn(self, sentences: Iterable[str]) -> None:
-        """Warnings, in the log."""
-        for words in sentences:
-            log.warning("%s", words)
+        """What the solver itself says, as `report`."""
+        self.report(map(warning, sentences))
 
     def _tell(
         self, state: State, plan: StepPlan, time: float, event: str, message: str, iterations: int = 0,

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.during.acceptance import Acceptance
+from prensa.checks.run import RunChecks
 from prensa.linear.factorisations import SingularError
 from prensa.linear.reduction import Reduced
 from prensa.policy import Policy
@@ -100,7 +100,7 @@ def _begun(reduced: Reduced, bodily: Flags, columns: int) -> Array:
 
 
 # ------------------------------------------------------------------------------------------------------ what follows from it
-def judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbacks: int, may_cut: bool) -> NewtonResult:
+def judged(eq: Equilibrium, result: NewtonResult, checks: RunChecks, cutbacks: int, may_cut: bool) -> NewtonResult:
     """The outcome of an attempt with its stability: rejected, replaced by a nearby stable solution, reported, or a limit point.
 
     An unstable equilibrium is refused as long as shorter increments may find the stable one, which an imperfection leads
@@ -108,14 +108,14 @@ def judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbac
     the unstable one is kept, and from there on no more is asked. A jump to a stable one as near as those beside is taken at a
     limit point and told; a farther one is, where the way there is no part of the answer, and ends the run elsewhere.
     """
-    found = _judged(eq, result, acceptance, cutbacks, may_cut)
+    found = _judged(eq, result, checks, cutbacks, may_cut)
     ends = isinstance(found.reason, LimitPoint) and (at_limit(eq.context, eq.policy) or not may_cut)
     if found.converged or not ends or not is_path_independent(eq):
         return found
-    return _jump(eq, found.iterations, acceptance) or found
+    return _jump(eq, found.iterations, checks) or found
 
 
-def _jump(eq: Equilibrium, spent: int, acceptance: Acceptance) -> NewtonResult | None:
+def _jump(eq: Equilibrium, spent: int, checks: RunChecks) -> NewtonResult | None:
     """The stable equilibrium that bodies jump to by themselves (see `prensa.solver.jump`); None if it is not found."""
     c = eq.context
     u = c.state.u.copy()
@@ -125,7 +125,7 @@ def _jump(eq: Equilibrium, spent: int, acceptance: Acceptance) -> NewtonResult |
         return None
 
     def stable(other: NewtonResult) -> bool:
-        at = None if acceptance.refusal(c, other) else _of(eq, other)
+        at = None if checks.refusal(c, other) else _of(eq, other)
         other.softest = at.stiffness if at is not None else None
         return at is not None and not at.negative
 
@@ -135,7 +135,7 @@ def _jump(eq: Equilibrium, spent: int, acceptance: Acceptance) -> NewtonResult |
     return other
 
 
-def _judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbacks: int, may_cut: bool) -> NewtonResult:
+def _judged(eq: Equilibrium, result: NewtonResult, checks: RunChecks, cutbacks: int, may_cut: bool) -> NewtonResult:
     """As `judged`, with every limit point told."""
     if not result.converged:
         return _failed(eq, result, cutbacks >= eq.policy.retry_after_cuts, not may_cut)
@@ -164,7 +164,7 @@ def _judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutba
     c, policy = eq.context, eq.policy
     cut = may_cut and (viscous or cutbacks < policy.cuts_before_branching)
     short = c.dt < policy.branch_from_share * (c.plan.t1 - c.plan.t0)
-    if not viscous and (short or not cut) and (other := _beside(eq, result, modes, acceptance)):
+    if not viscous and (short or not cut) and (other := _beside(eq, result, modes, checks)):
         return other
     if at_limit(c, policy):
         result.converged, result.reason = False, _freed(eq, modes) or LimitPoint(Unstable(modes.negative), modes.least)
@@ -351,7 +351,7 @@ def _at(eq: Equilibrium, u: Array, lam: Array, mode: bool = True) -> Modes | Non
     return softest_modes(eq.system, eq.reduced, eq.policy)
 
 
-def _beside(eq: Equilibrium, result: NewtonResult, modes: Modes, acceptance: Acceptance) -> NewtonResult | None:
+def _beside(eq: Equilibrium, result: NewtonResult, modes: Modes, checks: RunChecks) -> NewtonResult | None:
     """A stable equilibrium beside an unstable one, along its mode, the way that the bodies were going; None if not found."""
     spent, u = result.iterations, result.u
     nodal = eq.system.dofs.displacement.slice
@@ -361,7 +361,7 @@ def _beside(eq: Equilibrium, result: NewtonResult, modes: Modes, acceptance: Acc
         for sign in (way, -way):
             other = attempt_from(eq, u + sign * share * eq.system.length * modes.mode)
             spent += other.iterations
-            if other.converged and not acceptance.refusal(eq.context, other):
+            if other.converged and not checks.refusal(eq.context, other):
                 at = _of(eq, other)
                 if at is not None and not at.negative:
                     found.append(other)

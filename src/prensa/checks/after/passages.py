@@ -14,7 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.checks.before.passages_ahead import plastic
+from prensa.checks.check import Committed, warning
 from prensa.contact.passage import STAIR, WORTH_SAYING, Passing, passable, passing, sentence
+from prensa.errors import Finding
 from prensa.model.problem import support_names
 from prensa.result.increment import Increment, Mean
 from prensa.system.interaction import Context
@@ -111,7 +113,9 @@ class Passages:
         """The increment with its means; ``jump``: see `jump_of`."""
         if not self.count:
             return increment
-        passed = {name: passed.get(name, Passing(0.0, 0.0, 0.0)) for name in self.count}  # tools that are gone have none
+        passed = {
+            name: passed.get(name, Passing(0.0, 0.0, 0.0)) for name in self.count
+        }  # tools that are gone have none
         values = {
             f"{name}.{c}": v for name, tool in increment.tools.items() for c, v in zip(("fx", "fy", "mz"), tool.force)
         }
@@ -170,6 +174,10 @@ class Passages:
             mean += length * integral(ends, rows[k + 1].jump, a, b)
             y += [(1.0 - a) * ends[0] + a * ends[1], (1.0 - b) * ends[0] + b * ends[1]]
         return len(self._rows) - i, mean, 0.5 * np.ptp(y, axis=0)
+
+    def __call__(self, _: Committed) -> Iterator[Finding]:
+        """See `warnings`, at the end of a step."""
+        yield from map(warning, self.warnings())
 
     def warnings(self) -> Iterator[str]:
         """What there is to say at the end of a step, once, of contacts through which few elements pass."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from prensa.contact.passage import TURNED
 from prensa.contact.surface import Surface
-from prensa.errors import Notice
+from prensa.errors import Finding
 from prensa.linear.rigid_modes import CLOSED
 from prensa.model.feed import Feed, ends_early
 from prensa.system.planning import plan_step
@@ -20,8 +20,8 @@ PLACES = 129  # places along a way at which what is fed is looked for in the too
 AGAINST = 0.5  # cosine with the way beyond which the surface of a roll goes against it
 
 
-def feeding(system: System) -> Iterator[Notice]:
-    """Notices on the first feed of each body, as long as it and the tools are where the description puts them.
+def feeding(system: System) -> Iterator[Finding]:
+    """Findings on the first feed of each body, as long as it and the tools are where the description puts them.
 
     The body goes as a rigid one. A roll that brakes on purpose does not draw stock in, which is what ends a feed.
     """
@@ -41,7 +41,7 @@ def feeding(system: System) -> Iterator[Notice]:
         u[plan.fixed] = plan.values(plan.t1)
 
 
-def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) -> Iterator[Notice]:
+def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) -> Iterator[Finding]:
     """What there is to say of a way along which a body is fed."""
     body = boundary.partition(".")[0]
     against = [s for s in system.surfaces if s.body == body]
@@ -53,7 +53,7 @@ def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) ->
         if along < -AGAINST * size:
             tool = s.against
             key = "by" if tool in system.problem.steps[plan.number].by else "move"
-            yield Notice(
+            yield Finding(
                 f"steps.{plan.number}.{key}.{tool}.rz",
                 f"where {body!r} meets tool {tool!r}, its surface goes against the feed of {boundary!r}: it pushes the stock "
                 "out; reverse the sign of 'rz', which is positive counter-clockwise, or that of the feed",
@@ -61,7 +61,7 @@ def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) ->
     least = min((s.points.depth.min() for s in against), default=0.0)
     if nearest and min(nearest.values()) > CLOSED * least and not _come(system, against):
         names = " or ".join(map(repr, nearest))
-        yield Notice(
+        yield Finding(
             f"steps.{plan.number}.feed.{boundary}.{feed.axis}",
             f"a way of {feed.way:g} brings {body!r} to no tool: it never comes nearer than {min(nearest.values()):.4g} to {names}"
             "; check its sign and its size, and the room between the tools",

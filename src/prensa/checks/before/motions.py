@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from prensa.checks.check import StepBegun, warning
 from prensa.contact.surface import Surface
-from prensa.errors import Notice
+from prensa.errors import Finding
 from prensa.model.feed import ends_early
 from prensa.model.problem import Step
 from prensa.system.planning import plan_step
@@ -26,8 +27,8 @@ DIFFERS = 1e-6  # share of a force from which a table that does not begin with i
 AXES = ("x", "y", "rz")
 
 
-def motions(system: System) -> Iterator[Notice]:
-    """Notices on what each step prescribes; bodies are taken where supports and steps before leave them."""
+def motions(system: System) -> Iterator[Finding]:
+    """Findings on what each step prescribes; bodies are taken where supports and steps before leave them."""
     yield from _bores(system)
     at_start, known = system.initial().u, np.ones(system.ndof, dtype=bool)
     before: StepPlan | None = None
@@ -58,7 +59,7 @@ def motions(system: System) -> Iterator[Notice]:
 # ------------------------------------------------------------------------------------------------------------- beginnings
 def _beginnings(
     system: System, plan: StepPlan, at_start: Array, known: Flags, before: StepPlan | None
-) -> Iterator[Notice]:
+) -> Iterator[Finding]:
     """Tables of displacement whose value at the start of their step is not where the tool or the support is."""
     fixed = set(plan.fixed.tolist())
     h = min((float(s.points.depth.min()) for s in system.surfaces), default=system.length)
@@ -74,7 +75,7 @@ def _beginnings(
             else:
                 continue
             if abs(first if relative else first - start) > least:
-                yield Notice(
+                yield Finding(
                     path,
                     f"{name} would jump: the table has {first:.6g} at time {plan.t0:g}, where the step begins, and "
                     + (
@@ -115,8 +116,13 @@ def _jumps(system: System, plan: StepPlan) -> Iterator[str]:
             )
 
 
-def table_jumps(system: System, state: State, plan: StepPlan) -> Iterator[str]:
-    """Sentences on tables that do not begin a step with what is carried then, or where tools are: the difference is released."""
+def table_jumps(system: System, given: StepBegun) -> Iterator[Finding]:
+    """Tables that do not begin a step with the force that acts then, or where tools are: the difference is released."""
+    yield from map(warning, _differences(system, given.state, given.plan))
+
+
+def _differences(system: System, state: State, plan: StepPlan) -> Iterator[str]:
+    """Sentences on such tables."""
     yield from _jumps(system, plan)
     before = plan_step(system, plan.number - 1, state.step_start, state.ends)
     ended = state.clock.time
@@ -173,7 +179,7 @@ def _dofs(system: System, boundary: str, axis: str) -> list[int]:
 
 
 # ------------------------------------------------------------------------------------------------------------ early ends
-def _never_there(system: System, plan: StepPlan, at_start: Array, known: Flags) -> Iterator[Notice]:
+def _never_there(system: System, plan: StepPlan, at_start: Array, known: Flags) -> Iterator[Finding]:
     """Travels that are to end a step and that lie beyond what it prescribes."""
     until = system.problem.steps[plan.number].until
     for name, target in until.travel.items() if until is not None else ():
@@ -188,7 +194,7 @@ def _never_there(system: System, plan: StepPlan, at_start: Array, known: Flags) 
             if not min(way.min(), start) <= value <= max(way.max(), start):
                 aside = "let it go further" if value * way[-1] > 0.0 else "check the sign, which is that of history.csv"
                 remedy = aside if np.ptp(way) else "it is not moved along that: name what the step moves"
-                yield Notice(
+                yield Finding(
                     f"steps.{plan.number}.until.travel.{name}.{axis}",
                     f"tool {name!r} never gets to {axis} = {value:g}: step {plan.name!r} moves it from {start:.6g} to "
                     f"{way[-1]:.6g}; {remedy}",
@@ -196,7 +202,7 @@ def _never_there(system: System, plan: StepPlan, at_start: Array, known: Flags) 
 
 
 # ------------------------------------------------------------------------------------------------------------- standstill
-def _standstill(system: System, plan: StepPlan, at_start: Array, before: StepPlan) -> Iterator[Notice]:
+def _standstill(system: System, plan: StepPlan, at_start: Array, before: StepPlan) -> Iterator[Finding]:
     """A step that is to change something and in which nothing changes: totals of the step before, written again."""
     step = system.problem.steps[plan.number]
     written = next(_repeated(step, plan), None) or _nothing(step, plan)
@@ -207,7 +213,7 @@ def _standstill(system: System, plan: StepPlan, at_start: Array, before: StepPla
     for t in [*plan.corners(), plan.t1]:
         if not np.allclose(plan.motion(float(t)), start, rtol=1e-9, atol=1e-12 * system.length):
             return
-    yield Notice(*written)
+    yield Finding(*written)
 
 
 def _repeated(step: Step, plan: StepPlan) -> Iterator[tuple[str, str]]:
@@ -268,7 +274,7 @@ def _unchanged(plan: StepPlan, before: StepPlan) -> bool:
 
 
 # ------------------------------------------------------------------------------------------------------------------ bores
-def _bores(system: System) -> Iterator[Notice]:
+def _bores(system: System) -> Iterator[Finding]:
     """The symmetry line of a plane problem, copied to a ring: a straight bore that is held radially and nothing else."""
     p = system.problem
     if not system.axisymmetric:
@@ -281,7 +287,7 @@ def _bores(system: System) -> Iterator[Notice]:
             body = name.partition(".")[0]
             r, least = system.X[system.boundary_nodes(name), 0], float(system.meshes[body].points[:, 0].min())
             if len(r) > 1 and least > 0 and np.ptp(r) <= 1e-9 * system.length and r[0] <= least * (1 + 1e-9):
-                yield Notice(
+                yield Finding(
                     f"{prefix}fixed.{name}",
                     f"it holds a bore of radius {r[0]:.4g}: the symmetry line of a plane problem is the axis here, and a bore "
                     "opens and closes; leave it out, or write {x: 0} if a rigid mandrel is meant",
@@ -289,7 +295,9 @@ def _bores(system: System) -> Iterator[Notice]:
 
 
 # ------------------------------------------------------------------------------------------------------------ small strain
-def pressed_far(system: System, plan: StepPlan, begun: Array, u: Array, known: Flags) -> Iterator[tuple[str, float, float]]:
+def pressed_far(
+    system: System, plan: StepPlan, begun: Array, u: Array, known: Flags
+) -> Iterator[tuple[str, float, float]]:
     """Body, share and distance of the deepest reach of tools at the end of a step, all of known places.
 
     The mean displacement gradient between a pressed node and a held one is at least the way over the distance. ``begun``, u
@@ -340,11 +348,11 @@ def driven_apart(system: System, plan: StepPlan, u: Array) -> Iterator[tuple[str
         held.append(here)
 
 
-def _small(reached: dict[str, tuple[float, float]], words: str) -> Iterator[Notice]:
+def _small(reached: dict[str, tuple[float, float]], words: str) -> Iterator[Finding]:
     """Small-strain kinematics where tools or supports go too far for it; ``words`` of the body, the way and the distance."""
     for body, (depth, far) in reached.items():
         if depth > SMALL * far:
-            yield Notice(
+            yield Finding(
                 "kinematics",
                 words.format(repr(body), depth, far)
                 + f", strains or rotations of {depth / far:.2g}: 'small' neglects terms of that size, and is refused in the run "

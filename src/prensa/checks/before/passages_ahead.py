@@ -18,7 +18,7 @@ from prensa.contact.passage import (
     turns_within,
 )
 from prensa.contact.surface import Surface
-from prensa.errors import Notice
+from prensa.errors import Finding
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array
@@ -39,8 +39,8 @@ class _Track:
         self.passed, self.lying = 0.0, 0.0
 
 
-def few_passages(system: System, moments: Iterable[tuple[StepPlan, Array]]) -> Iterator[Notice]:
-    """Notices on contacts through which few elements will pass; ``moments``: plans, and the bodies at rest (ndof,).
+def few_passages(system: System, moments: Iterable[tuple[StepPlan, Array]]) -> Iterator[Finding]:
+    """Findings on contacts through which few elements will pass; ``moments``: plans, and the bodies at rest (ndof,).
 
     Bodies go as rigid ones, as far as supports lead them, or with the rolls that have friction where no support holds them.
     What a tool then overlaps on its leading side is what will lie in the contact.
@@ -65,7 +65,7 @@ def few_passages(system: System, moments: Iterable[tuple[StepPlan, Array]]) -> I
     for s in wanted:
         t = tracks[s.name]
         if t.passed >= PREDICTED_FROM and t.lying > 0 and t.lying * WORTH_SAYING <= STAIR:
-            yield Notice(f"contacts.{system.surfaces.index(s)}", sentence(t.lying))
+            yield Finding(f"contacts.{system.surfaces.index(s)}", sentence(t.lying))
 
 
 def _lead(system: System, body: str, plan: StepPlan, before: Array, after: Array) -> Array:

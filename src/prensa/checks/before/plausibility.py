@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prensa.errors import Notice
+from prensa.errors import Finding, Severity
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
 from prensa.model.remeshing import remeshing_of
@@ -25,7 +25,7 @@ THICK_SHEET = 2.0  # thickness of a sheet in plane stress over the largest exten
 OFF_LINE = 1e-3  # of its half breadth, by which a tool may lie off the line that it crosses
 
 
-def plausibility_warnings(system: System) -> Iterator[Notice]:
+def plausibility_warnings(system: System) -> Iterator[Finding]:
     """Warnings of what was likely meant otherwise."""
     yield from _new_sizes(system)
     yield from _mounts(system)
@@ -35,7 +35,7 @@ def plausibility_warnings(system: System) -> Iterator[Notice]:
 
 
 # ------------------------------------------------------------------------------------------------------------ new meshes
-def _new_sizes(system: System) -> Iterator[Notice]:
+def _new_sizes(system: System) -> Iterator[Finding]:
     """Sizes of new meshes beside the body, its tools and what is moved."""
     asked = remeshing_of(system.problem)
     if asked is None:
@@ -44,7 +44,7 @@ def _new_sizes(system: System) -> Iterator[Notice]:
         sizes = size_field(system, system.initial(), body, asked.size, section_area(system, body))
         width = sizes.area**0.5
         if asked.size.far is not None and asked.size.far > width:
-            yield Notice(
+            yield Finding(
                 "remesh.size.far",
                 f"elements of {asked.size.far:g} in body {body!r}, whose section is about {width:.3g} wide: it is the size of an "
                 f"element; write {width / 12:.2g}, or leave it out",
@@ -55,7 +55,7 @@ def _new_sizes(system: System) -> Iterator[Notice]:
             radii = [r for r in (given if isinstance(given, tuple) else (given,)) if r]
             arc = 0.5 * np.pi * min(radii, default=np.inf)
             if arc < sizes.least:
-                yield Notice(
+                yield Finding(
                     f"tools.{name}.fillet",
                     f"a quarter of a circle of radius {min(radii):g} is {arc:.2g} long, and new meshes have no element "
                     f"below {sizes.least:.2g}: the tool is as sharp as these are long; give it {sizes.least:.2g} or more, "
@@ -65,7 +65,7 @@ def _new_sizes(system: System) -> Iterator[Notice]:
     if isinstance(travel, float):
         way = _longest_way(system)
         if way > travel * asked.at_most > 0.0:
-            yield Notice(
+            yield Finding(
                 "remesh.when.travel",
                 f"a new mesh after each {travel:g} of a way of {way:.4g} is {way / travel:.3g} meshes, and no more than "
                 f"{asked.at_most} are made ('at_most'); is the unit right? Without it meshes are made where they are worth it",
@@ -86,7 +86,7 @@ def _longest_way(system: System) -> float:
 
 
 # ---------------------------------------------------------------------------------------------------------------- mounts
-def _mounts(system: System) -> Iterator[Notice]:
+def _mounts(system: System) -> Iterator[Finding]:
     """Springs so stiff that round-off of their lengths is a force."""
     p = system.problem
     stiffness = system.stiffness / system.length
@@ -94,16 +94,16 @@ def _mounts(system: System) -> Iterator[Notice]:
         for axis, unit in (("x", stiffness), ("y", stiffness), ("rz", stiffness * system.length**2)):
             k = getattr(tool.spring, axis, None)
             if k is not None and k > STIFFEST_MOUNT * unit:
-                yield Notice(
+                yield Finding(
                     f"tools.{name}.spring.{axis}",
                     f"a stiffness of {k:.3g} is {k / unit:.1g} times that of the bodies, and the tool as good as held: is the "
                     "unit right? A tool that does not give way needs no spring",
-                    k > MOUNT_LOST * unit,
+                    Severity.REFUSE if k > MOUNT_LOST * unit else Severity.WARN,
                 )
 
 
 # ----------------------------------------------------------------------------------------------------------------- turns
-def _turns(system: System) -> Iterator[Notice]:
+def _turns(system: System) -> Iterator[Finding]:
     """Turns by a round number of radians that are likely degrees."""
     size = system.length
     for i, step in enumerate(system.problem.steps):
@@ -117,15 +117,19 @@ def _turns(system: System) -> Iterator[Notice]:
                 tool = next(t for t in system.tools if t.name == name)
                 way = abs(turn) * tool.shape.period / (2 * np.pi)
                 if way > PAST_BODIES * size:
-                    past = "" if not np.isfinite(way) else f" and a way of its surface of {way:.4g} past bodies of {size:.4g}"
-                    yield Notice(
+                    past = (
+                        ""
+                        if not np.isfinite(way)
+                        else f" and a way of its surface of {way:.4g} past bodies of {size:.4g}"
+                    )
+                    yield Finding(
                         f"steps.{i}.{kind}.{name}.rz",
                         f"a turn of {turn:g} radians, {np.degrees(turn):.0f} degrees{past}; for degrees write '{turn:g} deg'",
                     )
 
 
 # -------------------------------------------------------------------------------------------------------------- symmetry
-def _off_centre(system: System) -> Iterator[Notice]:
+def _off_centre(system: System) -> Iterator[Finding]:
     """Tools, their own mirror images, that lie across a line of symmetry or the axis but are not centred on it.
 
     Those that are moved or pushed across it are on their way.
@@ -147,7 +151,7 @@ def _off_centre(system: System) -> Iterator[Notice]:
             if OFF_LINE * half < abs(x - at) < (1.0 - OFF_LINE) * half:
                 reported.add(tool.name)
                 where = "the axis" if system.axisymmetric else f"the line of symmetry of {s.body!r}, x = {at:g},"
-                yield Notice(
+                yield Finding(
                     f"tools.{tool.name}.at" if own.at is not None else f"tools.{tool.name}",
                     f"it is centred at x = {x:.4g} and reaches across {where} by {half - abs(x - at):.4g}: with its mirror image "
                     f"it would be two that overlap; centre it there ('at: [{at:g}, …]'), or keep it on one side"
@@ -158,7 +162,9 @@ def _off_centre(system: System) -> Iterator[Notice]:
 
 def _across(p: model.Problem, name: str) -> bool:
     """Whether any step moves a tool along x or turns it, or leaves it free to."""
-    motions = [m for step in p.steps for k in ("move", "by", "velocity") for n, m in getattr(step, k).items() if n == name]
+    motions = [
+        m for step in p.steps for k in ("move", "by", "velocity") for n, m in getattr(step, k).items() if n == name
+    ]
     pushes = [push for step in p.steps for n, push in step.push.items() if n == name]
     springs = [p.tools[name].spring] if p.tools[name].spring is not None else []
     loose = any(getattr(m, key, None) is not None for m in (*motions, *pushes, *springs) for key in ("x", "rz", "m"))
@@ -166,12 +172,12 @@ def _across(p: model.Problem, name: str) -> bool:
 
 
 # ---------------------------------------------------------------------------------------------------------- plane stress
-def _thick_sheets(system: System) -> Iterator[Notice]:
+def _thick_sheets(system: System) -> Iterator[Finding]:
     """Plane stress, of sheets, with a thickness that none of the bodies has in the plane; of 1 forces are per thickness."""
     p = system.problem
     largest = max(float(mesh.extent.max()) for mesh in system.meshes.values())
     if p.space == "plane stress" and p.thickness != 1.0 and p.thickness > THICK_SHEET * largest:
-        yield Notice(
+        yield Finding(
             "thickness",
             f"{p.thickness:.4g} {p.units.length} out of the plane, of bodies that measure {largest:.4g} {p.units.length} at most "
             "in it: plane stress is for thin sheets; is the unit right? Long bodies are in 'space: plane strain'",

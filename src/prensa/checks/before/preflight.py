@@ -18,7 +18,7 @@ from prensa.checks.before.passages_ahead import few_passages
 from prensa.checks.before.plausibility import plausibility_warnings
 from prensa.checks.during.penetration import Watch, engulfed, inside, watches
 from prensa.contact.surface import Surface
-from prensa.errors import Notice
+from prensa.errors import Finding, Severity
 from prensa.linear.rigid_modes import CLOSED, modes
 from prensa.materials.flow_curve import stress_at
 from prensa.mesh.quality import quality
@@ -38,13 +38,17 @@ from prensa.types import Array, Flags
 
 SAMPLES = 17  # moments a step at which the tools are looked at
 SUNK = 0.45  # depth over element depth from which no increment, however short, pushes a tool out of a plastic body
-AWAY = np.arange(1, 257) / 64  # ways along the axis, over the size of a surface, at which a tool is tried to come out of it
+AWAY = (
+    np.arange(1, 257) / 64
+)  # ways along the axis, over the size of a surface, at which a tool is tried to come out of it
 BISECTIONS = 40  # of the way by which it just does
 SOFTLY = 0.1  # depth over element depth by which a tool sinks into a soft contact that is worth a word
 BEHIND = 0.1  # depth over element depth in a tool of a node that is nearer to its far side
 REACH = 0.01  # depth over element depth by which a tool may press a held node
 ALONG = 0.9  # cosine from which a support acts along a tool's normal
-KINKED = 0.766  # cosine of the angle, 40°, by which an undeformed surface may bend at a node and still have a normal there
+KINKED = (
+    0.766  # cosine of the angle, 40°, by which an undeformed surface may bend at a node and still have a normal there
+)
 IN_SECONDS = 2.0  # times the length of the run, from which on the time of a table that is not gone to its end is told
 CRUSHED = 50.0  # mean pressure of a push over what the metal bears at a strain of 1, beyond any that a die holds in
 SHEET = 5.0  # length of a sheet in the plane over its thickness, from which both are not those of a square bar
@@ -54,7 +58,7 @@ POINT_INSIDE = "the point lies inside the body, where new meshes ('remesh') keep
 STRAINS = np.concatenate([[0.0], np.geomspace(1e-4, 3.0, 200)])  # at which flow curves are looked at
 
 
-def preflight(system: System) -> list[Notice]:
+def preflight(system: System) -> list[Finding]:
     """All notices on a discretised problem, the fatal ones first."""
     if system.dofs.dimension != 2:
         return [*_without_effect(system)]
@@ -71,14 +75,14 @@ def preflight(system: System) -> list[Notice]:
     return sorted(found, key=lambda n: not n.fatal)
 
 
-def _without_effect(system: System) -> Iterator[Notice]:
+def _without_effect(system: System) -> Iterator[Finding]:
     """Old keys of enforcements that are read and do nothing."""
     for k, contact in enumerate(system.problem.contacts):
         for key in contact.enforcement.without_effect():
-            yield Notice(f"contacts.{k}.enforcement.{key}", "has no effect any more; leave it out")
+            yield Finding(f"contacts.{k}.enforcement.{key}", "has no effect any more; leave it out")
 
 
-def _remeshing(system: System) -> Iterator[Notice]:
+def _remeshing(system: System) -> Iterator[Finding]:
     """The mesher that is asked for and not installed, sizes that ask for more elements than there can be, and a first mesh with
     points inside that no new mesh keeps.
     """
@@ -86,16 +90,16 @@ def _remeshing(system: System) -> Iterator[Notice]:
     if asked is None:
         return
     if not has_mesher():
-        yield Notice("remesh", NO_MESHER, fatal=True)
+        yield Finding("remesh", NO_MESHER, Severity.REFUSE)
     for body, mesh in system.meshes.items():
         count, key = elements_asked(system, body)
         if system.problem.bodies[body].material.plastic and count > MOST_ELEMENTS:
             width, most = section_area(system, body) ** 0.5, f"{MOST_ELEMENTS:,}".replace(",", " ")
-            yield Notice(
+            yield Finding(
                 f"remesh.size.{key}" if getattr(asked.size, key) is not None else "remesh.size",
                 f"it asks for {min(count, 1e300):.1e} elements of body {body!r}, whose section is about {width:.3g} wide; a body "
                 f"has {most} at most: write {0.02 * width:.2g}, say, or leave it out",
-                fatal=True,
+                Severity.REFUSE,
             )
         outline = mesh.boundary
         for name, node in mesh.corners.items():
@@ -103,7 +107,7 @@ def _remeshing(system: System) -> Iterator[Notice]:
                 continue
             for prefix, source in _with_supports(system.problem):
                 if f"{body}.{name}" in source.fixed:
-                    yield Notice(f"{prefix}fixed.{body}.{name}", POINT_INSIDE, fatal=True)
+                    yield Finding(f"{prefix}fixed.{body}.{name}", POINT_INSIDE, Severity.REFUSE)
 
 
 def _with_supports(problem: model.Problem) -> list[tuple[str, model.Problem | model.Step]]:
@@ -111,8 +115,8 @@ def _with_supports(problem: model.Problem) -> list[tuple[str, model.Problem | mo
     return [("", problem), *((f"steps.{k}.", step) for k, step in enumerate(problem.steps))]
 
 
-def staircase(system: System) -> list[Notice]:
-    """Notices on contacts whose forces will step as elements pass; a run says it of those in which it is seen.
+def staircase(system: System) -> list[Finding]:
+    """Findings on contacts whose forces will step as elements pass; a run says it of those in which it is seen.
 
     Of a first mesh that others will take the place of nothing follows.
     """
@@ -122,7 +126,7 @@ def staircase(system: System) -> list[Notice]:
 
 
 # ------------------------------------------------------------------------------------------------ materials and tables
-def _flow_curves(system: System) -> Iterator[Notice]:
+def _flow_curves(system: System) -> Iterator[Finding]:
     for name, body in system.problem.bodies.items():
         flow = getattr(body.material, "flow", None)
         if flow is None:
@@ -132,28 +136,28 @@ def _flow_curves(system: System) -> Iterator[Notice]:
         k = int(np.argmin(stress))
         fall = np.diff(stress) < -1e-9 * stress[0]
         if not stress[k] > 0:
-            yield Notice(
+            yield Finding(
                 path,
                 f"the flow stress is {stress[k]:.4g} at a plastic strain of {STRAINS[k]:.3g}; it must stay positive",
-                True,
+                Severity.REFUSE,
             )
         elif fall.any():
             a = int(np.argmax(fall))
-            yield Notice(
+            yield Finding(
                 path,
                 f"the flow stress falls from {stress[a]:.5g} at a plastic strain of {STRAINS[a]:.3g}: the strain will gather in "
                 "one row of elements and the answer depend on the mesh; let it rise or stay",
             )
         rise = (np.interp(0.01, STRAINS, stress) - stress[0]) / 0.01
         if rise > body.material.modulus:
-            yield Notice(
+            yield Finding(
                 path,
                 f"the flow stress rises by {rise:.3g} per unit of plastic strain at first, faster than E = "
                 f"{body.material.modulus:.3g}; check the units of both",
             )
 
 
-def _tables(system: System) -> Iterator[Notice]:
+def _tables(system: System) -> Iterator[Finding]:
     """Tables in global time that do not cover the step in which they stand: they are held, not extrapolated."""
     p = system.problem
     sources: list[tuple[str, Any, float, float, str]] = [("", p, 0.0, float(len(p.steps)), "the steps")]
@@ -165,7 +169,7 @@ def _tables(system: System) -> Iterator[Notice]:
             ends, end = float(len(p.steps)), table[-1][1]
             reached = tabulated(table)(ends)
             if first <= t0 + 1e-9 and last >= IN_SECONDS * ends and abs(reached - end) > 1e-3 * abs(end):
-                yield Notice(
+                yield Finding(
                     path,
                     f"the table goes on to time {last:g}, and the run ends at {ends:g}, at {reached:.4g} of {end:g}: times count "
                     "steps, each of them 1 long whatever its 'duration', not seconds",
@@ -173,7 +177,7 @@ def _tables(system: System) -> Iterator[Notice]:
             there = tabulated(table)(t1)
             cut = owner is not p and last > t1 + 1e-9 and abs(there - end) > 1e-3 * abs(end)
             if cut and _left_off(p, int(t0), str(place[0]), str(place[1])):
-                yield Notice(
+                yield Finding(
                     path,
                     f"the table goes on to time {last:g}, and {what} ends at {t1:g}, at {there:.4g} of {end:g}: what a step does "
                     f"not mention is held, so that step {p.steps[int(t1)].name!r} has to have the table too",
@@ -187,7 +191,7 @@ def _tables(system: System) -> Iterator[Notice]:
             )
             if last <= t0:
                 held = f"so it stays at {table[-1][1]:g}"
-            yield Notice(
+            yield Finding(
                 path,
                 f"the table covers the times {first:g} … {last:g}, {what} {t0:g} … {t1:g}: {held}; times are counted over all "
                 "steps",
@@ -202,14 +206,14 @@ def _left_off(p: model.Problem, number: int, kind: str, name: str) -> bool:
 
 
 # ---------------------------------------------------------------------------------------------------- size and stiffness
-def _lengths(system: System) -> Iterator[Notice]:
+def _lengths(system: System) -> Iterator[Finding]:
     """Lengths that belong to another unit than the rest, or angles to degrees."""
     unit = system.problem.units.length
     for name, mesh in system.meshes.items():
         size = float(mesh.extent.max())
         low, high = {"mm": (0.05, 5e4), "m": (5e-5, 50.0)}.get(unit, (0.0, np.inf))
         if not low <= size <= high:
-            yield Notice(f"bodies.{name}.mesh", f"the body is {size:.4g} {unit} large; is that the unit meant?")
+            yield Finding(f"bodies.{name}.mesh", f"the body is {size:.4g} {unit} large; is that the unit meant?")
     yield from _thickness(system)
     size = system.length
     for name, tool in system.problem.tools.items():
@@ -218,7 +222,7 @@ def _lengths(system: System) -> Iterator[Notice]:
             values = given if isinstance(given, tuple) else (given,)  # a fillet of each corner
             value = next((v for v in values if v and not size / 500 <= v <= 500 * size), None)
             if value is not None:
-                yield Notice(
+                yield Finding(
                     f"tools.{name}.{key}",
                     f"{value:.4g} {unit} against bodies of {size:.4g} {unit}; are both in the same unit?",
                 )
@@ -232,14 +236,14 @@ def _lengths(system: System) -> Iterator[Notice]:
                     )
                     path = f"steps.{i}.{kind}.{name}.{key}"
                     if key == "rz" and most >= 10 and most % 5 == 0:
-                        yield Notice(path, f"a turn of {most:g} radians; for degrees write '{most:g} deg'")
+                        yield Finding(path, f"a turn of {most:g} radians; for degrees write '{most:g} deg'")
                     elif key != "rz" and most > 20 * size:
-                        yield Notice(
+                        yield Finding(
                             path, f"a travel of {most:.4g} {unit} past bodies of {size:.4g} {unit}; is the unit right?"
                         )
 
 
-def _pushes(system: System) -> Iterator[Notice]:
+def _pushes(system: System) -> Iterator[Finding]:
     """Forces under which no body could stand: of another unit than they are meant in."""
     p = system.problem
     for i, step in enumerate(p.steps):
@@ -252,7 +256,7 @@ def _pushes(system: System) -> Iterator[Notice]:
                     continue
                 bears = sum(_area(system, s, 1 - axis) * _strength(p.bodies[s.body].material) for s in own)
                 if most > CRUSHED * bears > 0:  # along a flat surface nothing is pressed
-                    yield Notice(
+                    yield Finding(
                         f"steps.{i}.push.{name}.{key}",
                         f"a push of {most:.4g} {p.units.force} is {most / bears:.2g} times what "
                         f"{' and '.join(dict.fromkeys(repr(s.body) for s in own))} bears over the whole contact surface; is the "
@@ -274,7 +278,7 @@ def _strength(material: Any) -> float:
     return float(material.modulus if flow is None else stress_at(flow, np.ones(1), np.zeros(1))[0])
 
 
-def _thickness(system: System) -> Iterator[Notice]:
+def _thickness(system: System) -> Iterator[Finding]:
     """A thickness out of the plane that is that of a sheet in it, or next to nothing, where strain out of the plane is zero.
 
     A slice of one millimetre, centimetre, metre, inch or foot is the force per length of a long body.
@@ -286,7 +290,7 @@ def _thickness(system: System) -> Iterator[Notice]:
     extents = {name: mesh.extent for name, mesh in system.meshes.items()}
     for name, extent in extents.items():
         if abs(extent.min() / p.thickness - 1.0) < 1e-6 and extent.max() > SHEET * p.thickness:
-            yield Notice(
+            yield Finding(
                 "thickness",
                 f"{p.thickness:.4g} {unit} is what body {name!r} measures across in the plane: 'thickness' is the length out of "
                 "it, the width of a sheet, which plane strain takes for large; give that, or leave it out for forces per length",
@@ -294,19 +298,19 @@ def _thickness(system: System) -> Iterator[Notice]:
             return
     least = min(float(extent.min()) for extent in extents.values())
     if p.thickness < THIN * least:
-        yield Notice(
+        yield Finding(
             "thickness",
             f"{p.thickness:.4g} {unit} out of the plane, of bodies that measure {least:.4g} {unit} or more in it: plane strain "
             "is for long bodies; is the unit right? For a thin sheet loaded in its plane use 'space: plane stress'",
         )
 
 
-def _shapes(system: System) -> Iterator[Notice]:
+def _shapes(system: System) -> Iterator[Finding]:
     for name, mesh in system.meshes.items():
         q = quality(mesh)
         quiet = _far_from_tools(system, name, q.centre[q.needles]) if len(q.needles) else None
         words = q.warnings(float(mesh.extent.min()), quiet)
-        yield from (Notice(f"bodies.{name}.mesh", warning) for warning in words)
+        yield from (Finding(f"bodies.{name}.mesh", warning) for warning in words)
 
 
 def _far_from_tools(system: System, body: str, x: Array) -> Array:
@@ -326,7 +330,7 @@ def _far_from_tools(system: System, body: str, x: Array) -> Array:
     return out
 
 
-def _sizes(system: System) -> Iterator[Notice]:
+def _sizes(system: System) -> Iterator[Finding]:
     for i, s in enumerate(system.surfaces):
         tool = system.master(s).tool
         ends = system.X[s.points.edges]
@@ -336,11 +340,11 @@ def _sizes(system: System) -> Iterator[Notice]:
             yield from _tip(system, s, h)
         elif size < 2 * h:
             what = "radius" if key == "radius" else "face"
-            yield Notice(
+            yield Finding(
                 f"tools.{tool.name}.{key}",
                 f"the {what} {size:.4g} is less than two elements of {'+'.join(s.description.surface)!r}, the smallest of which "
                 f"is {h:.4g} long: the tool finds no node to press on, or one; refine the surface there to {0.25 * size:.2g}",
-                size < 0.5 * h,
+                Severity.REFUSE if size < 0.5 * h else Severity.WARN,
             )
         yield from _corners(system, s)
         k_n = getattr(s.description.enforcement, "k_n", None)
@@ -348,7 +352,7 @@ def _sizes(system: System) -> Iterator[Notice]:
         if beta > 1e4 or (beta < 1 and _gives_way(system, s, beta)):
             which = f"k_n = {k_n:.3g}, beta = {beta:.2g}" if k_n is not None else f"beta = {beta:.2g}"
             result = "iterations suffer and pressures oscillate" if beta > 1 else "the tool sinks in by whole elements"
-            yield Notice(f"contacts.{i}.enforcement", f"{which}: {result}; leave it out (beta = 100)")
+            yield Finding(f"contacts.{i}.enforcement", f"{which}: {result}; leave it out (beta = 100)")
 
 
 def _gives_way(system: System, s: Surface, beta: float) -> bool:
@@ -363,7 +367,7 @@ def _gives_way(system: System, s: Surface, beta: float) -> bool:
     return 3.0 * stress / (beta * s.modulus) > SOFTLY
 
 
-def _corners(system: System, s: Surface) -> Iterator[Notice]:
+def _corners(system: System, s: Surface) -> Iterator[Finding]:
     """Sharp corners between the points of a surface whose edges are not cut at them."""
     tool, start = system.master(s).tool, system.initial()
     cuts = [] if s.sharp or not len(tool.shape.edges) else system.cuts(s, start.u, system.master(s).place(start.u))
@@ -375,7 +379,7 @@ def _corners(system: System, s: Surface) -> Iterator[Notice]:
     rule = s.points.rule
     why = "on the edges of quadratic elements" if rule.cuts else f"with 'integration: {rule.type}'"
     use = "elements with straight edges" if rule.cuts else "'integration: nodal', which takes what is covered,"
-    yield Notice(
+    yield Finding(
         f"tools.{tool.name}",
         f"its sharp edge lies between the nodes of {'+'.join(s.description.surface)!r} at ({x:.4g}, {y:.4g}), which {why} "
         f"count whole or not at all: its width is known to {np.hypot(*(ends[1] - ends[0])):.2g} only; put a node there, "
@@ -390,7 +394,7 @@ def _path_of(system: System, i: int) -> str:
     return f"tools.{system.surfaces[i].against}"
 
 
-def _bends(system: System) -> Iterator[Notice]:
+def _bends(system: System) -> Iterator[Finding]:
     """Surfaces with a corner whose gaps are measured along the normal before they deform, which a corner does not have."""
     for i, s in enumerate(system.surfaces if system.problem.contact_geometry == "reference" else ()):
         if s.points.rule.type != "nodal":  # points between nodes have the normal of their edge
@@ -405,16 +409,16 @@ def _bends(system: System) -> Iterator[Notice]:
                 names = s.description.surface
                 one = "make two boundaries of it, each with a contact"
                 apart = one if len(names) == 1 else "give each side a contact of its own"
-                yield Notice(
+                yield Finding(
                     f"contacts.{i}.surface",
                     f"'contact_geometry: reference' measures gaps along the normal of the undeformed surface, which "
                     f"{'+'.join(names)!r} does not have at its corner at ({x:.4g}, {y:.4g}); {apart}",
-                    True,
+                    Severity.REFUSE,
                 )
                 break
 
 
-def _tip(system: System, s: Surface, h: float) -> Iterator[Notice]:
+def _tip(system: System, s: Surface, h: float) -> Iterator[Finding]:
     """The end of a tool that is nearest to the surface: how wide it is a tenth of an element from its end."""
     master, start = system.master(s), system.initial()
     tool, shape = master.tool, master.shape
@@ -430,16 +434,16 @@ def _tip(system: System, s: Surface, h: float) -> Iterator[Notice]:
     if size < 2 * h and (beside.g > 0).any():  # else it goes on to both sides: the floor of a container, under its rim
         surface = "+".join(s.description.surface)
         rounded = f", or give a 'fillet' of {2 * h:.2g}" if hasattr(tool.description, "fillet") else ""
-        yield Notice(
+        yield Finding(
             f"tools.{tool.name}.{tool.description.tip()}",
             f"the end towards {surface!r} is as sharp as a radius of {size:.2g}, less than two elements, the smallest of which "
             f"is {h:.4g} long: the tool finds no node to press on, or one; refine the surface there{rounded}",
-            whole < h,
+            Severity.REFUSE if whole < h else Severity.WARN,
         )
 
 
 # ------------------------------------------------------------------------------------------------------- the beginning
-def _beginning(system: System) -> Iterator[Notice]:
+def _beginning(system: System) -> Iterator[Finding]:
     """Overclosure and tools that look the wrong way, before anything moves."""
     start = system.initial()
     for s in system.surfaces:
@@ -456,11 +460,11 @@ def _beginning(system: System) -> Iterator[Notice]:
                     "reverse the order of its 'points' (those of a file with 'points: {file: …, reverse: true}'): who walks "
                     "along them has the tool on the left"
                 )
-            yield Notice(
+            yield Finding(
                 f"tools.{name}" + (f".{key}" if key and getattr(tool.description, key) is not None else ""),
                 f"its normal points the same way as that of {surface!r}: it stands behind the surface and would pull it through "
                 f"the body; {how}, or name the boundary that it is to press",
-                True,
+                Severity.REFUSE,
             )
             continue
         depth = -pairs.g / float(s.points.depth.min())
@@ -469,11 +473,11 @@ def _beginning(system: System) -> Iterator[Notice]:
         if behind[k] > BEHIND and not start.contact.closed[s.rows].any():
             x, y = system.X[nodes[k]]
             to_touch = _to_touch(system, s, int(nodes[k]))
-            yield Notice(
+            yield Finding(
                 f"tools.{name}",
                 f"it starts so deep inside {surface!r} that node {nodes[k] - system.offsets[s.body]} ({x:.4g}, {y:.4g}) is "
                 f"nearer to its far side, through which it would be pulled: move the tool out{to_touch}{tool.description.hint()}",
-                True,
+                Severity.REFUSE,
             )
             continue
         k = int(np.argmax(depth))
@@ -481,7 +485,7 @@ def _beginning(system: System) -> Iterator[Notice]:
             x, y = system.X[nodes[k]]
             n = pairs.n[k]
             plastic = system.problem.bodies[s.body].material.plastic
-            yield Notice(
+            yield Finding(
                 f"tools.{name}",
                 f"it starts {-pairs.g[k]:.4g} inside {surface!r}, deepest at node {nodes[k] - system.offsets[s.body]} "
                 f"({x:.4g}, {y:.4g}): the first increment has to push it out; "
@@ -492,7 +496,7 @@ def _beginning(system: System) -> Iterator[Notice]:
                     + _to_touch(system, s, int(nodes[k]))
                 )
                 + (tool.description.hint() if depth[k] > SUNK else ""),
-                bool(plastic and depth[k] > SUNK),
+                Severity.REFUSE if plastic and depth[k] > SUNK else Severity.WARN,
             )
 
 
@@ -522,30 +526,32 @@ def _along_axis(system: System, s: Surface) -> str:
     return f"move the tool along the axis by {out:.4g}, or leave {-least(0.0):.4g} more room between the two"
 
 
-def _overlaps(system: System) -> Iterator[Notice]:
+def _overlaps(system: System) -> Iterator[Finding]:
     """Bodies that lie in one another, or on one another without a tie."""
     for o in overlaps(system):
-        yield Notice(
+        yield Finding(
             f"bodies.{o.second}",
             f"it overlaps body {o.first!r}, by {o.depth:.3g} at ({o.x:.4g}, {o.y:.4g}): bodies do not feel one another; move it "
             "('origin'), and join the two with 'ties' where they meet",
         )
     for o in neighbours(system):
-        yield Notice(
+        yield Finding(
             f"bodies.{o.second}",
             f"it lies on body {o.first!r} at ({o.x:.4g}, {o.y:.4g}), and nothing holds the two together or apart: bodies do not "
             "feel one another; join them with 'ties', or make one a tool",
         )
 
 
-def _inside(system: System, watched: list[Watch]) -> list[Notice]:
+def _inside(system: System, watched: list[Watch]) -> list[Finding]:
     """Metal that lies inside a tool from the beginning, and tools that lie inside a body."""
     node = inside(system, watched, system.initial().u)
     if node is not None:
         remedy = "move the tool" if node.through else f"move the tool, or {node.remedy}"
-        return [Notice(f"tools.{node.tool}", f"{node} when the run begins: {remedy}", True)]
+        return [Finding(f"tools.{node.tool}", f"{node} when the run begins: {remedy}", Severity.REFUSE)]
     return [
-        Notice(f"tools.{tool}", f"it lies inside body {body!r}, whose outline it does not meet: move the tool out", True)
+        Finding(
+            f"tools.{tool}", f"it lies inside body {body!r}, whose outline it does not meet: move the tool out", Severity.REFUSE
+        )
         for tool, body in engulfed(system)
     ]
 
@@ -591,13 +597,13 @@ def _moments(system: System) -> Iterator[_Moment]:
         at_start = u
 
 
-def _passage(system: System, watched: list[Watch]) -> Iterator[Notice]:
+def _passage(system: System, watched: list[Watch]) -> Iterator[Finding]:
     """Tools that never touch, that press what cannot yield, that cross each other, or go into what has no contact with them."""
     nearest = np.full(len(system.surfaces), np.inf)
     known = np.ones(len(system.surfaces), dtype=bool)
     moved = {name for name, body in system.problem.bodies.items() if _driven(system, name)}
     pressed: dict[tuple[int, int], Pressed] = {}
-    reported: dict[str, Notice] = {}
+    reported: dict[str, Finding] = {}
     for m in _moments(system):
         x = system.positions(m.u)
         for i, s in enumerate(system.surfaces):
@@ -623,7 +629,7 @@ def _passage(system: System, watched: list[Watch]) -> Iterator[Notice]:
             continue  # a tool is against all bodies where nothing else is said, not meant to meet them all
         if known[i] and nearest[i] > CLOSED * s.points.depth.min() and s.body not in moved:
             gap = f"never comes nearer than {nearest[i]:.4g}" if np.isfinite(nearest[i]) else "never stands over it"
-            yield Notice(
+            yield Finding(
                 _path_of(system, i),
                 f"tool {s.against!r} never touches {'+'.join(s.description.surface)!r} in any step: it {gap}; "
                 "check where it is placed, the sign and the size of its motion",
@@ -647,11 +653,11 @@ def _touched(system: System, nearest: Array, known: Flags) -> set[str]:
     return {other for body in reached for other in system.tied_bodies(body)}
 
 
-def _entered(system: System, watched: list[Watch], m: _Moment, at_rest: set[str]) -> Iterator[Notice]:
+def _entered(system: System, watched: list[Watch], m: _Moment, at_rest: set[str]) -> Iterator[Finding]:
     """Tools that are inside a body that nothing has touched before, past a side that has no contact with them."""
     node = inside(system, [w for w in watched if m.known[w.tool]], m.u) if at_rest else None
     if node is not None and node.body in at_rest:
-        yield Notice(f"tools.{node.tool}", f"at time {m.t:.4g} {node}: {node.remedy}")
+        yield Finding(f"tools.{node.tool}", f"at time {m.t:.4g} {node}: {node.remedy}")
 
 
 def _driven(system: System, body: str) -> bool:
@@ -669,9 +675,7 @@ def _driven(system: System, body: str) -> bool:
     return False
 
 
-def _held(
-    system: System, s: Surface, i: int, m: _Moment, x: Array, pressed: dict[tuple[int, int], Pressed]
-) -> None:
+def _held(system: System, s: Surface, i: int, m: _Moment, x: Array, pressed: dict[tuple[int, int], Pressed]) -> None:
     """Nodes of the body that are held along the normal of a tool which reaches into them."""
     first = system.offsets[s.body]
     last = first + len(system.meshes[s.body].points)
@@ -712,23 +716,23 @@ def _worst(pressed: dict[tuple[int, int], Pressed]) -> dict[tuple[int, int], Pre
     return worst
 
 
-def _overconstrained(system: System, s: Surface, i: int, most: Pressed, candidate: bool) -> Notice:
+def _overconstrained(system: System, s: Surface, i: int, most: Pressed, candidate: bool) -> Finding:
     depth, t, node, _ = most
     x, y = system.X[node]
     where = f"node {node - system.offsets[s.body]} of {s.body!r} at ({x:.4g}, {y:.4g})"
     tool = s.against
     if candidate:
-        return Notice(
+        return Finding(
             _path_of(system, i),
             f"{where} is held along the normal of tool {tool!r}, which presses it in by {depth:.4g} until time {t:.4g}: it can "
             f"obey only one of them; {_advice_to_release(system, s, most)}",
-            True,
+            Severity.REFUSE,
         )
-    return Notice(
+    return Finding(
         _path_of(system, i),
         f"tool {tool!r} reaches {depth:.4g} beyond {where} at time {t:.4g}, which a support holds: is its travel larger than the "
         "body?",
-        system.problem.kinematics == "finite" and system.master(s).shape.half_space,
+        Severity.REFUSE if system.problem.kinematics == "finite" and system.master(s).shape.half_space else Severity.WARN,
     )
 
 
@@ -751,7 +755,7 @@ def _advice_to_release(system: System, s: Surface, most: Pressed) -> str:
     return f"hold {name!r}, which meets the contact surface there, across the normal only, or keep the tool off it"
 
 
-def _crossing(system: System, m: _Moment, x: Array) -> Iterator[Notice]:
+def _crossing(system: System, m: _Moment, x: Array) -> Iterator[Finding]:
     """Two tools whose faces pass each other where they press on the same body, or that press the same points."""
     for i, a in enumerate(system.surfaces):
         for b in system.surfaces[:i]:
@@ -770,15 +774,15 @@ def _crossing(system: System, m: _Moment, x: Array) -> Iterator[Notice]:
             between = np.where(facing < -ALONG, pa.g + pb.g, np.inf)
             k = int(np.argmin(between))
             if between[k] < -CLOSED * h:
-                yield Notice(
+                yield Finding(
                     _path_of(system, i),
                     f"tools {tb.name!r} and {ta.name!r} cross: at time {m.t:.4g} they overlap by {-between[k]:.4g} near "
                     f"({x[nodes[k], 0]:.4g}, {x[nodes[k], 1]:.4g}) and leave the body no room; check their travels",
-                    True,
+                    Severity.REFUSE,
                 )
             same = (facing > 1 - 1e-9) & (np.maximum(pa.g, pb.g) < -CLOSED * h) & (np.abs(pa.g - pb.g) < CLOSED * h)
             if len(shared) and same.any():
-                yield Notice(
+                yield Finding(
                     _path_of(system, i),
                     f"tools {tb.name!r} and {ta.name!r} press the same points of {'+'.join(a.description.surface)!r} at time "
                     f"{m.t:.4g}: which of them carries the force is not determined; keep one contact",

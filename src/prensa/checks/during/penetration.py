@@ -6,19 +6,23 @@ them that a narrow tool reaches between its nodes.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from prensa.checks.before.overlap import within
+from prensa.checks.check import Solved, ended_by
+from prensa.checks.during.folding import Folding
+from prensa.checks.during.self_intersection import ALLOWED
 from prensa.contact.integration import depth_of
+from prensa.errors import Finding
 from prensa.mesh.mesh import segments
 from prensa.system.contact_surfaces import named_edges, symmetric
-from prensa.system.failure import Inside
+from prensa.system.failure import Inside, MetalInside
 from prensa.system.system import System
 from prensa.types import Array, Index
 
-ALLOWED = 0.05  # depth over element size, beyond what the contacts of the tool sink in, that counts as a touch
 NARROW = 0.02  # the same between nodes, where what is reached by is no deeper than half the width of a narrow tool
 CREASED = 0.01  # of a node of an element that folds over itself: what makes it fold is found then
 ON_EDGE = np.arange(1, 8) / 8  # places on an edge at which a tool between its nodes is looked for
@@ -34,6 +38,28 @@ class Watch(NamedTuple):
     nodes: Index
     size: Array
     edges: Index
+
+
+class Penetration:
+    """Metal inside a tool with which it has no contact; ``folding`` knows the elements that fold over themselves."""
+
+    def __init__(self, system: System, folding: Folding) -> None:
+        self.system, self.folding, self.watched = system, folding, watches(system)
+
+    def __call__(self, given: Solved) -> Iterator[Finding]:
+        """Inside condensed bodies displacements are known at the end of a step; before, outlines are looked at."""
+        c, result, system = given.context, given.result, self.system
+        assert result.evaluation is not None
+        sunk = np.zeros(len(system.tools))
+        for s, f in zip(system.surfaces, result.evaluation.contacts):
+            t = system.master(s).number
+            sunk[t] = max(sunk[t], -float(f.g.min()))
+        folded = self.folding.folded(result.u) if given.complete else []
+        node = inside(system, self.watched, given.outlines, sunk, self.folding.creased(c, folded))
+        if not given.complete and (node is not None or c.ends_step):
+            node = inside(system, self.watched, given.displacements(), sunk)
+        if node is not None:
+            yield ended_by(MetalInside(node))
 
 
 def watches(system: System) -> list[Watch]:

@@ -5,16 +5,19 @@ Nothing keeps a body from passing through itself: there is no contact of a body 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
+from prensa.checks.check import Solved, ended_by
 from prensa.elements.shapes import table
+from prensa.errors import Finding
 from prensa.mesh.crossing import apart, left, near
 from prensa.mesh.mesh import segments
 from prensa.system.contact_surfaces import contact_edges
-from prensa.system.failure import Fold, Hang, Past
+from prensa.system.failure import Fold, Folded, Hang, Past
 from prensa.system.system import System
 from prensa.types import Array, Index
 
@@ -23,6 +26,7 @@ PASSED = (
 )
 DRAWN_OUT = 2.0  # length of an edge over that at first …
 CHORD = 0.25  # … and depth of its middle in a tool, over that length, beyond which it hangs on a corner of the tool
+ALLOWED = 0.05  # depth over element size, beyond what contacts sink in, up to which a node beside them just touches
 FLAT = 1e-6  # of the size of the bodies: a side that is this flat is straight, a node this far beyond it lies past it
 
 
@@ -33,14 +37,25 @@ class Outline(NamedTuple):
     ends: Index
 
 
+class SelfIntersection:
+    """Bodies that pass through themselves."""
+
+    def __init__(self, system: System) -> None:
+        self.system, self.outlines = system, outlines(system)
+
+    def __call__(self, given: Solved) -> Iterator[Finding]:
+        """Of condensed bodies the displacements are known at the end of a step."""
+        if given.complete or given.context.ends_step:
+            u = given.displacements()
+            if through := fold(self.system, self.outlines, u):
+                yield ended_by(Folded(through, hanging(self.system, u)))
+
+
 def outlines(system: System) -> list[Outline]:
     """Outlines of all bodies; none in space."""
     if system.dofs.dimension != 2:
         return []
-    return [
-        Outline(body, segments(mesh.boundary) + system.offsets[body])
-        for body, mesh in system.meshes.items()
-    ]
+    return [Outline(body, segments(mesh.boundary) + system.offsets[body]) for body, mesh in system.meshes.items()]
 
 
 def fold(system: System, bodies: list[Outline], u: Array) -> Fold | None:
@@ -126,7 +141,9 @@ def past_support(system: System, held: Index, body: str, nodes: Index, u: Array)
                 deep = others[depth > FLAT * system.length]
                 side = [n for n in sides_of(system, body, deep) if n not in (body, f"{body}.{support}")]
                 if side:
-                    return Past(side[0], f"{body}.{support}", float(depth.max()), float(depth.max()) / _shortest(system, nodes))
+                    return Past(
+                        side[0], f"{body}.{support}", float(depth.max()), float(depth.max()) / _shortest(system, nodes)
+                    )
     return None
 
 

@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from prensa.checks.check import Committed, Failed, Finished, ended_by, warning
+from prensa.errors import Finding
 from prensa.model.units import factor
 from prensa.policy import Policy
 from prensa.system.assembly import Block
@@ -64,6 +66,13 @@ class Validity:
         self._volumes: dict[str, Array] = {}
         self.finite = system.dofs.dimension == 2 and p.kinematics == "finite" and p.remesh == "off"
 
+    def __call__(self, given: Committed) -> Iterator[Finding]:
+        """Note a committed increment, and end the run with one in which small-strain kinematics does not hold."""
+        self.look_at_friction(given.context, given.evaluation)
+        # of condensed bodies the displacements are known at the end of a step
+        if given.complete and (reason := self.look(given.state.u, given.state.history)):
+            yield ended_by(reason)
+
     def look(self, u: Array, history: Sequence[Array]) -> BeyondSmall | None:
         """Note an increment that ends at dofs u (ndof,) with a ``history``; why it is refused, or None."""
         self._note_flow(history)
@@ -76,7 +85,7 @@ class Validity:
             now = self._deformation(block, self.system.displacement(u))
             self.seen[block.body] = now.beyond(self.seen.get(block.body, REST))
             if max(now.strain, now.rotation) > SMALL_STRAIN_LIMIT:
-                del self.seen[block.body]  # told as the failure
+                del self.seen[block.body]  # reported as the failure
                 return BeyondSmall(block.body, *now)
         return None
 
@@ -94,8 +103,12 @@ class Validity:
                 if most > end * (1 + 1e-9):
                     self.rubbed[s.name, name] = end, max(most, self.rubbed.get((s.name, name), (0.0, 0.0))[1])
 
-    def warnings(self) -> Iterator[str]:
-        """Sentences about the largest of what was seen."""
+    def warnings(self, _: Finished | Failed) -> Iterator[Finding]:
+        """The largest of what was seen."""
+        yield from map(warning, self._exceeded())
+
+    def _exceeded(self) -> Iterator[str]:
+        """Sentences about what was exceeded."""
         for body, d in self.seen.items():
             if max(d.strain, d.rotation) > SMALL_STRAIN_WARNING:
                 yield (
@@ -120,7 +133,6 @@ class Validity:
                 f"the flow curve of body {body!r} ends at a plastic strain of {end:g} and was used up to {strain:.3g}, where it "
                 "stays at its last stress; give stresses up to there"
             )
-
         for (contact, name), (end, most) in self.rubbed.items():
             yield (
                 f"the friction of contact {contact!r} has a table that ends at a {name} of {end:g} and was used up to "
