@@ -7,7 +7,7 @@ from functools import partial
 from typing import TypeVar
 
 from prensa.checks.after.quality import hidden_forces, penetrations, soft_springs, untouched_tools
-from prensa.checks.before.motions import table_jumps
+from prensa.checks.before.table_starts import table_jumps
 from prensa.checks.check import (
     Attempted,
     Check,

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.errors import Finding
 from prensa.mesh.mesh import segments
 from prensa.system.contact_surfaces import distance
 from prensa.system.system import System
@@ -96,3 +97,19 @@ def within(x: Array, a: Array, b: Array) -> Flags:
     rise = np.where(b[:, 1] == a[:, 1], 1.0, b[:, 1] - a[:, 1])
     crossing = a[:, 0] + (x[:, 1:] - a[:, 1]) / rise * (b[:, 0] - a[:, 0])
     return np.asarray((across & (crossing > x[:, :1])).sum(axis=1) % 2 == 1)
+
+
+def overlapping_bodies(system: System) -> Iterator[Finding]:
+    """Bodies that lie in one another, or on one another without a tie."""
+    for o in overlaps(system):
+        yield Finding(
+            f"bodies.{o.second}",
+            f"it overlaps body {o.first!r}, by {o.depth:.3g} at ({o.x:.4g}, {o.y:.4g}): bodies do not feel one another; move it "
+            "('origin'), and join the two with 'ties' where they meet",
+        )
+    for o in neighbours(system):
+        yield Finding(
+            f"bodies.{o.second}",
+            f"it lies on body {o.first!r} at ({o.x:.4g}, {o.y:.4g}), and nothing holds the two together or apart: bodies do not "
+            "feel one another; join them with 'ties', or make one a tool",
+        )
