@@ -15,6 +15,7 @@ import numpy as np
 
 from prensa.checks.before.passages_ahead import plastic
 from prensa.checks.check import Committed, warning
+from prensa.checks.thresholds import SLIGHT
 from prensa.contact.passage import STAIR, WORTH_SAYING, Passing, passable, passing, sentence
 from prensa.errors import Finding
 from prensa.model.problem import support_names
@@ -24,14 +25,10 @@ from prensa.system.state import State
 from prensa.system.system import Evaluation, System
 from prensa.types import Array
 
-RIPPLE_SHARE = 0.025
-"""Step of a force over its mean, as elements pass, below which it is not reported."""
 RIPPLE_PREDICTION_RATIO = 0.5
 """Step of a force over the predicted one, below which it has another cause."""
 SETTLED_SHARE = 0.25
 """Change of the mean over the step while two elements pass, above which the force is not settled."""
-FORCE_JUMP_SHARE = 0.01
-"""Relative change of forces on prescribed ways in an increment, from which its time is taken from the work."""
 JUMP_TIME_MARGIN = 0.5
 """Increments beyond its own within which that time may lie to count."""
 
@@ -54,7 +51,7 @@ def jump_of(c: Context, state: State) -> float:
     old, own = c.state, c.plan.fixed
     way = (state.u - old.u)[own]
     change, work = float((state.work - old.work)[own] @ way), 0.5 * float((state.work + old.work)[own] @ way)
-    if not abs(change) > FORCE_JUMP_SHARE * abs(work):
+    if not abs(change) > SLIGHT * abs(work):
         return float("nan")
     found = 0.5 + (state.energy.imbalance - old.energy.imbalance) / change
     within = float(np.clip(found, 0.0, 1.0))
@@ -194,7 +191,7 @@ class Passages:
             # what grows from one passage to the next is no staircase
             if (
                 lying * WORTH_SAYING <= STAIR
-                and seen - drift >= max(RIPPLE_SHARE, RIPPLE_PREDICTION_RATIO * STAIR / lying) * size
+                and seen - drift >= RIPPLE_PREDICTION_RATIO * STAIR / lying * size
                 and drift <= SETTLED_SHARE * seen
             ):
                 self._reported.add(name)

@@ -8,15 +8,12 @@ from typing import Any
 import numpy as np
 
 from prensa.checks.check import Committed, Finished, warning
+from prensa.checks.thresholds import NOTABLE_DEPTH, SLIGHT
 from prensa.errors import Finding
 from prensa.system.system import System
 
-DEEP_PENETRATION_RATIO = 0.1
-"""Penetration over element depth worth a warning."""
 HIDDEN_FORCE_RATIO = 100.0
 """A tool force below this multiple of the residual allowed is no result."""
-SPENT_SPRING_SHARE = 0.99
-"""Share of a mount's way that its spring takes, from which its stiffness is questioned."""
 
 
 def penetrations(system: System, given: Committed) -> Iterator[Finding]:
@@ -24,7 +21,7 @@ def penetrations(system: System, given: Committed) -> Iterator[Finding]:
     for s, f, scale in zip(system.surfaces, given.evaluation.contacts, given.context.scales):
         depth = np.where(f.p > 0, -f.g / scale.h, 0.0)
         k = int(np.argmax(depth))
-        if depth[k] > DEEP_PENETRATION_RATIO:
+        if depth[k] > NOTABLE_DEPTH:
             x, node = s.X[k], s.points.support[k, np.argmax(s.points.N[k])]
             yield warning(
                 f"contact {s.name}: node {node - system.offsets[s.body]} (initially at {x[0]:.4g}, {x[1]:.4g}) lies "
@@ -59,7 +56,7 @@ def soft_springs(system: System, given: Committed) -> Iterator[Finding]:
         for axis, dof in zip(("x", "y", "rz"), system.dofs.tool.dofs(t).tolist()):
             stiffness, mount = plan.springs.get(dof, (0.0, None))
             way = mount(plan.t1) if mount is not None and mount(plan.t1) != mount(plan.t0) else 0.0
-            if abs(u[dof]) < (1.0 - SPENT_SPRING_SHARE) * abs(way):
+            if abs(u[dof]) < SLIGHT * abs(way):
                 yield warning(
                     f"tool {tool.name!r} went {u[dof]:.3g} of the {way:.3g} that the mount of its spring went along {axis}: the "
                     f"spring, {stiffness:.4g}, took the rest, and nothing else drives the run; is its stiffness in the units of "

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding
 from prensa.model import problem as model
 from prensa.system.system import System
@@ -26,7 +27,7 @@ def bores(system: System) -> Iterator[Finding]:
                 continue
             body = name.partition(".")[0]
             r, least = system.X[system.boundary_nodes(name), 0], float(system.meshes[body].points[:, 0].min())
-            if len(r) > 1 and least > 0 and np.ptp(r) <= 1e-9 * system.length and r[0] <= least * (1 + 1e-9):
+            if len(r) > 1 and least > 0 and np.ptp(r) <= NO_DIFFERENCE * system.length and r[0] <= least * (1.0 + NO_DIFFERENCE):
                 yield Finding(
                     f"{prefix}fixed.{name}",
                     f"it holds a bore of radius {r[0]:.4g}: the symmetry line of a plane problem is the axis here, and a bore "

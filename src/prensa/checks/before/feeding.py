@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.thresholds import TOWARDS
 from prensa.contact.passage import TURNED
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
@@ -16,8 +17,8 @@ from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array
 
-PLACES = 129  # places along a way at which what is fed is looked for in the tools
-AGAINST = 0.5  # cosine with the way beyond which the surface of a roll goes against it
+PLACES = 129
+"""Places along a way at which what is fed is looked for in the tools: a way is seldom longer than a hundred elements."""
 
 
 def feeding(system: System) -> Iterator[Finding]:
@@ -50,7 +51,7 @@ def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) ->
         gap, velocity = _meeting(system, s, plan, feed, u)
         nearest[s.against] = gap
         along, size = velocity["xy".index(feed.axis)] * np.sign(feed.way), float(np.hypot(*velocity))
-        if along < -AGAINST * size:
+        if along < -TOWARDS * size:
             tool = s.against
             key = "by" if tool in system.problem.steps[plan.number].by else "move"
             yield Finding(

@@ -6,11 +6,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding, Severity
 from prensa.materials.flow_curve import stress_at
 from prensa.system.system import System
 
-STRAINS = np.concatenate([[0.0], np.geomspace(1e-4, 3.0, 200)])  # at which flow curves are looked at
+STRAINS = np.concatenate([[0.0], np.geomspace(1e-4, 3.0, 200)])
+"""Plastic strains at which flow curves are looked at."""
+FIRST_STRAIN = 0.01
+"""Plastic strain by which the first rise of a flow curve is measured: power laws begin with any slope."""
 
 
 def flow_curves(system: System) -> Iterator[Finding]:
@@ -22,7 +26,7 @@ def flow_curves(system: System) -> Iterator[Finding]:
         path = f"bodies.{name}.material.flow"
         stress = stress_at(flow, STRAINS, np.zeros_like(STRAINS))
         k = int(np.argmin(stress))
-        fall = np.diff(stress) < -1e-9 * stress[0]
+        fall = np.diff(stress) < -NO_DIFFERENCE * stress[0]
         if not stress[k] > 0:
             yield Finding(
                 path,
@@ -36,7 +40,7 @@ def flow_curves(system: System) -> Iterator[Finding]:
                 f"the flow stress falls from {stress[a]:.5g} at a plastic strain of {STRAINS[a]:.3g}: the strain will gather in "
                 "one row of elements and the answer depend on the mesh; let it rise or stay",
             )
-        rise = (np.interp(0.01, STRAINS, stress) - stress[0]) / 0.01
+        rise = (np.interp(FIRST_STRAIN, STRAINS, stress) - stress[0]) / FIRST_STRAIN
         if rise > body.material.modulus:
             yield Finding(
                 path,

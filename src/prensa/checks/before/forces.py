@@ -12,9 +12,12 @@ from prensa.materials.flow_curve import stress_at
 from prensa.materials.material import Material
 from prensa.system.system import System
 
-CRUSHED = 50.0  # mean pressure of a push over what the metal bears at a strain of 1, beyond any that a die holds in
-STIFFEST_MOUNT = 1e6  # stiffness of a spring over E times the thickness, beyond which its tool is as good as held …
-MOUNT_LOST = 1e8  # … and beyond which round-off of its length is more than tolerances of forces
+CRUSHED = 50.0
+"""Mean pressure of a push over the flow stress at a strain of 1, more than any die withstands."""
+STIFFEST_MOUNT = 1e6
+"""Stiffness of a spring over that of the bodies, beyond which its tool is as good as held."""
+MOUNT_LOST = 1e8
+"""The same, beyond which round-off of the spring's length is a force above the tolerance."""
 
 
 def pushes(system: System) -> Iterator[Finding]:

@@ -7,14 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.checks.before.moments import Moment, contact_path
+from prensa.checks.thresholds import ALONG, SLIGHT
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
 from prensa.model import problem as model
 from prensa.system.system import System
 from prensa.types import Array
-
-REACH = 0.01  # depth over element depth by which a tool may press a held node
-ALONG = 0.9  # cosine from which a support acts along a tool's normal
 
 
 class Pressed(NamedTuple):
@@ -42,7 +40,7 @@ def held(system: System, s: Surface, i: int, m: Moment, x: Array, pressed: dict[
     master = system.master(s)
     place, pairs = master.place(m.u), master.seen(x[nodes], m.u)
     h = float(s.points.depth.min())
-    deep = (pairs.g < -REACH * h) & (np.abs(pairs.n[np.arange(len(nodes)), axis]) > ALONG)
+    deep = (pairs.g < -SLIGHT * h) & (np.abs(pairs.n[np.arange(len(nodes)), axis]) > ALONG)
     if not deep.any():
         return
     # beside the contact surface, a tool that came across the normal has pushed the free body ahead of it
@@ -54,7 +52,7 @@ def held(system: System, s: Surface, i: int, m: Moment, x: Array, pressed: dict[
     other, beside = 1 - axis, x[nodes].copy()
     free = ~np.isin(field.dofs(nodes)[np.arange(len(nodes)), other], m.plan.fixed)
     beside[np.arange(len(nodes)), other] += place[other] * free
-    came &= ~free | (master.seen(beside, m.u).g < -REACH * h)
+    came &= ~free | (master.seen(beside, m.u).g < -SLIGHT * h)
     for k in np.flatnonzero(deep & came):
         key = (i, int(nodes[k]) if nodes[k] in s.points.nodes else -1 - int(nodes[k]))
         if -pairs.g[k] > pressed.get(key, NOT_PRESSED).depth:

@@ -17,7 +17,7 @@ from prensa.types import Array, Flags
 AXES = ("x", "y", "rz")
 """Ways of a tool, as motions name them."""
 SAMPLES = 17
-"""Moments of a step at which tools are looked at, besides corners of tables: a sixteenth of a way is a few elements."""
+"""Moments of a step at which tools are looked at, with corners of tables: few tools pass a body in a sixteenth of their way."""
 
 
 class Stage(NamedTuple):

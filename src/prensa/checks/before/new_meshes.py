@@ -15,6 +15,8 @@ from prensa.model.remeshing import remeshing_of
 from prensa.system.element_sizes import elements_asked, section_area, size_field
 from prensa.system.system import System
 
+ADVISED_SIZE = 0.02
+"""Size of elements over the width of their body that is advised where one was likely given in another unit."""
 POINT_INSIDE = "the point lies inside the body, where new meshes ('remesh') keep no node; hold a side or a corner"
 
 
@@ -29,12 +31,13 @@ def new_meshes(system: System) -> Iterator[Finding]:
         yield Finding("remesh", NO_MESHER, Severity.REFUSE)
     for body, mesh in system.meshes.items():
         count, key = elements_asked(system, body)
+        count = min(count, np.finfo(np.float64).max)  # of sizes as small as numbers are
         if system.problem.bodies[body].material.plastic and count > MOST_ELEMENTS:
             width, most = section_area(system, body) ** 0.5, f"{MOST_ELEMENTS:,}".replace(",", " ")
             yield Finding(
                 f"remesh.size.{key}" if getattr(asked.size, key) is not None else "remesh.size",
-                f"it asks for {min(count, 1e300):.1e} elements of body {body!r}, whose section is about {width:.3g} wide; a body "
-                f"has {most} at most: write {0.02 * width:.2g}, say, or leave it out",
+                f"it asks for {count:.1e} elements of body {body!r}, whose section is about {width:.3g} wide; a body "
+                f"has {most} at most: write {ADVISED_SIZE * width:.2g}, say, or leave it out",
                 Severity.REFUSE,
             )
         outline = mesh.boundary

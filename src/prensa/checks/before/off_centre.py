@@ -6,13 +6,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
 from prensa.system.contact_surfaces import symmetry_lines
 from prensa.system.system import System
 
-OFF_LINE = 1e-3  # of its half breadth, by which a tool may lie off the line that it crosses
+OFF_LINE = 1e-3
+"""Distance of a tool from the line that it crosses, over its half breadth, that is a rounded coordinate."""
 
 
 def off_centre(system: System) -> Iterator[Finding]:
@@ -30,7 +32,7 @@ def off_centre(system: System) -> Iterator[Finding]:
             continue
         if tool.shape.half_space or tool.shape.cavity or not own.mirrored(True, tool.direction):
             continue
-        half = max(float(np.abs(polygon[:, 0]).max()) for polygon in own.outline(1e-9))
+        half = max(float(np.abs(polygon[:, 0]).max()) for polygon in own.outline(NO_DIFFERENCE * system.length))
         lines = {at for axis, at in symmetry_lines(p, s.body, system.meshes[s.body]) if axis == 0}
         for at in sorted({0.0} if system.axisymmetric else lines):
             x = float(tool.at[0] + system.master(s).place(system.initial().u)[0])

@@ -8,13 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.checks.thresholds import TOUCHING_DEPTH
 from prensa.errors import Finding
 from prensa.mesh.mesh import segments
 from prensa.system.contact_surfaces import distance
 from prensa.system.system import System
 from prensa.types import Array, Flags, Index
-
-MEETING = 0.05  # depth over the shortest side of an outline up to which bodies just meet
 
 
 class Overlap(NamedTuple):
@@ -43,7 +42,7 @@ def overlaps(system: System) -> Iterator[Overlap]:
     outlines = [_outline(system, body, x) for body in system.meshes] if system.dofs.dimension == 2 else []
     for a, b in combinations(outlines, 2):
         worst = max(_deepest(a, b), _deepest(b, a), key=lambda found: found.depth)
-        if worst.depth > MEETING * min(a.shortest, b.shortest):
+        if worst.depth > TOUCHING_DEPTH * min(a.shortest, b.shortest):
             yield worst._replace(first=a.body, second=b.body)
 
 
@@ -58,7 +57,7 @@ def neighbours(system: System) -> Iterator[Overlap]:
         for one, other in ((a, b), (b, a)):
             ends = one.points[one.edges]
             middles = ends.mean(axis=1)
-            near = MEETING * min(a.shortest, b.shortest)
+            near = TOUCHING_DEPTH * min(a.shortest, b.shortest)
             low, high = other.points.min(axis=0) - near, other.points.max(axis=0) + near
             close = np.flatnonzero(((ends > low) & (ends < high)).all(axis=(1, 2)))
             if not len(close):

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding, Severity
 from prensa.linear.rigid_modes import CLOSED, Frame, free_in_words, rows_of, support_rows
 from prensa.model import problem as model
@@ -44,7 +45,7 @@ def rigid_motions(system: System) -> Iterator[Finding]:
                 nothing = "no support and no contact resists" if fatal else "nothing resists until a tool touches it"
                 severity = Severity.REFUSE if fatal else Severity.WARN
                 yield Finding(f"bodies.{name}", f"{step}it is free to {words}: {nothing}; {remedy}", severity)
-            along_axis = (np.abs(held[:, 1]) > 1e-6).any()
+            along_axis = (np.abs(held[:, 1]) > NO_DIFFERENCE).any()
             if (
                 system.axisymmetric
                 and not number
@@ -82,12 +83,12 @@ def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
             continue
         pairs = system.master(s).seen(x[s.points.nodes], u)
         touching = pairs.n[pairs.g <= CLOSED * float(s.points.depth.min())]
-        signs = set(np.sign(touching[np.abs(touching[:, 1]) > 1e-6, 1]).tolist())
+        signs = set(np.sign(touching[np.abs(touching[:, 1]) > NO_DIFFERENCE, 1]).tolist())
         dof = int(system.master(s).dofs[1])
         bearing |= signs
         if dof in plan.push or (at != moved)[plan.fixed == dof].any():
             driven |= signs
-        rubs |= bool((np.abs(touching[:, 0]) > 1e-6).any()) and not system.frictionless(law)
+        rubs |= bool((np.abs(touching[:, 0]) > NO_DIFFERENCE).any()) and not system.frictionless(law)
     return rubs and any(-sign not in bearing for sign in driven)
 
 

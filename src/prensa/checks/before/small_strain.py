@@ -7,14 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from prensa.checks.before.moments import Stage, stages
+from prensa.checks.during.validity import STRAIN_LIMIT
+from prensa.checks.thresholds import ALONG
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array
-
-SMALL = 0.1  # mean displacement gradient from which small-strain kinematics is remarked upon
-ALONG = 0.9  # cosine from which a support acts along a tool's normal
 
 
 def small_strain(system: System) -> Iterator[Finding]:
@@ -86,7 +85,7 @@ def driven_apart(system: System, stage: Stage) -> Iterator[tuple[str, float, flo
 def _small(reached: dict[str, tuple[float, float]], words: str) -> Iterator[Finding]:
     """Small-strain kinematics where tools or supports go too far for it; ``words`` of the body, the way and the distance."""
     for body, (depth, far) in reached.items():
-        if depth > SMALL * far:
+        if depth > STRAIN_LIMIT * far:
             yield Finding(
                 "kinematics",
                 words.format(repr(body), depth, far)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from prensa.checks.before.moments import AXES, stages
+from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding
 from prensa.model.problem import Step
 from prensa.system.schedule import StepPlan
@@ -30,7 +31,7 @@ def _standstill(system: System, plan: StepPlan, at_start: Array, before: StepPla
         return
     start = np.concatenate([at_start[plan.fixed], [mount(plan.t0) for _, mount in before.springs.values()]])
     for t in [*plan.corners(), plan.t1]:
-        if not np.allclose(plan.motion(float(t)), start, rtol=1e-9, atol=1e-12 * system.length):
+        if not np.allclose(plan.motion(float(t)), start, rtol=NO_DIFFERENCE, atol=0.0):
             return
     yield Finding(*written)
 

@@ -6,17 +6,16 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.thresholds import NO_DIFFERENCE, NOTABLE_DEPTH, TOWARDS
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
 from prensa.linear.rigid_modes import CLOSED
 from prensa.system.system import System
 
-SUNK = 0.45  # depth over element depth from which no increment, however short, pushes a tool out of a plastic body
-AWAY = (
-    np.arange(1, 257) / 64
-)  # ways along the axis, over the size of a surface, at which a tool is tried to come out of it
-BISECTIONS = 40  # of the way by which it just does
-BEHIND = 0.1  # depth over element depth in a tool of a node that is nearer to its far side
+SUNK = 0.45
+"""Depth over element depth from which no increment, however short, pushes a tool out of a plastic body."""
+AWAY = np.arange(1, 257) / 64
+"""Ways along the axis, over the size of a surface, at which a tool is tried to come out of it."""
 
 
 def starting_places(system: System) -> Iterator[Finding]:
@@ -28,7 +27,7 @@ def starting_places(system: System) -> Iterator[Finding]:
         pairs = system.master(s).seen(system.positions(start.u)[nodes], start.u)
         facing = (pairs.n * s.node_normal).sum(axis=1)
         name, surface = tool.name, "+".join(s.description.surface)
-        if (facing > 0.5).all():
+        if (facing > TOWARDS).all():
             key = tool.description.direction_key
             how = f"reverse '{key}'" if key else "put it on the other side"
             if getattr(tool.description, "type", "") == "profile":
@@ -44,9 +43,9 @@ def starting_places(system: System) -> Iterator[Finding]:
             )
             continue
         depth = -pairs.g / float(s.points.depth.min())
-        behind = np.where(facing > 0.5, depth, 0.0)
+        behind = np.where(facing > TOWARDS, depth, 0.0)
         k = int(np.argmax(behind))
-        if behind[k] > BEHIND and not start.contact.closed[s.rows].any():
+        if behind[k] > NOTABLE_DEPTH and not start.contact.closed[s.rows].any():
             x, y = system.X[nodes[k]]
             to_touch = _to_touch(system, s, int(nodes[k]))
             yield Finding(
@@ -96,7 +95,7 @@ def _along_axis(system: System, s: Surface) -> str:
     if out is None:
         return f"leave {-least(0.0):.4g} more room between the two: no move along the axis brings it out"
     inside = 0.0
-    for _ in range(BISECTIONS):
+    while abs(out - inside) > NO_DIFFERENCE * abs(out):
         middle = 0.5 * (inside + out)
         inside, out = (inside, middle) if least(middle) >= 0.0 else (middle, out)
     return f"move the tool along the axis by {out:.4g}, or leave {-least(0.0):.4g} more room between the two"

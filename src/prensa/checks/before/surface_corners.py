@@ -9,9 +9,8 @@ import numpy as np
 from prensa.errors import Finding, Severity
 from prensa.system.system import System
 
-KINKED = (
-    0.766  # cosine of the angle, 40°, by which an undeformed surface may bend at a node and still have a normal there
-)
+KINKED = 0.766
+"""Cosine of the angle, 40°, by which an undeformed surface may bend at a node and still have a normal there."""
 
 
 def surface_corners(system: System) -> Iterator[Finding]:

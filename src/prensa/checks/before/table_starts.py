@@ -8,15 +8,13 @@ import numpy as np
 
 from prensa.checks.before.moments import AXES, stages
 from prensa.checks.check import StepBegun, warning
+from prensa.checks.thresholds import NO_DIFFERENCE, SLIGHT
 from prensa.errors import Finding
 from prensa.system.planning import plan_step
 from prensa.system.schedule import Amplitude, StepPlan, Table, tabulated
 from prensa.system.state import State
 from prensa.system.system import System
 from prensa.types import Array, Flags
-
-JUMP = 0.01  # way over the least element depth of the contacts that a table may begin elsewhere
-DIFFERS = 1e-6  # share of a force from which a table that does not begin with it is reported
 
 
 def table_starts(system: System) -> Iterator[Finding]:
@@ -32,7 +30,7 @@ def _beginnings(
     fixed = set(plan.fixed.tolist())
     h = min((float(s.points.depth.min()) for s in system.surfaces), default=system.length)
     for path, name, axis, value, dofs in _tables(system, plan.number):
-        least = JUMP * (h if axis != "rz" else 1.0)
+        least = SLIGHT * (h if axis != "rz" else 1.0)
         relative = path.split(".")[2] == "by"
         first = tabulated(value)(plan.t0)
         for dof in dofs:
@@ -71,7 +69,7 @@ def _jumps(system: System, plan: StepPlan) -> Iterator[str]:
     found = []
     for path, name, axis, value, dofs in _tables(system, plan.number):
         way = max(dofs, key=lambda dof: abs(missing.get(dof, 0.0)), default=-1)
-        if abs(missing.get(way, 0.0)) > JUMP * (h if axis != "rz" else 1.0):
+        if abs(missing.get(way, 0.0)) > SLIGHT * (h if axis != "rz" else 1.0):
             found.append((path, name, tabulated(value)(plan.t0), here[way]))
     foretold = {n.path for n in table_starts(system)} if found else set()
     for path, name, first, place in found:
@@ -110,7 +108,7 @@ def _differences(system: System, state: State, plan: StepPlan) -> Iterator[str]:
 
 def _jump(path: str, amplitude: Amplitude, carried: float, plan: StepPlan) -> Iterator[str]:
     asked = amplitude(plan.t0)
-    if not amplitude.ramp and abs(asked - carried) > DIFFERS * max(abs(asked), abs(carried)):
+    if not amplitude.ramp and abs(asked - carried) > NO_DIFFERENCE * max(abs(asked), abs(carried)):
         yield (
             f"step {plan.name!r}, {path}: the table has {asked:.6g} at time {plan.t0:g}, where {carried:.6g} is carried; the "
             f"difference goes linearly to 0 over the step (let the table begin with {carried:.6g})"

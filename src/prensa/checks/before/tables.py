@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding
 from prensa.model import problem as model
 from prensa.model.problem import tools_removed
@@ -11,7 +12,8 @@ from prensa.model.tables import DRIVEN, tables_of
 from prensa.system.schedule import tabulated
 from prensa.system.system import System
 
-IN_SECONDS = 2.0  # times the length of the run, from which on the time of a table that is not gone to its end is told
+IN_SECONDS = 2.0
+"""End of a table over that of the run, from which on its times are likely seconds."""
 
 
 def tables(system: System) -> Iterator[Finding]:
@@ -27,25 +29,25 @@ def tables(system: System) -> Iterator[Finding]:
             first, last = table[0][0], table[-1][0]
             ends, end = float(len(p.steps)), table[-1][1]
             reached = tabulated(table)(ends)
-            if first <= t0 + 1e-9 and last >= IN_SECONDS * ends and abs(reached - end) > 1e-3 * abs(end):
+            if first <= t0 + NO_DIFFERENCE and last >= IN_SECONDS * ends and abs(reached - end) > NO_DIFFERENCE * abs(end):
                 yield Finding(
                     path,
                     f"the table goes on to time {last:g}, and the run ends at {ends:g}, at {reached:.4g} of {end:g}: times count "
                     "steps, each of them 1 long whatever its 'duration', not seconds",
                 )
             there = tabulated(table)(t1)
-            cut = owner is not p and last > t1 + 1e-9 and abs(there - end) > 1e-3 * abs(end)
+            cut = owner is not p and last > t1 + NO_DIFFERENCE and abs(there - end) > NO_DIFFERENCE * abs(end)
             if cut and _left_off(p, int(t0), str(place[0]), str(place[1])):
                 yield Finding(
                     path,
                     f"the table goes on to time {last:g}, and {what} ends at {t1:g}, at {there:.4g} of {end:g}: what a step does "
                     f"not mention is held, so that step {p.steps[int(t1)].name!r} has to have the table too",
                 )
-            if first <= t0 + 1e-9 and last >= t1 - 1e-9:
+            if first <= t0 + NO_DIFFERENCE and last >= t1 - NO_DIFFERENCE:
                 continue
             held = (
                 f"held at {table[-1][1]:g} after that"
-                if first <= t0 + 1e-9
+                if first <= t0 + NO_DIFFERENCE
                 else f"held at {table[0][1]:g} until it begins"
             )
             if last <= t0:

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prensa.checks.before.held_nodes import ALONG, Pressed, deepest, held, overconstrained
+from prensa.checks.before.held_nodes import Pressed, deepest, held, overconstrained
 from prensa.checks.before.moments import Moment, contact_path, driven, moments
 from prensa.checks.during.penetration import Watch, inside, watches
+from prensa.checks.thresholds import ALONG, NO_DIFFERENCE
 from prensa.errors import Finding, Severity
 from prensa.linear.rigid_modes import CLOSED
 from prensa.system.system import System
@@ -104,7 +105,7 @@ def _crossing(system: System, m: Moment, x: Array) -> Iterator[Finding]:
                     f"({x[nodes[k], 0]:.4g}, {x[nodes[k], 1]:.4g}) and leave the body no room; check their travels",
                     Severity.REFUSE,
                 )
-            same = (facing > 1 - 1e-9) & (np.maximum(pa.g, pb.g) < -CLOSED * h) & (np.abs(pa.g - pb.g) < CLOSED * h)
+            same = (facing > 1.0 - NO_DIFFERENCE) & (np.maximum(pa.g, pb.g) < -CLOSED * h) & (np.abs(pa.g - pb.g) < CLOSED * h)
             if len(shared) and same.any():
                 yield Finding(
                     contact_path(system, i),

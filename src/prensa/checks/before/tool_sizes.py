@@ -6,14 +6,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.thresholds import NOTABLE_DEPTH
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
 from prensa.materials.flow_curve import stress_at
 from prensa.system.element_sizes import least_size
 from prensa.system.system import System
 
-SOFTLY = 0.1  # depth over element depth by which a tool sinks into a soft contact that is worth a word
-TIP = 0.1  # distance from the end of a tool, over an element, at which its width is taken
+STIFFEST_BETA = 1e4
+"""Stiffness of a contact over that of its elements, beyond which iterations suffer: the default is a hundred."""
 
 
 def tool_sizes(system: System) -> Iterator[Finding]:
@@ -36,7 +37,7 @@ def tool_sizes(system: System) -> Iterator[Finding]:
         yield from _corners(system, s)
         k_n = getattr(s.description.enforcement, "k_n", None)
         beta = s.description.enforcement.beta_of(s.unit)
-        if beta > 1e4 or (beta < 1 and _gives_way(system, s, beta)):
+        if beta > STIFFEST_BETA or (beta < 1 and _gives_way(system, s, beta)):
             which = f"k_n = {k_n:.3g}, beta = {beta:.2g}" if k_n is not None else f"beta = {beta:.2g}"
             result = "iterations suffer and pressures oscillate" if beta > 1 else "the tool sinks in by whole elements"
             yield Finding(f"contacts.{i}.enforcement", f"{which}: {result}; leave it out (beta = 100)")
@@ -51,7 +52,7 @@ def _gives_way(system: System, s: Surface, beta: float) -> bool:
     if flow is None:
         return True
     stress = float(stress_at(flow, np.zeros(1), np.zeros(1))[0])
-    return 3.0 * stress / (beta * s.modulus) > SOFTLY
+    return 3.0 * stress / (beta * s.modulus) > NOTABLE_DEPTH
 
 
 def _corners(system: System, s: Surface) -> Iterator[Finding]:
@@ -78,14 +79,14 @@ def _tip(system: System, s: Surface, h: float) -> Iterator[Finding]:
     """The end of a tool that is nearest to the surface: how wide it is a tenth of an element from its end."""
     master, start = system.master(s), system.initial()
     tool, shape = master.tool, master.shape
-    if shape.cavity or not TIP * h > 0:  # sizes of new meshes may be as small as numbers are
+    if shape.cavity or not NOTABLE_DEPTH * h > 0:  # sizes of new meshes may be as small as numbers are
         return
     x = system.positions(start.u)[s.points.nodes]
     pairs = master.seen(x, start.u)
     k = int(np.argmin(pairs.g))
-    width, whole = shape.across(pairs.n[k], TIP * h)
-    size = width**2 / (8 * TIP * h)  # the radius of a cylinder that is as wide there
-    nearest, aside = x[k] - (pairs.g[k] + TIP * h) * pairs.n[k], 2 * np.sqrt(TIP) * h * pairs.e[k, 0]
+    width, whole = shape.across(pairs.n[k], NOTABLE_DEPTH * h)
+    size = width**2 / (8 * NOTABLE_DEPTH * h)  # the radius of a cylinder that is as wide there
+    nearest, aside = x[k] - (pairs.g[k] + NOTABLE_DEPTH * h) * pairs.n[k], 2 * np.sqrt(NOTABLE_DEPTH) * h * pairs.e[k, 0]
     beside = master.seen(np.stack([nearest - aside, nearest + aside]), start.u)
     if size < 2 * h and (beside.g > 0).any():  # else it goes on to both sides: the floor of a container, under its rim
         surface = "+".join(s.description.surface)

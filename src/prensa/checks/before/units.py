@@ -6,16 +6,26 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding
 from prensa.model.feed import ends_early
 from prensa.model.units import factor
 from prensa.system.system import System
 
-SHEET = 5.0  # length of a sheet in the plane over its thickness, from which both are not those of a square bar
-THIN = 0.02  # thickness out of the plane, over the least extent in it, below which plane strain is unlikely to be meant
-THICK_SHEET = 2.0  # thickness of a sheet in plane stress over the largest extent in the plane
-ROUND_TURN = 2.0  # radians from which a multiple of a half is asked about
-PAST_BODIES = 3.0  # way of a round tool's surface by a turn, over the size of the bodies, from which it is
+SMALLEST_BODY = 5e-5
+"""Size (m) below which a body is likely in another unit: that of foils."""
+LARGEST_BODY = 50.0
+"""The same above which it is: that of the plates of ships."""
+SHEET = 5.0
+"""Length of a sheet in the plane over its thickness, from which both are not those of a square bar."""
+THIN = 0.02
+"""Thickness out of the plane, over the least extent in it, below which plane strain is unlikely to be meant."""
+THICK_SHEET = 2.0
+"""Thickness of a sheet in plane stress, over the largest extent in the plane, that no sheet has."""
+ROUND_TURN = 2.0
+"""Radians from which a multiple of a half is likely a number of degrees …"""
+PAST_BODIES = 3.0
+"""… if the surface of a round tool goes that far by it, over the size of the bodies."""
 
 
 def lengths(system: System) -> Iterator[Finding]:
@@ -23,8 +33,7 @@ def lengths(system: System) -> Iterator[Finding]:
     unit = system.problem.units.length
     for name, mesh in system.meshes.items():
         size = float(mesh.extent.max())
-        low, high = {"mm": (0.05, 5e4), "m": (5e-5, 50.0)}.get(unit, (0.0, np.inf))
-        if not low <= size <= high:
+        if not SMALLEST_BODY <= size * factor(f"1 {unit}", "m", "N", (0, 1)) <= LARGEST_BODY:
             yield Finding(f"bodies.{name}.mesh", f"the body is {size:.4g} {unit} large; is that the unit meant?")
     yield from _long_bodies(system)
     size = system.length
@@ -62,11 +71,11 @@ def _long_bodies(system: System) -> Iterator[Finding]:
     """
     p, unit = system.problem, system.problem.units.length
     slices = [factor(f"1 {u}", unit, "N", (0, 1)) for u in ("mm", "cm", "m", "in", "ft")] + [1.0]
-    if p.space != "plane strain" or any(abs(p.thickness / s - 1.0) < 1e-6 for s in slices):
+    if p.space != "plane strain" or any(abs(p.thickness / s - 1.0) < NO_DIFFERENCE for s in slices):
         return
     extents = {name: mesh.extent for name, mesh in system.meshes.items()}
     for name, extent in extents.items():
-        if abs(extent.min() / p.thickness - 1.0) < 1e-6 and extent.max() > SHEET * p.thickness:
+        if abs(extent.min() / p.thickness - 1.0) < NO_DIFFERENCE and extent.max() > SHEET * p.thickness:
             yield Finding(
                 "thickness",
                 f"{p.thickness:.4g} {unit} is what body {name!r} measures across in the plane: 'thickness' is the length out of "

@@ -11,7 +11,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from prensa.checks.check import Rejected, ended_by
-from prensa.checks.during.self_intersection import ALLOWED, past_support, sides_of
+from prensa.checks.during.self_intersection import past_support, sides_of
+from prensa.checks.thresholds import TOUCHING_DEPTH
 from prensa.errors import Finding
 from prensa.mesh.mesh import displaced
 from prensa.mesh.quality import quality
@@ -55,7 +56,7 @@ class Distortion:
             return None
         worn = self._described(c, body, element, shape)
         # a side past a support is cause enough: increments of any length meet it
-        past = worn.past is not None and worn.past.share > ALLOWED
+        past = worn.past is not None and worn.past.share > TOUCHING_DEPTH
         return worn if past or c.dt <= WORN_OUT_SHARE * usual else None
 
     def _described(self, c: Context, body: str, element: int, shape: float) -> Distorted:

@@ -12,7 +12,8 @@ import numpy as np
 
 from prensa.checks.check import Solved, ended_by, warning
 from prensa.checks.during.acceptance import Corners
-from prensa.checks.during.self_intersection import ALLOWED, free_sides, least_on_sides, past_support, side_nodes
+from prensa.checks.during.self_intersection import free_sides, least_on_sides, past_support, side_nodes
+from prensa.checks.thresholds import TOUCHING_DEPTH
 from prensa.errors import Finding
 from prensa.policy import Policy
 from prensa.system.assembly import Block
@@ -77,7 +78,7 @@ class Folding:
             past = past_support(self.system, c.plan.fixed, block.body, nodes, u)
             if past is not None and past.support not in self.reported:
                 yield self._reported(block, element, past.support, _beyond(past))
-            if past is not None and past.share > ALLOWED:
+            if past is not None and past.share > TOUCHING_DEPTH:
                 first = since[block.body, element] = self.since.get((block.body, element), now)
                 if reason is None and now - first >= self.policy.max_folded_increments:
                     x, y = self.system.positions(u)[nodes].mean(axis=0).tolist()

@@ -14,7 +14,7 @@ import numpy as np
 from prensa.checks.before.overlap import within
 from prensa.checks.check import Solved, ended_by
 from prensa.checks.during.folding import Folding
-from prensa.checks.during.self_intersection import ALLOWED
+from prensa.checks.thresholds import SLIGHT, TOUCHING_DEPTH
 from prensa.contact.integration import depth_of
 from prensa.errors import Finding
 from prensa.mesh.mesh import segments
@@ -23,9 +23,10 @@ from prensa.system.failure import Inside, MetalInside
 from prensa.system.system import System
 from prensa.types import Array, Index
 
-NARROW = 0.02  # the same between nodes, where what is reached by is no deeper than half the width of a narrow tool
-CREASED = 0.01  # of a node of an element that folds over itself: what makes it fold is found then
-ON_EDGE = np.arange(1, 8) / 8  # places on an edge at which a tool between its nodes is looked for
+NARROW = 0.02
+"""Depth over element size between nodes that counts as none: a narrow tool is no deeper there than half its width."""
+ON_EDGE = np.arange(1, 8) / 8
+"""Places on an edge at which a tool between its nodes is looked for."""
 
 
 class Watch(NamedTuple):
@@ -124,9 +125,9 @@ def inside(
         x = _before(system, w, u)
         g = np.asarray(system.tools[w.tool].shape.closest(x).g)
         g, k, edge = _between(system, w, x, g)
-        allowed = np.where(edge < 0, ALLOWED, NARROW)
+        allowed = np.where(edge < 0, TOUCHING_DEPTH, NARROW)
         if creased is not None:
-            allowed[(edge < 0) & np.isin(w.nodes[k], creased)] = CREASED
+            allowed[(edge < 0) & np.isin(w.nodes[k], creased)] = SLIGHT  # what makes an element fold is found then
         if not (g < -allowed * w.size[k]).any():
             continue
         sunk = sunk_in(system, u) if sunk is None else sunk

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.checks.check import Solved, ended_by
+from prensa.checks.thresholds import NO_DIFFERENCE, NOTABLE_DEPTH, TINY
 from prensa.elements.shapes import table
 from prensa.errors import Finding
 from prensa.mesh.crossing import apart, left, near
@@ -21,13 +22,10 @@ from prensa.system.failure import Fold, Folded, Hang, Past
 from prensa.system.system import System
 from prensa.types import Array, Index
 
-PASSED = (
-    0.1  # way back over the length of an outline's segment, beyond which two that cross have passed through each other
-)
-DRAWN_OUT = 2.0  # length of an edge over that at first …
-CHORD = 0.25  # … and depth of its middle in a tool, over that length, beyond which it hangs on a corner of the tool
-ALLOWED = 0.05  # depth over element size, beyond what contacts sink in, up to which a node beside them just touches
-FLAT = 1e-6  # of the size of the bodies: a side that is this flat is straight, a node this far beyond it lies past it
+DRAWN_OUT = 2.0
+"""Length of an edge over that at first …"""
+CHORD = 0.25
+"""… and depth of its middle in a tool, over that length, beyond which it is caught on a corner of the tool."""
 
 
 class Outline(NamedTuple):
@@ -98,7 +96,7 @@ def _of_body(system: System, o: Outline, x: Array) -> Fold | None:
         return None
     back = np.minimum(np.abs(of_first).min(axis=0), np.abs(of_second).min(axis=0))
     length = np.minimum(np.hypot(*(b - a)[first].T), np.hypot(*(b - a)[second].T))
-    deep = np.where(crossing & (back > PASSED * length), back, 0.0)
+    deep = np.where(crossing & (back > NOTABLE_DEPTH * length), back, 0.0)
     k = int(np.argmax(deep))
     if not deep[k] > 0:
         return None
@@ -129,7 +127,7 @@ def past_support(system: System, held: Index, body: str, nodes: Index, u: Array)
     for support in sides:
         own = np.unique(sides[support]) + system.offsets[body]
         for axis, component in enumerate("xy"):
-            flat = np.ptp(system.X[own, axis]) <= FLAT * system.length
+            flat = np.ptp(system.X[own, axis]) <= NO_DIFFERENCE * system.length
             if not (
                 flat and np.isin(own, nodes).any() and np.isin(system.dofs.displacement.dof(own, component), held).all()
             ):
@@ -137,8 +135,8 @@ def past_support(system: System, held: Index, body: str, nodes: Index, u: Array)
             inner = np.sign(system.X[:, axis][_others(system, body)].mean() - system.X[own[0], axis])
             others = np.setdiff1d(nodes, own)
             depth = inner * (x[own, axis].mean() - x[others, axis])
-            if len(others) and depth.max() > FLAT * system.length:
-                deep = others[depth > FLAT * system.length]
+            if len(others) and depth.max() > NO_DIFFERENCE * system.length:
+                deep = others[depth > NO_DIFFERENCE * system.length]
                 side = [n for n in sides_of(system, body, deep) if n not in (body, f"{body}.{support}")]
                 if side:
                     return Past(
@@ -181,7 +179,7 @@ def least_on_sides(x: Array) -> Array:
     """
     J = np.einsum("pad,aec->pedc", _slopes_on_sides(len(x)), x)
     det = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
-    return np.asarray(det.min(axis=0) / np.maximum(np.abs(det.mean(axis=0)), 1e-300))
+    return np.asarray(det.min(axis=0) / np.maximum(np.abs(det.mean(axis=0)), TINY))
 
 
 @cache
@@ -189,7 +187,7 @@ def _slopes_on_sides(nodes: int) -> Array:
     """Slopes dN (p, nodes, 2) at the corners and the quarters of the sides of an element."""
     corners = np.array([[0, 0], [1, 0], [0, 1]] if nodes == 6 else [[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float)
     after = np.roll(corners, -1, axis=0)
-    at = np.concatenate([(1 - s) * corners + s * after for s in (0.0, 0.25, 0.5, 0.75)])
+    at = np.concatenate([(1 - s) * corners + s * after for s in np.arange(4) / 4])
     return table(nodes, (at, np.ones(len(at)))).dN
 
 

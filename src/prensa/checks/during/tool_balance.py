@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from prensa.checks.check import Failed, ended_by
+from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.contact.masters import RigidMaster
 from prensa.errors import Finding
 from prensa.system.failure import TipsOver
@@ -18,8 +19,6 @@ TIP_GAP_RATIO = 0.5
 """Gap over element depth up to which a point may come to bear a tool."""
 TIP_FRICTION_LIMIT = 1.0
 """Coefficient of friction beyond which no tool is helped to stand."""
-TIP_FORCE_SHARE = 1e-6
-"""Share of a tool's force from which it counts as not borne."""
 
 
 def tool_balance(system: System, given: Failed) -> Iterator[Finding]:
@@ -56,7 +55,7 @@ def _tips(system: System, c: Context, master: RigidMaster) -> TipsOver | None:
     moments = (arms[:, 0] * rays[:, 1] - arms[:, 1] * rays[:, 0]) / length
     rows = np.concatenate([rays.T, moments[None]])[free]
     wanted = -np.array([force[0], force[1], force[2] / length])[free]
-    if nnls(rows, wanted)[1] <= TIP_FORCE_SHARE * size:
+    if nnls(rows, wanted)[1] <= NO_DIFFERENCE * size:
         return None
     across = np.array([force[1], -force[0]]) / size
     x, y = at + force[2] / size * across
