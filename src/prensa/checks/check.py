@@ -83,18 +83,15 @@ class Solved:
     """An increment that is not cut any more, before it is committed.
 
     ``outlines`` (ndof,): degrees of freedom that are right on the outlines of the bodies, where others are not yet computed;
-    ``guard``: of lines of symmetry that free sides may come to.
+    ``complete``: whether none are missing, as those inside condensed bodies are before somebody asks for them; ``guard``: of
+    lines of symmetry that free sides may come to.
     """
 
     context: Context
     result: NewtonResult
     outlines: Array
+    complete: bool = True
     guard: Guard | None = None
-
-    @property
-    def complete(self) -> bool:
-        """Whether all displacements are known: those inside condensed bodies are not before somebody asks for them."""
-        return self.result.recover is None
 
     def displacements(self) -> Array:
         """All degrees of freedom (ndof,)."""

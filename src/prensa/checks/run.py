@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from functools import partial
-from typing import TypeVar
 
 from prensa.checks.after.quality import hidden_forces, penetrations, soft_springs, untouched_tools
 from prensa.checks.before.table_starts import table_jumps
@@ -27,14 +25,11 @@ from prensa.checks.during.self_intersection import SelfIntersection
 from prensa.checks.during.symmetry_lines import symmetry_lines
 from prensa.checks.during.tool_balance import tool_balance
 from prensa.checks.during.validity import Validity
-from prensa.errors import Finding
 from prensa.policy import Policy
 from prensa.system.failure import Failure
 from prensa.system.interaction import Context
 from prensa.system.outcome import NewtonResult
 from prensa.system.system import System
-
-Given = TypeVar("Given")
 
 
 class RunChecks:
@@ -67,10 +62,5 @@ class RunChecks:
         """Why a converged attempt at an increment is refused; None if it is not, or did not converge."""
         if not result.converged or result.evaluation is None:
             return None
-        return next((f.reason for f in asked(self.attempted, Attempted(c, result)) if isinstance(f, Refusal)), None)
-
-
-def asked(checks: Iterable[Check[Given]], given: Given) -> Iterator[Finding]:
-    """What checks find, one after the other; whoever has heard enough asks no further."""
-    for check in checks:
-        yield from check(given)
+        given = Attempted(c, result)
+        return next((f.reason for check in self.attempted for f in check(given) if isinstance(f, Refusal)), None)

@@ -17,5 +17,5 @@ ALONG = 0.9
 """Cosine (of 26°) from which a support acts along a tool's normal, or two tools face each other."""
 TOWARDS = 0.5
 """Cosine (of 60°) from which a motion or a normal points along another direction rather than past it."""
-TINY = float(np.finfo(np.float64).tiny)
+LEAST_NORMAL = float(np.finfo(np.float64).tiny)
 """Least normal number, for divisions whose divisor may be zero."""

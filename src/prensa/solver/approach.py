@@ -109,7 +109,7 @@ def approach(system: System, c: Context, policy: Policy = DEFAULT) -> Approach:
             continue
         touch, _ = _brought_to_rest(system, c, touch, t, policy.just_touches_share * force, own)
         u, way = _brought_to_rest(system, c, u, t, force, own)
-        notes.append(f"{tool.name} is driven by force and touched nothing: brought into contact over {way:.4g}")
+        notes.append(f"{tool.name} is driven by force and was not in contact: moved into contact over {way:.4g}")
     return Approach(u, touch - c.state.u if notes else None, notes)
 
 
@@ -147,6 +147,6 @@ def _meets_nothing(tool: str, turns: bool, force: Array, direction: Array) -> st
         else f"is pushed along {np.round(direction[:2], 6).tolist()}"
     )
     return (
-        f"tool {tool!r} {way} but meets nothing there; check the sign of its {'moment' if turns else 'force'} and where it "
+        f"tool {tool!r} {way} but touches nothing there; check the sign of its {'moment' if turns else 'force'} and where it "
         "is placed"
     )

@@ -213,11 +213,11 @@ def stability_warnings(c: Context, result: NewtonResult) -> list[str]:
     if result.beside:
         return [
             f"{place}: the bodies buckle. The equilibrium that they were in is unstable from here on and the run follows a "
-            "stable one beside it; a small imperfection of the shape or the load decides which of them a real body takes"
+            "stable one nearby; a small imperfection of the shape or the load decides which one a real body takes"
         ]
     has_viscous_forces = c.state.stability.viscosity > 0
     if result.jumped:
-        follows = "" if has_viscous_forces else ": 'stabilise: auto' does, and says what the jump dissipates"
+        follows = "" if has_viscous_forces else ": 'stabilise: auto' does, and reports what the jump dissipates"
         return [
             f"{place}: the bodies jump to another equilibrium within one increment; shorter ones could not follow the way "
             f"there{follows}"
@@ -227,7 +227,7 @@ def stability_warnings(c: Context, result: NewtonResult) -> list[str]:
         means = " or more 'increments'" if has_viscous_forces else ", more 'increments' or 'stabilise: auto'"
         return [
             f"{place}: the equilibrium is unstable from here on (in {ways}) and no stable one was found beside it: real bodies "
-            f"jump away from it; an imperfection of the shape{means} let them"
+            f"jump away from it; allow that by an imperfection of the shape{means}"
         ]
     return []
 

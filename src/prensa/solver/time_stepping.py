@@ -12,7 +12,7 @@ import numpy as np
 
 from prensa.checks.after.passages import Passages, jump_of, passing_of
 from prensa.checks.check import Committed, Failed, Finished, Rejected, Solved, StepBegun
-from prensa.checks.run import RunChecks, asked
+from prensa.checks.run import RunChecks
 from prensa.errors import ArgumentError, SolveError, shown
 from prensa.linear.condensation import Condensation, condensed
 from prensa.linear.reduction import Reduced
@@ -151,7 +151,7 @@ class TimeStepping:
         for number in range(state.clock.step, len(steps)):
             if not self.system.gone and model.tools_removed(self.system.problem, number):
                 if state.clock.time <= number:
-                    self.messages.report(asked(self.checks.tools_leave, Finished(self.passages.met, self.planes)))
+                    self.messages.report(self.checks.tools_leave, Finished(self.passages.met, self.planes))
                 self.refuse_to_part(state, number)
                 yield from self.without_tools().run(state)
                 return
@@ -183,7 +183,7 @@ class TimeStepping:
                 self.note_touch(state)
                 yield increment
         if len(steps):
-            self.messages.report(asked(self.checks.run_ends, Finished(self.passages.met, self.planes)))
+            self.messages.report(self.checks.run_ends, Finished(self.passages.met, self.planes))
 
     def note_touch(self, state: State) -> None:
         """Note the tools that have touched something by a committed state."""
@@ -233,7 +233,7 @@ class TimeStepping:
             state = replace(state, clock=state.clock._replace(time=plan.t0))
         elif number:
             released = release_forces(self.system, state, plan)
-            self.messages.report(asked(self.checks.step_begins, StepBegun(state, plan)))
+            self.messages.report(self.checks.step_begins, StepBegun(state, plan))
             state = replace(state, release=released, self_equilibrated=None, clock=state.clock._replace(time=plan.t0))
         return self.stopping.begin(state)
 
@@ -285,7 +285,7 @@ class TimeStepping:
             came_free = control.comes_free(result.reason, c.dt) and not (self.loose and cutbacks == 0)
             last = cutbacks == most or control.exhausted(dt) or came_free
             rejected = Rejected(c, result.reason, control.longest(None))
-            hopeless = self.messages.report(asked(self.checks.rejected, rejected)) or self.stays_inside(state, cutbacks)
+            hopeless = self.messages.report(self.checks.rejected, rejected) or self.stays_inside(state, cutbacks)
             result.reason = hopeless or result.reason
             if last or hopeless or (isinstance(result.reason, LimitPoint) and at_limit(c, self.policy)):
                 raise self.diagnosis(c, result, cutbacks)
@@ -338,7 +338,7 @@ class TimeStepping:
             met = first_clamped(self.system, c, self.loose, self.policy)
             if met is not None:
                 who = " and ".join(to.bodies)
-                self.messages.note(state, plan, f"{who}, moved as a rigid body, met what stops it at time {met.time:.6g}")
+                self.messages.note(state, plan, f"{who}, moving as a rigid body, was stopped at time {met.time:.6g}")
                 c, to = replace(self.context(state, plan, met.time), touches=True), met.there
         c = self.system.through_air(c, to.through_air)
         c = replace(c, brought_into_contact=True, floating=to.bodies if to.floating else ())
@@ -458,7 +458,7 @@ class TimeStepping:
         made_from = state.made_from if self.reduced is None or ended else self.reduced.factorisation.made_from
         state = replace(state, clock=state.clock._replace(unsteady=unsteady), made_from=made_from)
         done = Committed(c, state, e, max(result.residual, self.numerics.tolerance), result.recover is None)
-        if refusal := self.messages.report(asked(self.checks.committed, done)):
+        if refusal := self.messages.report(self.checks.committed, done):
             result.reason = refusal
             raise self.diagnosis(c, result, cutbacks)
         increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state, c, parse=parse)
@@ -470,7 +470,7 @@ class TimeStepping:
         increment = self.passages.follow(increment, passed, jump_of(c, state))
         if ended:
             self.messages.warn(self.stopping.unmet(c))
-            self.messages.report(asked([self.passages, *self.checks.step_ends], done))
+            self.messages.report([self.passages, *self.checks.step_ends], done)
             self.messages.warn(self.stabilisation.warnings(state.energy, state.stability))
         self.messages.warn(stability_warnings(c, result))
         self.messages.accepted(c.state, c.plan, result, increment)
@@ -479,7 +479,7 @@ class TimeStepping:
     def look_inside(self, c: Context, result: NewtonResult) -> None:
         """Raise `SolveError` if a check ends the run with an increment, `Nearing` if it has to go on with planes of symmetry."""
         known = result.u if result.recover is None or self.condensed is None else self.condensed.outlined(result.u)
-        reason = self.messages.report(asked(self.checks.solved, Solved(c, result, known, self.guard)))
+        reason = self.messages.report(self.checks.solved, Solved(c, result, known, result.recover is None, self.guard))
         if reason is not None:
             raise SolveError(
                 f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}. {self.last_good()} What to try: {hint(reason)}.",
@@ -497,14 +497,14 @@ class TimeStepping:
         """The error that says what failed, where, why, and what to try."""
         reason = result.reason
         assert reason is not None
-        reason = self.messages.report(asked(self.checks.failed, Failed(c, reason))) or reason
+        reason = self.messages.report(self.checks.failed, Failed(c, reason)) or reason
         eq = self.equilibrium(c)
         place = where(eq, reason, result)
         cut = f"The increment was cut {cutbacks} times without success."
         if self.times is not None:
             cut = "Its end is one of the times that were asked for, so it was not cut."
         elif isinstance(reason, LimitPoint):
-            cut = f"Increments were down to {c.dt:.1g} of time: no shorter one can help."
+            cut = f"Increments were down to {c.dt:.1g} of time: shorter ones do not help."
         elif isinstance(reason, Distorted):
             cut = f"Increments were down to {c.dt:.1g} of time."
         elif isinstance(reason, StartsInside):
@@ -512,7 +512,7 @@ class TimeStepping:
         elif isinstance(reason, BeyondSmall):
             cut = "A shorter increment would end there too."
         elif cutbacks < self.most_cutbacks(c.state):
-            cut += " It is too short by now for another cut: the body jumps here, or nothing can go on."
+            cut += " It is too short for another cut: the body jumps here, or there is no equilibrium."
         last = self.last_good()
         if held := release_in_words(self.system, c.state, c.plan):
             last += f" {held}"

@@ -124,7 +124,7 @@ def _check_origin(path: Path, attributes: AttributeManager) -> None:
             f"{__version__}, which reads layout {VERSION}: resume with the version that wrote it or run the case again"
         )
     if attributes.get("prensa") != __version__:
-        log.warning("%s was written by prensa %s; prensa %s may continue it with other last digits",
+        log.warning("%s was written by prensa %s; prensa %s may continue it with slightly different last digits",
                     path, attributes.get("prensa"), __version__)  # fmt: skip
 
 

@@ -38,7 +38,7 @@ def hidden_forces(system: System, given: Committed) -> Iterator[Finding]:
         noise = HIDDEN_FORCE_RATIO * given.residual * e.scale
         if 0 < size < noise:
             yield warning(
-                f"the force on tool {tool.name!r}, {size:.3g}, is not above what convergence leaves open ({noise:.3g}): much "
+                f"the force on tool {tool.name!r}, {size:.3g}, is not above the tolerance of equilibrium ({noise:.3g}): much "
                 f"larger forces are at work elsewhere (supports or tools that press against each other, Σ|f| = {e.scale:.3g}); "
                 "remove them or lower 'tolerance'"
             )
@@ -58,9 +58,9 @@ def soft_springs(system: System, given: Committed) -> Iterator[Finding]:
             way = mount(plan.t1) if mount is not None and mount(plan.t1) != mount(plan.t0) else 0.0
             if abs(u[dof]) < SLIGHT * abs(way):
                 yield warning(
-                    f"tool {tool.name!r} went {u[dof]:.3g} of the {way:.3g} that the mount of its spring went along {axis}: the "
-                    f"spring, {stiffness:.4g}, took the rest, and nothing else drives the run; is its stiffness in the units of "
-                    "the case? To press with a force use 'push'"
+                    f"tool {tool.name!r} moved by {u[dof]:.3g} along {axis} while the mount of its spring moved by {way:.3g}: "
+                    f"the spring, {stiffness:.4g}, took up the rest, and nothing else drives the run; is its stiffness in the "
+                    "units of the case? To press with a force use 'push'"
                 )
 
 
@@ -90,4 +90,4 @@ def untouched_tools(system: System, given: Finished) -> Iterator[Finding]:
         own = [] if tool.name in given.planes else system.against(tool.name)
         if own and tool.name not in given.touched:
             surfaces = ", ".join(repr("+".join(s.description.surface)) for s in own)
-            yield warning(f"tool {tool.name!r} never touched {surfaces}: its forces are zero because it met nothing")
+            yield warning(f"tool {tool.name!r} never touched {surfaces}, so its forces are zero")

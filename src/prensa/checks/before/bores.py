@@ -30,6 +30,6 @@ def bores(system: System) -> Iterator[Finding]:
             if len(r) > 1 and least > 0 and np.ptp(r) <= NO_DIFFERENCE * system.length and r[0] <= least * (1.0 + NO_DIFFERENCE):
                 yield Finding(
                     f"{prefix}fixed.{name}",
-                    f"it holds a bore of radius {r[0]:.4g}: the symmetry line of a plane problem is the axis here, and a bore "
-                    "opens and closes; leave it out, or write {x: 0} if a rigid mandrel is meant",
+                    f"it holds a bore of radius {r[0]:.4g} radially, but the line of symmetry is the axis here, and a bore is "
+                    "free to widen; leave it out, or write {x: 0} for a rigid mandrel",
                 )

@@ -56,16 +56,16 @@ def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) ->
             key = "by" if tool in system.problem.steps[plan.number].by else "move"
             yield Finding(
                 f"steps.{plan.number}.{key}.{tool}.rz",
-                f"where {body!r} meets tool {tool!r}, its surface goes against the feed of {boundary!r}: it pushes the stock "
-                "out; reverse the sign of 'rz', which is positive counter-clockwise, or that of the feed",
+                f"where {body!r} meets tool {tool!r}, the surface of the tool moves against the feed of {boundary!r}: it "
+                "pushes the stock out; reverse the sign of 'rz', which is positive counter-clockwise, or that of the feed",
             )
     least = min((s.points.depth.min() for s in against), default=0.0)
     if nearest and min(nearest.values()) > CLOSED * least and not _come(system, against):
         names = " or ".join(map(repr, nearest))
         yield Finding(
             f"steps.{plan.number}.feed.{boundary}.{feed.axis}",
-            f"a way of {feed.way:g} brings {body!r} to no tool: it never comes nearer than {min(nearest.values()):.4g} to {names}"
-            "; check its sign and its size, and the room between the tools",
+            f"a feed of {feed.way:g} does not bring {body!r} into contact: it never comes nearer than "
+            f"{min(nearest.values()):.4g} to {names}; check its sign and size, and the gap between the tools",
         )
 
 

@@ -37,8 +37,8 @@ def flow_curves(system: System) -> Iterator[Finding]:
             a = int(np.argmax(fall))
             yield Finding(
                 path,
-                f"the flow stress falls from {stress[a]:.5g} at a plastic strain of {STRAINS[a]:.3g}: the strain will gather in "
-                "one row of elements and the answer depend on the mesh; let it rise or stay",
+                f"the flow stress falls from {stress[a]:.5g} at a plastic strain of {STRAINS[a]:.3g}: strain will localise in "
+                "one row of elements and results depend on the mesh; use a curve that does not fall",
             )
         rise = (np.interp(FIRST_STRAIN, STRAINS, stress) - stress[0]) / FIRST_STRAIN
         if rise > body.material.modulus:

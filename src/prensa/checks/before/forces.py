@@ -36,8 +36,8 @@ def pushes(system: System) -> Iterator[Finding]:
                     yield Finding(
                         f"steps.{i}.push.{name}.{key}",
                         f"a push of {most:.4g} {p.units.force} is {most / bears:.2g} times what "
-                        f"{' and '.join(dict.fromkeys(repr(s.body) for s in own))} bears over the whole contact surface; is the "
-                        "unit right?",
+                        f"{' and '.join(dict.fromkeys(repr(s.body) for s in own))} can bear over the whole contact surface; "
+                        "is the unit right?",
                     )
 
 
@@ -65,7 +65,7 @@ def mounts(system: System) -> Iterator[Finding]:
             if k is not None and k > STIFFEST_MOUNT * unit:
                 yield Finding(
                     f"tools.{name}.spring.{axis}",
-                    f"a stiffness of {k:.3g} is {k / unit:.1g} times that of the bodies, and the tool as good as held: is the "
-                    "unit right? A tool that does not give way needs no spring",
+                    f"a stiffness of {k:.3g} is {k / unit:.1g} times that of the bodies, so that the tool is practically "
+                    "fixed: is the unit right? A rigidly mounted tool needs no spring",
                     Severity.REFUSE if k > MOUNT_LOST * unit else Severity.WARN,
                 )

@@ -77,14 +77,14 @@ def overconstrained(system: System, s: Surface, i: int, most: Pressed, candidate
     if candidate:
         return Finding(
             contact_path(system, i),
-            f"{where} is held along the normal of tool {tool!r}, which presses it in by {depth:.4g} until time {t:.4g}: it can "
-            f"obey only one of them; {_advice_to_release(system, s, most)}",
+            f"{where} is held along the normal of tool {tool!r}, which presses it in by {depth:.4g} until time {t:.4g}: the two "
+            f"contradict each other; {_advice_to_release(system, s, most)}",
             Severity.REFUSE,
         )
     return Finding(
         contact_path(system, i),
-        f"tool {tool!r} reaches {depth:.4g} beyond {where} at time {t:.4g}, which a support holds: is its travel larger than the "
-        "body?",
+        f"tool {tool!r} reaches {depth:.4g} beyond {where} at time {t:.4g}, which a support holds: is its travel larger than "
+        "the body?",
         Severity.REFUSE
         if system.problem.kinematics == "finite" and system.master(s).shape.half_space
         else Severity.WARN,
@@ -103,8 +103,8 @@ def _advice_to_release(system: System, s: Surface, most: Pressed) -> str:
             if body == s.body and own in of_side and getattr(support, "xy"[most.axis]) is not None:
                 beside[name] = support
     if len(beside) != 1 or s.body in s.description.surface or set(beside) & set(s.description.surface):
-        return "take the support off the contact surface, or hold it across the normal only"
+        return "take the support off the contact surface, or let it act along the surface only"
     ((name, support),) = beside.items()
     if support.x is None or support.y is None:
-        return f"take the support {name!r} away, or keep the tool off it"
-    return f"hold {name!r}, which meets the contact surface there, across the normal only, or keep the tool off it"
+        return f"remove the support {name!r}, or keep the tool off it"
+    return f"support {name!r}, which meets the contact surface there, only along that surface, or keep the tool off it"

@@ -17,7 +17,7 @@ from prensa.system.system import System
 
 ADVISED_SIZE = 0.02
 """Size of elements over the width of their body that is advised where one was likely given in another unit."""
-POINT_INSIDE = "the point lies inside the body, where new meshes ('remesh') keep no node; hold a side or a corner"
+POINT_INSIDE = "the point lies inside the body, where remeshing keeps no node; support a side or a corner"
 
 
 def new_meshes(system: System) -> Iterator[Finding]:
@@ -65,8 +65,8 @@ def new_sizes(system: System) -> Iterator[Finding]:
         if asked.size.far is not None and asked.size.far > width:
             yield Finding(
                 "remesh.size.far",
-                f"elements of {asked.size.far:g} in body {body!r}, whose section is about {width:.3g} wide: it is the size of an "
-                f"element; write {width / 12:.2g}, or leave it out",
+                f"elements of {asked.size.far:g} in body {body!r}, whose section is about {width:.3g} wide: 'far' is the size of "
+                f"an element; write {width / 12:.2g}, or leave it out",
             )
             continue
         for name in dict.fromkeys(s.against for s in system.surfaces if s.body == body):
@@ -76,8 +76,8 @@ def new_sizes(system: System) -> Iterator[Finding]:
             if arc < sizes.least:
                 yield Finding(
                     f"tools.{name}.fillet",
-                    f"a quarter of a circle of radius {min(radii):g} is {arc:.2g} long, and new meshes have no element "
-                    f"below {sizes.least:.2g}: the tool is as sharp as these are long; give it {sizes.least:.2g} or more, "
+                    f"a quarter of a circle of radius {min(radii):g} is {arc:.2g} long, and new meshes have no elements "
+                    f"smaller than {sizes.least:.2g}: the fillet is not resolved; give it {sizes.least:.2g} or more, "
                     f"or 'remesh.size.least: {arc / asked.size.per_radius:.1g}'",
                 )
     travel = asked.when.travel
@@ -86,8 +86,8 @@ def new_sizes(system: System) -> Iterator[Finding]:
         if way > travel * asked.at_most > 0.0:
             yield Finding(
                 "remesh.when.travel",
-                f"a new mesh after each {travel:g} of a way of {way:.4g} is {way / travel:.3g} meshes, and no more than "
-                f"{asked.at_most} are made ('at_most'); is the unit right? Without it meshes are made where they are worth it",
+                f"a new mesh after each {travel:g} of a travel of {way:.4g} makes {way / travel:.3g} meshes, and 'at_most' "
+                f"allows {asked.at_most}; is the unit right? Without it bodies are remeshed where it pays",
             )
 
 

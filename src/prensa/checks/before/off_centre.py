@@ -41,9 +41,10 @@ def off_centre(system: System) -> Iterator[Finding]:
                 where = "the axis" if system.axisymmetric else f"the line of symmetry of {s.body!r}, x = {at:g},"
                 yield Finding(
                     f"tools.{tool.name}.at" if own.at is not None else f"tools.{tool.name}",
-                    f"it is centred at x = {x:.4g} and reaches across {where} by {half - abs(x - at):.4g}: with its mirror image "
-                    f"it would be two that overlap; centre it there ('at: [{at:g}, …]'), or keep it on one side"
-                    + ("" if system.axisymmetric else f"; if that is no symmetry, '{{surface: {s.body}, against: symmetry}}' in "
+                    f"it is centred at x = {x:.4g} and reaches across {where} by {half - abs(x - at):.4g}: with its mirror "
+                    f"image there would be two tools that overlap; centre it there ('at: [{at:g}, …]'), or keep it on one side"
+                    + ("" if system.axisymmetric else f"; if that is no symmetry, '{{surface: {s.body}, against: symmetry}}' "
+                        "in "
                     "'no_contact' says so"),
                 )  # fmt: skip
 

@@ -38,7 +38,7 @@ def rigid_motions(system: System) -> Iterator[Finding]:
                 reported.add(name)
                 step = f"in step {plan.name!r} " if number else ""
                 remedy = (
-                    "hold it there with 'fixed', or let friction do it"
+                    "hold it there with 'fixed', or by friction"
                     if fatal
                     else ("start with the tool touching it ('touching:'), or hold it until then")
                 )
@@ -55,8 +55,8 @@ def rigid_motions(system: System) -> Iterator[Finding]:
             ):
                 yield Finding(
                     f"bodies.{name}",
-                    "nothing but friction holds it along y against the tools that press it: where it is not pressed yet that is "
-                    "nothing, and round-off says where it goes; hold a point of it ('fixed'), or let a tool touch it there",
+                    "only friction holds it along y against the tools that press it: until they touch it, its position is "
+                    "undefined; hold a point of it ('fixed'), or let a tool touch it there",
                 )
         values = at_start.copy()
         values[plan.fixed] = plan.values(plan.t1)

@@ -89,6 +89,6 @@ def _small(reached: dict[str, tuple[float, float]], words: str) -> Iterator[Find
             yield Finding(
                 "kinematics",
                 words.format(repr(body), depth, far)
-                + f", strains or rotations of {depth / far:.2g}: 'small' neglects terms of that size, and is refused in the run "
-                "where they are beyond 0.1 in a twentieth of the body; use 'finite'",
+                + f", strains or rotations of {depth / far:.2g}: 'small' neglects terms of that size, and the run ends where "
+                    "they exceed 0.1 in a twentieth of the body; use 'finite'",
             )

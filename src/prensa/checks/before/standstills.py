@@ -43,16 +43,17 @@ def _repeated(step: Step, plan: StepPlan) -> Iterator[tuple[str, str]]:
             if isinstance(value := getattr(motion, axis), float) and value:
                 yield (
                     f"steps.{plan.number}.move.{name}.{axis}",
-                    f"step {plan.name!r} moves nothing: tool {name!r} is at {axis} = {value:g} already; 'move' is measured from "
-                    f"the initial place: write {2 * value:g}, or 'by: {{{name}: {{{axis}: {value:g}}}}}' for as much again",
+                    f"step {plan.name!r} moves nothing: tool {name!r} is at {axis} = {value:g} already; 'move' is measured "
+                    f"from the initial place: write {2 * value:g}, or 'by: {{{name}: {{{axis}: {value:g}}}}}' for as much "
+                    "again",
                 )
     for name, support in step.fixed.items():
         for axis in ("x", "y"):
             if isinstance(value := getattr(support, axis), float) and value:
                 yield (
                     f"steps.{plan.number}.fixed.{name}.{axis}",
-                    f"step {plan.name!r} moves nothing: {name!r} is at {axis} = {value:g} already; 'fixed' is measured from the "
-                    f"initial place: write {2 * value:g}, or 'by: {{{name}: {{{axis}: {value:g}}}}}' for as much again",
+                    f"step {plan.name!r} moves nothing: {name!r} is at {axis} = {value:g} already; 'fixed' is measured from "
+                    f"the initial place: write {2 * value:g}, or 'by: {{{name}: {{{axis}: {value:g}}}}}' for as much again",
                 )
     for kind, what in (("push", "push"), ("loads", "load")):
         for name, entry in getattr(step, kind).items():
@@ -61,7 +62,7 @@ def _repeated(step: Step, plan: StepPlan) -> Iterator[tuple[str, str]]:
                     yield (
                         f"steps.{plan.number}.{kind}.{name}.{axis}",
                         f"step {plan.name!r} changes nothing: the {what} {axis} = {value:g} of {name!r} is there already; it is "
-                        f"the whole {what}, not what is added: write {2 * value:g} for twice as much, or leave the step out",
+                        f"the total {what}, not what is added: write {2 * value:g} for twice as much, or leave the step out",
                     )
 
 
@@ -70,8 +71,8 @@ def _nothing(step: Step, plan: StepPlan) -> tuple[str, str] | None:
     bare = Step(step.name, increments=step.increments)
     return None if step != bare else (
         f"steps.{plan.number}",
-        f"step {step.name!r} says nothing, so that all stays as it is: what moves has to be said in every step; say it, give a "
-        "'duration' if time is to pass, or leave the step out",
+        f"step {step.name!r} is empty, so nothing changes: motions have to be given in every step; give them, or a 'duration' "
+        "if time is to pass, or leave the step out",
     )  # fmt: skip
 
 

@@ -32,13 +32,13 @@ def starting_places(system: System) -> Iterator[Finding]:
             how = f"reverse '{key}'" if key else "put it on the other side"
             if getattr(tool.description, "type", "") == "profile":
                 how = (
-                    "reverse the order of its 'points' (those of a file with 'points: {file: …, reverse: true}'): who walks "
-                    "along them has the tool on the left"
+                    "reverse the order of its 'points' (those of a file with 'points: {file: …, reverse: true}'): the tool "
+                    "has to lie on their left"
                 )
             yield Finding(
                 f"tools.{name}" + (f".{key}" if key and getattr(tool.description, key) is not None else ""),
-                f"its normal points the same way as that of {surface!r}: it stands behind the surface and would pull it through "
-                f"the body; {how}, or name the boundary that it is to press",
+                f"its normal points the same way as that of {surface!r}: it stands behind the surface and would pull it "
+                f"through the body; {how}, or name the boundary that it is to press",
                 Severity.REFUSE,
             )
             continue
@@ -51,7 +51,8 @@ def starting_places(system: System) -> Iterator[Finding]:
             yield Finding(
                 f"tools.{name}",
                 f"it starts so deep inside {surface!r} that node {nodes[k] - system.offsets[s.body]} ({x:.4g}, {y:.4g}) is "
-                f"nearer to its far side, through which it would be pulled: move the tool out{to_touch}{tool.description.hint()}",
+                "nearer to its far side, through which it would be pulled: move the tool "
+                f"out{to_touch}{tool.description.hint()}",
                 Severity.REFUSE,
             )
             continue

@@ -50,7 +50,7 @@ def _beginnings(
                         else f"it is at {start:.6g} then: begin the table with [{plan.t0:g}, {start:.6g}], or measure it from "
                         "there with 'by'"
                     )
-                    + f"; as it stands, it comes there over the first {_first(plan)}",
+                    + f"; otherwise it is moved there over the first {_first(plan)}",
                 )
                 break
 
@@ -76,8 +76,13 @@ def _jumps(system: System, plan: StepPlan) -> Iterator[str]:
         if path not in foretold:
             relative = path.split(".")[2] == "by"
             yield (
-                f"step {plan.name!r}, {path.split('.', 2)[2]}: the table has {first:.6g} at time {plan.t0:g}, where {name} is at "
-                f"{0.0 if relative else place:.6g}: it comes there over the first {_first(plan)} (let the table begin with "
+                f"step {plan.name!r}, "
+                f"{path.split('.', 2)[2]}: the table has "
+                f"{first:.6g} at time {plan.t0:g}, where "
+                f"{name} is at "
+                f"{0.0 if relative else place:.6g}: it is "
+                f"moved there over the first {_first(plan)} "
+                "(let the table begin with "
                 f"{0.0 if relative else place:.6g}" + (")" if relative else ", or measure it from there with 'by')")
             )
 
@@ -110,8 +115,8 @@ def _jump(path: str, amplitude: Amplitude, carried: float, plan: StepPlan) -> It
     asked = amplitude(plan.t0)
     if not amplitude.ramp and abs(asked - carried) > NO_DIFFERENCE * max(abs(asked), abs(carried)):
         yield (
-            f"step {plan.name!r}, {path}: the table has {asked:.6g} at time {plan.t0:g}, where {carried:.6g} is carried; the "
-            f"difference goes linearly to 0 over the step (let the table begin with {carried:.6g})"
+            f"step {plan.name!r}, {path}: the table has {asked:.6g} at time {plan.t0:g}, where {carried:.6g} acts; the "
+            f"difference ramps down to 0 over the step (let the table begin with {carried:.6g})"
         )
 
 

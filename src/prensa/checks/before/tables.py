@@ -32,16 +32,16 @@ def tables(system: System) -> Iterator[Finding]:
             if first <= t0 + NO_DIFFERENCE and last >= IN_SECONDS * ends and abs(reached - end) > NO_DIFFERENCE * abs(end):
                 yield Finding(
                     path,
-                    f"the table goes on to time {last:g}, and the run ends at {ends:g}, at {reached:.4g} of {end:g}: times count "
-                    "steps, each of them 1 long whatever its 'duration', not seconds",
+                    f"the table continues to time {last:g}, and the run ends at {ends:g}, at {reached:.4g} of {end:g}: times "
+                    "count steps, each 1 long whatever its 'duration', not seconds",
                 )
             there = tabulated(table)(t1)
             cut = owner is not p and last > t1 + NO_DIFFERENCE and abs(there - end) > NO_DIFFERENCE * abs(end)
             if cut and _left_off(p, int(t0), str(place[0]), str(place[1])):
                 yield Finding(
                     path,
-                    f"the table goes on to time {last:g}, and {what} ends at {t1:g}, at {there:.4g} of {end:g}: what a step does "
-                    f"not mention is held, so that step {p.steps[int(t1)].name!r} has to have the table too",
+                    f"the table continues to time {last:g}, and {what} ends at {t1:g}, at {there:.4g} of {end:g}: what a step "
+                    f"does not mention is held, so step {p.steps[int(t1)].name!r} has to have the table too",
                 )
             if first <= t0 + NO_DIFFERENCE and last >= t1 - NO_DIFFERENCE:
                 continue

@@ -48,7 +48,7 @@ def tool_paths(system: System) -> Iterator[Finding]:
         if s.against in reached and s.description.surface == (s.body,):
             continue  # a tool is against all bodies where nothing else is said, not meant to meet them all
         if known[i] and nearest[i] > CLOSED * s.points.depth.min() and s.body not in moved:
-            gap = f"never comes nearer than {nearest[i]:.4g}" if np.isfinite(nearest[i]) else "never stands over it"
+            gap = f"never comes nearer than {nearest[i]:.4g}" if np.isfinite(nearest[i]) else "is never opposite to it"
             yield Finding(
                 contact_path(system, i),
                 f"tool {s.against!r} never touches {'+'.join(s.description.surface)!r} in any step: it {gap}; "
@@ -110,5 +110,5 @@ def _crossing(system: System, m: Moment, x: Array) -> Iterator[Finding]:
                 yield Finding(
                     contact_path(system, i),
                     f"tools {tb.name!r} and {ta.name!r} press the same points of {'+'.join(a.description.surface)!r} at time "
-                    f"{m.t:.4g}: which of them carries the force is not determined; keep one contact",
+                    f"{m.t:.4g}: their shares of the force are undetermined; keep one contact",
                 )

@@ -30,8 +30,8 @@ def tool_sizes(system: System) -> Iterator[Finding]:
             what = "radius" if key == "radius" else "face"
             yield Finding(
                 f"tools.{tool.name}.{key}",
-                f"the {what} {size:.4g} is less than two elements of {'+'.join(s.description.surface)!r}, the smallest of which "
-                f"is {h:.4g} long: the tool finds no node to press on, or one; refine the surface there to {0.25 * size:.2g}",
+                f"the {what} {size:.4g} is less than two elements of {'+'.join(s.description.surface)!r}, the smallest of "
+                f"which is {h:.4g} long: it presses on one node at most; refine the surface there to {0.25 * size:.2g}",
                 Severity.REFUSE if size < 0.5 * h else Severity.WARN,
             )
         yield from _corners(system, s)
@@ -39,7 +39,7 @@ def tool_sizes(system: System) -> Iterator[Finding]:
         beta = s.description.enforcement.beta_of(s.unit)
         if beta > STIFFEST_BETA or (beta < 1 and _gives_way(system, s, beta)):
             which = f"k_n = {k_n:.3g}, beta = {beta:.2g}" if k_n is not None else f"beta = {beta:.2g}"
-            result = "iterations suffer and pressures oscillate" if beta > 1 else "the tool sinks in by whole elements"
+            result = "iterations suffer and pressures oscillate" if beta > 1 else "the tool penetrates by whole elements"
             yield Finding(f"contacts.{i}.enforcement", f"{which}: {result}; leave it out (beta = 100)")
 
 
@@ -70,7 +70,7 @@ def _corners(system: System, s: Surface) -> Iterator[Finding]:
     yield Finding(
         f"tools.{tool.name}",
         f"its sharp edge lies between the nodes of {'+'.join(s.description.surface)!r} at ({x:.4g}, {y:.4g}), which {why} "
-        f"count whole or not at all: its width is known to {np.hypot(*(ends[1] - ends[0])):.2g} only; put a node there, "
+        f"count fully or not at all: its width is only accurate to {np.hypot(*(ends[1] - ends[0])):.2g}; put a node there, "
         f"use {use} or give a 'fillet'",
     )
 
@@ -94,6 +94,6 @@ def _tip(system: System, s: Surface, h: float) -> Iterator[Finding]:
         yield Finding(
             f"tools.{tool.name}.{tool.description.tip()}",
             f"the end towards {surface!r} is as sharp as a radius of {size:.2g}, less than two elements, the smallest of which "
-            f"is {h:.4g} long: the tool finds no node to press on, or one; refine the surface there{rounded}",
+            f"is {h:.4g} long: it presses on one node at most; refine the surface there{rounded}",
             Severity.REFUSE if whole < h else Severity.WARN,
         )

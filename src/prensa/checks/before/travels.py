@@ -32,10 +32,10 @@ def _never_there(system: System, plan: StepPlan, at_start: Array, known: Flags) 
             way = np.array([plan.values(float(t))[where] for t in [plan.t0, *plan.corners(), plan.t1]])
             start = float(at_start[dof])
             if not min(way.min(), start) <= value <= max(way.max(), start):
-                aside = "let it go further" if value * way[-1] > 0.0 else "check the sign, which is that of history.csv"
-                remedy = aside if np.ptp(way) else "it is not moved along that: name what the step moves"
+                aside = "let it go further" if value * way[-1] > 0.0 else "check the sign, which is as in history.csv"
+                remedy = aside if np.ptp(way) else "the step does not move it in that direction; name a component that it moves"
                 yield Finding(
                     f"steps.{plan.number}.until.travel.{name}.{axis}",
-                    f"tool {name!r} never gets to {axis} = {value:g}: step {plan.name!r} moves it from {start:.6g} to "
+                    f"tool {name!r} never reaches {axis} = {value:g}: step {plan.name!r} moves it from {start:.6g} to "
                     f"{way[-1]:.6g}; {remedy}",
                 )

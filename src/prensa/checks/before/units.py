@@ -34,7 +34,7 @@ def lengths(system: System) -> Iterator[Finding]:
     for name, mesh in system.meshes.items():
         size = float(mesh.extent.max())
         if not SMALLEST_BODY <= size * factor(f"1 {unit}", "m", "N", (0, 1)) <= LARGEST_BODY:
-            yield Finding(f"bodies.{name}.mesh", f"the body is {size:.4g} {unit} large; is that the unit meant?")
+            yield Finding(f"bodies.{name}.mesh", f"the body measures {size:.4g} {unit}; is the unit right?")
     yield from _long_bodies(system)
     size = system.length
     for name, tool in system.problem.tools.items():
@@ -78,8 +78,9 @@ def _long_bodies(system: System) -> Iterator[Finding]:
         if abs(extent.min() / p.thickness - 1.0) < NO_DIFFERENCE and extent.max() > SHEET * p.thickness:
             yield Finding(
                 "thickness",
-                f"{p.thickness:.4g} {unit} is what body {name!r} measures across in the plane: 'thickness' is the length out of "
-                "it, the width of a sheet, which plane strain takes for large; give that, or leave it out for forces per length",
+                f"{p.thickness:.4g} {unit} is the thickness of body {name!r} in the plane: 'thickness' is the length out of "
+                "it, the width of a sheet, which plane strain takes to be large; give that, or leave it out for forces per "
+                "length",
             )
             return
     least = min(float(extent.min()) for extent in extents.values())

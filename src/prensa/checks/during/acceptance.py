@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from prensa.checks.check import Attempted, Failed, cut_by, ended_by
-from prensa.checks.thresholds import TINY
+from prensa.checks.thresholds import LEAST_NORMAL
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
 from prensa.linear.rigid_modes import free_to_move
@@ -134,7 +134,7 @@ def least_corner(x: Array) -> Array:
     for k, out in enumerate(area):
         np.multiply(dx[k - 1], dy[k], out=out)
         out -= dy[k - 1] * dx[k]
-    return np.asarray(area.min(axis=0) / np.maximum(np.abs(area.mean(axis=0)), TINY))
+    return np.asarray(area.min(axis=0) / np.maximum(np.abs(area.mean(axis=0)), LEAST_NORMAL))
 
 
 def tunnelled(system: System, state: State, u: Array, policy: Policy = DEFAULT) -> Tunnelled | None:

@@ -101,7 +101,7 @@ class Folding:
         if free := free_sides(self.system, c.plan.fixed, block.body, block.cells[element]):
             which = " and ".join(map(repr, free))
             return f"{which}, in no contact, slides past its support or tool; make it part of a contact surface"
-        return "stresses there mean little; use a finer mesh, or a larger fillet of the tool"
+        return "stresses there are unreliable; use a finer mesh, or a larger fillet of the tool"
 
 
 def _beyond(past: Past) -> str:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.checks.check import Solved, ended_by
-from prensa.checks.thresholds import NO_DIFFERENCE, NOTABLE_DEPTH, TINY
+from prensa.checks.thresholds import LEAST_NORMAL, NO_DIFFERENCE, NOTABLE_DEPTH
 from prensa.elements.shapes import table
 from prensa.errors import Finding
 from prensa.mesh.crossing import apart, left, near
@@ -179,7 +179,7 @@ def least_on_sides(x: Array) -> Array:
     """
     J = np.einsum("pad,aec->pedc", _slopes_on_sides(len(x)), x)
     det = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
-    return np.asarray(det.min(axis=0) / np.maximum(np.abs(det.mean(axis=0)), TINY))
+    return np.asarray(det.min(axis=0) / np.maximum(np.abs(det.mean(axis=0)), LEAST_NORMAL))
 
 
 @cache

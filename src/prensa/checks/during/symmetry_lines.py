@@ -14,7 +14,7 @@ def symmetry_lines(given: Solved) -> Iterator[Finding]:
     if given.guard is not None and given.complete:
         for line, (x, y) in given.guard.near(given.result.u):
             raise Nearing(
-                f"a free side comes to the line of symmetry {line} near ({x:.4g}, {y:.4g}), where it meets its mirror image: "
-                "from here on the line is a rigid smooth plane to it"
+                f"a free side reaches the line of symmetry {line} near ({x:.4g}, {y:.4g}), where it meets its mirror image: "
+                "from here on the line acts as a rigid frictionless plane"
             )
     yield from ()

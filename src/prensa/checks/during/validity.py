@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prensa.checks.check import Committed, Failed, Finished, ended_by, warning
-from prensa.checks.thresholds import NO_DIFFERENCE, TINY
+from prensa.checks.thresholds import LEAST_NORMAL, NO_DIFFERENCE
 from prensa.errors import Finding
 from prensa.model.units import factor
 from prensa.policy import Policy
@@ -109,15 +109,15 @@ class Validity:
         for body, d in self.seen.items():
             if max(d.strain, d.rotation) > STRAIN_WARNING:
                 yield (
-                    f"body {body!r} is strained by up to {d.most_strain:.2g} and turned by up to "
+                    f"body {body!r} is strained by up to {d.most_strain:.2g} and rotated by up to "
                     f"{in_degrees(d.most_rotation)}, a twentieth of it by more than {d.strain:.2g} and "
-                    f"{in_degrees(d.rotation)}: 'kinematics: small' neglects terms of that size; use 'finite', or say "
-                    "'allow_large_strain: true' as well"
+                    f"{in_degrees(d.rotation)}: 'kinematics: small' neglects terms of that size; use 'finite', or add "
+                    "'allow_large_strain: true'"
                 )
         for body, lost in self.squeezed.items():
             yield (
-                f"body {body!r}: a twentieth of it has lost more than {100 * lost:.2g} % of its volume, and plastic flow keeps "
-                "volume: tools and supports leave it no room; check what is held, and how far tools go"
+                f"body {body!r}: a twentieth of it has lost more than {100 * lost:.2g} % of its volume, but plastic flow "
+                "preserves volume: tools and supports leave it no room; check supports and travels"
             )
         for body, strain in self.stretched.items():
             yield (
@@ -127,13 +127,13 @@ class Validity:
         for body, strain in self.used_to.items():
             end = self.system.problem.bodies[body].material.flow.known_to()
             yield (
-                f"the flow curve of body {body!r} ends at a plastic strain of {end:g} and was used up to {strain:.3g}, where it "
-                "stays at its last stress; give stresses up to there"
+                f"the flow curve of body {body!r} ends at a plastic strain of {end:g} and was used up to {strain:.3g}, where "
+                "its last stress is kept; give stresses up to there"
             )
         for (contact, name), (end, most) in self.rubbed.items():
             yield (
                 f"the friction of contact {contact!r} has a table that ends at a {name} of {end:g} and was used up to "
-                f"{most:.3g}, where it stays at its last value; give values up to there"
+                f"{most:.3g}, where its last value is kept; give values up to there"
             )
 
     def _note_shape(self, block: Block, moved: Array) -> None:
@@ -153,7 +153,7 @@ class Validity:
         # mean square of the two principal stretches, whose product is det F
         det, middle = f11 * f22 - f12 * f21, 0.5 * (f11**2 + f12**2 + f21**2 + f22**2)
         apart = np.sqrt(np.maximum(middle**2 - det**2, 0.0))
-        stretch = np.sqrt(np.maximum(np.array([middle - apart, middle + apart]), TINY))
+        stretch = np.sqrt(np.maximum(np.array([middle - apart, middle + apart]), LEAST_NORMAL))
         strain = _exceeded(np.abs(np.log(stretch)).max(axis=0), block.volume.sum(axis=1), VOLUME_SHARE)
         if strain > max(STRAIN_WARNING, self.stretched.get(block.body, 0.0)):
             self.stretched[block.body] = strain
