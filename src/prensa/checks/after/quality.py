@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from prensa.checks.check import Committed, Finished, warning
 from prensa.checks.thresholds import NOTABLE_DEPTH, SLIGHT
 from prensa.errors import Finding
+from prensa.model.problem import Problem, Step
 from prensa.system.system import System
 
 HIDDEN_FORCE_RATIO = 100.0
@@ -67,7 +67,7 @@ def soft_springs(system: System, given: Committed) -> Iterator[Finding]:
 def _by_springs_alone(system: System) -> bool:
     """Whether all that a problem moves or loads are mounts of springs."""
     p = system.problem
-    owners: list[Any] = [p, *p.steps]
+    owners: list[Problem | Step] = [p, *p.steps]
     for owner in owners:
         held = [v for f in owner.fixed.values() for v in (f.x, f.y)]
         if owner.loads or owner.body_force or any(v not in (None, "held") for v in held):

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from prensa.checks.check import Committed, Failed, Finished, ended_by, warning
 from prensa.checks.thresholds import LEAST_NORMAL, NO_DIFFERENCE
 from prensa.errors import Finding
+from prensa.materials.flow_curve import FlowCurve
 from prensa.model.units import factor
 from prensa.policy import Policy
 from prensa.system.assembly import Block
@@ -183,7 +184,7 @@ class Validity:
         if not self.system.has_memory:
             return
         for block, values in zip(self.system.blocks, history):
-            flow: Any = getattr(self.system.problem.bodies[block.body].material, "flow", None)
+            flow: FlowCurve | None = getattr(self.system.problem.bodies[block.body].material, "flow", None)
             if flow is None or not block.law.plastic or not math.isfinite(end := flow.known_to()):
                 continue
             strain = float(block.field(values, "plastic_strain").max())
