@@ -275,7 +275,7 @@ def test_a_table_that_begins_where_a_pushed_tool_is_not_is_reported_in_the_run(c
     p = block(METAL, steps=steps)
     assert not any("would jump" in words for words in told(p))
     *_, last = pr.solve(p)
-    (said,) = [words for words in caplog.messages if "comes there" in words]
+    (said,) = [words for words in caplog.messages if "is moved there" in words]
     assert "step 'back', move.die.y: the table has 0 at time 1, where tool 'die' is at -0." in said and "'by'" in said
     assert last.force("die").y == 0.0 and last.tools["die"].place.y == pytest.approx(0.2)
 
@@ -373,10 +373,10 @@ def test_springs_are_asked_about_only_where_they_make_no_sense():
 def test_a_step_that_says_nothing_is_reported_but_not_where_time_passes():
     """What was moving stands still in it; one with a duration is a rest; a table ends where the next step leaves it out."""
     press = pr.Step("press", move={"die": pr.Motion(y=-0.1)})
-    assert any("says nothing" in words for words in told(block(steps=(press, pr.Step("more", increments=3)))))
+    assert any("is empty, so nothing changes" in words for words in told(block(steps=(press, pr.Step("more", increments=3)))))
     assert told(block(steps=(press, pr.Step("rest", duration=2.0)))) == []
     table = pr.Step("press", move={"die": pr.Motion(y=((0, 0), (1, -0.1), (2, -0.2)))})
-    assert any("has to have the table too" in words for words in told(block(steps=(table, pr.Step("more")))))
+    assert any("needs the table too" in words for words in told(block(steps=(table, pr.Step("more")))))
     assert told(block(steps=(table, replace(table, name="more")))) == []
 
 

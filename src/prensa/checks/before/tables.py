@@ -41,7 +41,7 @@ def tables(system: System) -> Iterator[Finding]:
                 yield Finding(
                     path,
                     f"the table continues to time {last:g}, and {what} ends at {t1:g}, at {there:.4g} of {end:g}: what a step "
-                    f"does not mention is held, so step {p.steps[int(t1)].name!r} has to have the table too",
+                    f"does not mention is held, so step {p.steps[int(t1)].name!r} needs the table too",
                 )
             if first <= t0 + NO_DIFFERENCE and last >= t1 - NO_DIFFERENCE:
                 continue
