@@ -278,7 +278,7 @@ steps:
         ("force: {t: {y: 1 kN}}", "speed: {t: 3}", "unknown key 'speed'"),
         ("by: {t: {y: -0.01}}", "move: {t: {y: [[1, -0.02], [2, -0.03]]}}", "wherever step 'one' ended"),
         ("move: {t: {y: -0.02}}", "move: {t: {y: [[0, 0], [2, -0.02]]}}", "the table continues after time 1"),
-        ("fixed: {b.bottom: y,", "loads: {b.right: {pressure: [[0, 0], [2, 3]]}}\nfixed: {b.bottom: y,", "goes on after"),
+        ("fixed: {b.bottom: y,", "loads: {b.right: {pressure: [[0, 0], [2, 3]]}}\nfixed: {b.bottom: y,", "continues after"),
     ],
 )  # fmt: skip
 def test_what_makes_no_sense_is_refused_at_its_place(old, new, words):

@@ -103,12 +103,12 @@ def overlapping_bodies(system: System) -> Iterator[Finding]:
     for o in overlaps(system):
         yield Finding(
             f"bodies.{o.second}",
-            f"it overlaps body {o.first!r}, by {o.depth:.3g} at ({o.x:.4g}, {o.y:.4g}): there is no contact between bodies; "
+            f"it overlaps body {o.first!r}, by {o.depth:.3g} at ({o.x:.4g}, {o.y:.4g}): no contact acts between the two; "
             "move it ('origin'), and join the two with 'ties' where they meet",
         )
     for o in neighbours(system):
         yield Finding(
             f"bodies.{o.second}",
-            f"it lies on body {o.first!r} at ({o.x:.4g}, {o.y:.4g}), and nothing holds the two together or apart: there is no "
-            "contact between bodies; join them with 'ties', or make one a tool",
+            f"it lies on body {o.first!r} at ({o.x:.4g}, {o.y:.4g}), and nothing holds the two together or apart; join them with "
+            "'ties', or make one a tool",
         )
