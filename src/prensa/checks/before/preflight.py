@@ -34,7 +34,7 @@ from prensa.errors import Finding
 from prensa.model.remeshing import remeshing_of
 from prensa.system.system import System
 
-IN_SPACE: tuple[Check[System], ...] = (obsolete_keys,)
+IN_ANY_SPACE: tuple[Check[System], ...] = (obsolete_keys,)
 """Those that know bodies in space."""
 AT_REST: tuple[Check[System], ...] = (tool_sizes, surface_corners, starting_places, overlapping_bodies)
 """Those of where things are before anything moves."""
@@ -51,7 +51,7 @@ def preflight(system: System) -> list[Finding]:
     """All findings on a discretised problem, the fatal ones first."""
     found: list[Finding] = []
     refused: set[Check[System]] = set()
-    for check in CHECKS if system.dofs.dimension == 2 else IN_SPACE:
+    for check in CHECKS if system.dofs.dimension == 2 else IN_ANY_SPACE:
         if refused.isdisjoint(AFTER.get(check, ())):
             own = list(check(system))
             found += own
