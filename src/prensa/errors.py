@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass
+from enum import IntEnum
 from pathlib import Path
-from typing import NamedTuple
 
 
 class PrensaError(Exception):
@@ -108,27 +108,48 @@ class SolveError(PrensaError):
         self.last, self.reason = last, reason
 
 
-class Notice(NamedTuple):
-    """``path`` into the description (keys joined by dots), ``message`` with the remedy, ``fatal``: nothing can come of it."""
+class Severity(IntEnum):
+    """What follows from a finding."""
+
+    WARN = 0
+    """It is reported."""
+    CUT = 1
+    """The increment is not accepted; a shorter one may be."""
+    REFUSE = 2
+    """The run does not begin, or ends."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What a check has found.
+
+    ``message``: what is wrong, by how much and where, and after that the remedy; ``path`` into the description (keys joined by
+    dots), empty where the finding belongs to no key.
+    """
 
     path: str
     message: str
-    fatal: bool = False
+    severity: Severity = Severity.WARN
+
+    @property
+    def fatal(self) -> bool:
+        """Whether nothing can come of the run."""
+        return self.severity is Severity.REFUSE
 
     def __str__(self) -> str:
-        return f"{self.path}: {self.message}"
+        return f"{self.path}: {self.message}" if self.path else self.message
 
 
 class PreflightError(PrensaError):
     """What makes a solution impossible, one line each: ``path: message; remedy``."""
 
-    def __init__(self, notices: list[Notice]) -> None:
+    def __init__(self, notices: list[Finding]) -> None:
         self.notices = notices
         super().__init__("\n".join(map(str, notices)))
 
 
-def refuse(notices: list[Notice]) -> None:
-    """Raise `PreflightError` if a notice is fatal."""
+def refuse(notices: list[Finding]) -> None:
+    """Raise `PreflightError` if something that was found before a run is fatal."""
     fatal = [n for n in notices if n.fatal]
     if fatal:
         raise PreflightError(fatal)

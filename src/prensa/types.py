@@ -17,3 +17,5 @@ Bytes = NDArray[np.int8]
 """States of contact points."""
 Single = NDArray[np.float32]
 """Numbers of half the digits."""
+Stored = NDArray[np.generic]
+"""Arrays of any kind of numbers or flags, as checkpoints hold them."""

@@ -170,7 +170,7 @@ def test_an_edge_that_hangs_on_a_corner_of_a_tool_is_reported(drawn):
     assert hang.side == "b.top" and hang.tool == "die"
     assert hang.depth == pytest.approx(0.15) and hang.stretch == pytest.approx(np.hypot(1.0, 0.3) / 0.5)
     reason = Folded(Fold("b.top", "b.top", 0.0, 1.0, 0.1), hang)
-    assert "hangs on a corner" in sentence(reason) and "t6" in hint(reason)
+    assert "caught on a corner" in sentence(reason) and "t6" in hint(reason)
 
 
 @pytest.mark.parametrize("element", ["q4", "q8", "t6"])
@@ -234,8 +234,8 @@ def test_friction_at_its_bound_is_named():
     )  # fmt: skip
     _, error = failure_of(problem)
     assert isinstance(error.reason, FreeToMove)
-    assert "friction of b.top-t is at its bound at all 7 closed points" in str(error)
-    assert "friction of b.bottom-table is at its bound at all 7 closed points" in str(error)
+    assert "friction of b.top-t is at its limit at all 7 points in contact" in str(error)
+    assert "friction of b.bottom-table is at its limit at all 7 points in contact" in str(error)
 
 
 def test_friction_as_strong_as_the_metal_is_named():
@@ -245,7 +245,7 @@ def test_friction_as_strong_as_the_metal_is_named():
         material=pr.J2(1000.0, 0.3, pr.Perfect(5.0)), size=(2, 1), n=(6, 3), friction=pr.Shear(m=1.0),
     )  # fmt: skip
     _, error = failure_of(problem)
-    assert "friction of b.top-t is as strong as the metal at" in str(error)
+    assert "friction of b.top-t reaches the shear strength of the metal at" in str(error)
 
 
 @pytest.mark.parametrize(("mu", "heard"), [(1.9, True), (0.1, False)])
@@ -260,7 +260,7 @@ def test_friction_that_the_metal_does_not_bear_is_what_to_change(mu, heard):
     *_, turned = (inc for inc in pr.solve(problem) if inc.time <= 2.0)
     with pytest.raises(SolveError) as caught:
         list(pr.solve(problem, pr.Numerics(max_iterations=2, max_cutbacks=0), start=turned.state))
-    assert ("What to try: friction that the metal bears ('shear' with m below 1" in str(caught.value)) is heard
+    assert ("What to try: friction below the metal's shear strength ('shear' with m below 1" in str(caught.value)) is heard
 
 
 @pytest.mark.parametrize("rule", ["simpson", "gauss3"])

@@ -142,7 +142,7 @@ def test_a_tool_that_comes_through_the_surface_beside_a_line_of_symmetry_is_repo
     case = dict(case)
     tools = {"die": pr.Circle(radius=case.pop("radius"), touching="b.top")}
     p = block(material, tools, size=(4, 8), steps=(pr.Step("press", move={"die": pr.Motion(y=-5)}),), **case)
-    with pytest.raises(SolveError, match="has come through the surface beside it") as caught:
+    with pytest.raises(SolveError, match="has penetrated the adjacent surface") as caught:
         list(pr.solve(p))
     assert isinstance(caught.value.reason, MetalInside)
     assert "against: die" not in str(caught.value)
@@ -260,7 +260,7 @@ def test_a_table_that_begins_elsewhere_is_reported_and_reached_over_the_first_in
     """A jump is as long in any increment, however short, and was cut again and again; now each cut makes it shorter."""
     p = block(METAL, steps=(pr.Step("press", move={"die": pr.Motion(y=table)}, increments=increments),))
     foretold = [words for words in told(p) if "would jump" in words]
-    assert len(foretold) == 1 and "it comes there over the first" in foretold[0]
+    assert len(foretold) == 1 and "it is moved there over the first" in foretold[0]
     done = list(pr.solve(p))
     assert [words for words in caplog.messages if "begins" in words] == foretold
     places = {round(inc.time, 9): inc.tools["die"].place.y for inc in done}
@@ -275,7 +275,7 @@ def test_a_table_that_begins_where_a_pushed_tool_is_not_is_reported_in_the_run(c
     p = block(METAL, steps=steps)
     assert not any("would jump" in words for words in told(p))
     *_, last = pr.solve(p)
-    (said,) = [words for words in caplog.messages if "comes there" in words]
+    (said,) = [words for words in caplog.messages if "is moved there" in words]
     assert "step 'back', move.die.y: the table has 0 at time 1, where tool 'die' is at -0." in said and "'by'" in said
     assert last.force("die").y == 0.0 and last.tools["die"].place.y == pytest.approx(0.2)
 
@@ -286,7 +286,7 @@ def test_scripts_hear_of_what_a_case_file_is_reported(caplog):
     tools, fixed = {"die": pr.Plane(touching="billet.top")}, {"billet.bottom": "y", "billet.left": "x"}
     steps = (pr.Step("press", move={"die": pr.Motion(y=-0.01)}, increments=1),)
     list(pr.solve(pr.Problem("p", body, steps, tools, fixed=fixed, friction=pr.Coulomb(mu=10.0))))
-    for words in ("'210 GPa'", "did you mean 0.1?", "'space' is left out"):
+    for words in ("'210 GPa'", "did you mean 0.1?", "'space' is missing"):
         assert sum(words in m for m in caplog.messages) == 1
     caplog.clear()
     list(pr.solve(pr.Problem("p", body, steps, tools, fixed=fixed, space="plane strain")))
@@ -331,9 +331,9 @@ def test_what_friction_alone_holds_is_reported():
             tools, contacts, friction=pr.Coulomb(0.05), fixed={"b.left": "x"}, space="axisymmetric", **more,
         )  # fmt: skip
 
-    assert not any("nothing but friction" in words for words in told(rod(-0.6213)))
-    (words,) = [words for words in told(rod(-0.7)) if "nothing but friction" in words]
-    assert words.startswith("bodies.b: nothing but friction holds it along y against the tools that press it")
+    assert not any("only friction" in words for words in told(rod(-0.6213)))
+    (words,) = [words for words in told(rod(-0.7)) if "only friction" in words]
+    assert words.startswith("bodies.b: only friction holds it along y against the tools that press it")
     assert told(block(fixed={"b.bottom": "y"}, friction=pr.Coulomb(0.1))) == []  # a whole billet between rough plates
 
 
@@ -373,10 +373,10 @@ def test_springs_are_asked_about_only_where_they_make_no_sense():
 def test_a_step_that_says_nothing_is_reported_but_not_where_time_passes():
     """What was moving stands still in it; one with a duration is a rest; a table ends where the next step leaves it out."""
     press = pr.Step("press", move={"die": pr.Motion(y=-0.1)})
-    assert any("says nothing" in words for words in told(block(steps=(press, pr.Step("more", increments=3)))))
+    assert any("is empty, so nothing changes" in words for words in told(block(steps=(press, pr.Step("more", increments=3)))))
     assert told(block(steps=(press, pr.Step("rest", duration=2.0)))) == []
     table = pr.Step("press", move={"die": pr.Motion(y=((0, 0), (1, -0.1), (2, -0.2)))})
-    assert any("has to have the table too" in words for words in told(block(steps=(table, pr.Step("more")))))
+    assert any("needs the table too" in words for words in told(block(steps=(table, pr.Step("more")))))
     assert told(block(steps=(table, replace(table, name="more")))) == []
 
 

@@ -223,7 +223,7 @@ def test_a_node_that_supports_move_with_the_tool_keeps_its_pressure():
     *_, before, inc = pr.solve(held_side([push, pr.Step("both", by={"tool": both, "block.left": both})]))
     assert before.state.lam[CORNER, 0] > 0.0
     assert inc.state.lam[CORNER] == pytest.approx(before.state.lam[CORNER], rel=1e-12)
-    with pytest.raises(SolveError, match="which a support holds: exact enforcement cannot give way"):
+    with pytest.raises(SolveError, match="which a support holds: exact enforcement has no compliance"):
         list(pr.solve(held_side([push, pr.Step("both", by={"tool": {"y": -0.06}, "block.left": both})])))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 from pathlib import Path
 
 import pytest
@@ -41,6 +42,19 @@ def test_rooms_stand_in_their_order() -> None:
 def test_functions_fit_on_a_screen() -> None:
     """No function outside kernels is longer than 60 lines."""
     assert structure.long_functions() == []
+
+
+@pytest.mark.parametrize("room", ["system", "linear", "contact", "solver", "result", "checks"])
+def test_signatures_of_the_rooms_of_numerics_have_no_any(room: str) -> None:
+    """Parameters and results of functions have real types there."""
+    found = []
+    for module, path in structure.modules().items():
+        for node in ast.walk(structure.tree(path)) if structure.package(module) == room else ():
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                signature = [node.args, *([node.returns] if node.returns else [])]
+                names = {n.id for part in signature for n in ast.walk(part) if isinstance(n, ast.Name)}
+                found += [f"{module}:{node.lineno} {node.name}"] * ("Any" in names)
+    assert found == []
 
 
 def test_a_constant_has_one_meaning() -> None:

@@ -150,7 +150,7 @@ def test_several_tests_and_starts_lead_to_one_answer(table: Path) -> None:
             {"force": "die.force.y"},
             "travel reaches -2.5 .* goes from -0.9 to 0",
         ),
-        ("travel [mm],force [kN]\n0.1,1", {"force": "die.force.y"}, "1 readings cannot tell 2 parameters"),
+        ("travel [mm],force [kN]\n0.1,1", {"force": "die.force.y"}, "1 readings cannot determine 2 parameters"),
         ("travel [mm],force [kN]\n0.1", {"force": "die.force.y"}, ":2: 1 cells, but 2 columns"),
         ("travel [mm],force [kN]\n0.1,1,2", {"force": "die.force.y"}, ":2: 3 cells, but 2 columns"),
         ("travel [mm],force [kN]\n0.1,much", {"force": "die.force.y"}, ":2: force is 'much'; a number is expected"),
@@ -209,11 +209,11 @@ def test_a_column_that_no_parameter_moves_is_reported_before_the_fit(table: Path
     data.write_text("\n".join([f"{text[1]},way [mm]", *rows]), encoding="utf-8")
     seen = SEEN | {"way": pr.Observe("die.uy", sigma=0.01)}
     fit = pr.calibrate(guessed(), data, seen, {MU: (0.02, 0.5)}, "-die.uy", refine=False, compare=False, told=lines.append)
-    assert "at the start no parameter moves 'way'" in lines[1]
-    assert sum("no parameter moves" in line for line in lines) == 1
-    assert any("no parameter moves 'way'" in w for w in fit.words)
+    assert "at the start no parameter affects 'way'" in lines[1]
+    assert sum("no parameter affects" in line for line in lines) == 1
+    assert any("no parameter affects 'way'" in w for w in fit.words)
     pr.calibrate(guessed(), data, seen, {MU: (0.02, 0.5)}, "-die.uy", refine=False, compare=False, profiles=False)
-    told = [r for r in caplog.records if "no parameter moves 'way'" in r.getMessage()]
+    told = [r for r in caplog.records if "no parameter affects 'way'" in r.getMessage()]
     assert [r.levelname for r in told] == ["WARNING"]
 
 
@@ -223,7 +223,7 @@ def test_what_the_fit_cannot_use_is_reported(table: Path, tmp_path: Path) -> Non
     parameters, force = {along: None, MU: None}, {"force": "die.force.y"}
     fit = pr.calibrate(true(), table, force, parameters, "-die.uy", refine=False, compare=False)
     assert fit.parameters[along].profile is None
-    assert any(f"{along} moves nothing that was measured" in w for w in fit.words)
+    assert any(f"{along} affects nothing that was measured" in w for w in fit.words)
     with pytest.raises(ArgumentError, match="outside its bounds"):
         pr.calibrate(guessed(), table, SEEN, {MU: (0.3, 0.5)}, along="-die.uy")
     with pytest.raises(ArgumentError, match="nothing to fit"):

@@ -198,7 +198,7 @@ def test_rows_that_go_back_come_twice_or_come_by_thousands(folder: Path) -> None
         notes([(0.1, 24), (0.3, 26), (0.2, 25)])
     count, told = notes([(0.1, 24), (0.2, 26), (0.2, 26), (0.2, 27)])
     assert count == 3
-    assert any("data.csv:4: the row above once more" in n for n in told)
+    assert any("data.csv:4: repeats the row above" in n for n in told)
     count, told = notes([(0.5 * k / 4000, 22 + k / 4000) for k in range(1, 4001)])
     assert count == 100
     assert any("of 4000 rows 100 are fitted" in n for n in told)
@@ -230,7 +230,7 @@ def test_a_measured_tension_test_is_fitted_end_to_end(tmp_path: Path) -> None:
     assert stress[inside] == pytest.approx(np.interp(strain[inside], plastic, true), rel=0.025)  # what Voce's curve misses
     assert 1.0 < fit.channels[0].misfit < 1.4
     assert fit.channels[0].runs < 0.01
-    assert any("keep their sign" in w for w in fit.words)
+    assert any("long runs of one sign" in w for w in fit.words)
     assert any("trade" in w for w in fit.words)
     (path,) = fit.write_cases(tmp_path)
     assert load(path).problem == fit.case

@@ -50,13 +50,13 @@ def test_readings_speak_for_the_law_they_are_of(law: str, said: str) -> None:
     assert rival.value == pytest.approx(0.12 if "coulomb" in law else 0.25, rel=1e-2)
     assert rival.square < 1.0 < at.square
     right, wrong = ("Coulomb's law", "a shear factor") if law == COULOMB else ("a shear factor", "Coulomb's law")
-    assert f"for {right} and against {wrong}" in rival.words
+    assert f"favour {right} over {wrong}" in rival.words
     # errors fifty times as large hide it
     e = o.experiments[0]
     vague = replace(o, experiments=[replace(e, channels=[replace(c, sigma=50 * c.sigma) for c in e.channels])], _last=None)
     x, at = vague.minimise(x)
     dim: Any = compared(vague, x, at)
-    assert "cannot tell" in dim.words
+    assert "cannot distinguish" in dim.words
 
 
 def test_the_verdict_is_that_of_aic() -> None:
@@ -68,11 +68,11 @@ def test_the_verdict_is_that_of_aic() -> None:
     def judged(own: float, other: float) -> Any:
         return _judged(("a shear factor", "Coulomb's law"), "friction.m", 0.3, (fit(own), fit(other)), 3)
 
-    assert "cannot tell" in judged(16.0, 17.5).words
-    assert "clearly for Coulomb's law" in judged(16.0, 27.0).words
+    assert "cannot distinguish" in judged(16.0, 17.5).words
+    assert "clearly favour Coulomb's law" in judged(16.0, 27.0).words
     some = judged(21.0, 16.0)
     assert some.aic == pytest.approx(-5.0)
-    assert "with a probability of 92% for a shear factor" in some.words  # 1/(1 + e^(−5/2)) = 0.924
+    assert "favour a shear factor over Coulomb's law with a probability of 92%" in some.words  # 1/(1 + e^(−5/2)) = 0.924
     assert "neither Coulomb's law nor a shear factor" in judged(60.0, 80.0).words
     # χ²/ν = 27/17 of the better one divides the difference
     assert judged(27.0, 37.0).aic == pytest.approx(10.0 * 17 / 27)

@@ -62,7 +62,7 @@ MISTAKES = [
     ("name: upsetting\n", "", "1:1", ["the case needs 'name'", "text"]),
     ("    radius: 8 cm\n", "", "9:3", ["tool 'punch' (circle) needs 'radius', a length"]),
     ("name: press\n    move", "move", "17:5", ["step 0 needs 'name'"]),
-    ("    touching: billet.top\n", "", "9:3", ["tool 'punch' has no place", "'touching'"]),
+    ("    touching: billet.top\n", "", "9:3", ["tool 'punch' has no position", "'touching'"]),
     ("mu: 0.3", "mu: {mu0: 0.3, mu_inf: 0.1}", "14:85", ["needs 'u0', a length"]),
     # values
     ("8 cm", "0", "11:13", ["radius of tool 'punch' (circle) is 0", "greater than 0"]),

@@ -185,7 +185,7 @@ def test_the_mesher_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) ->
 
 
 REFUSED = {
-    "kinematics": ({"kinematics": "small"}, "small strain keeps the shape"),
+    "kinematics": ({"kinematics": "small"}, "small strain keeps the initial shape"),
     "plane stress": ({"space": "plane stress"}, "thickness of plane stress"),
     "elastic": (
         {"bodies": {"billet": pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(2, 2)), pr.Elastic(E=1.0, nu=0.3), "t6")}},
@@ -193,7 +193,7 @@ REFUSED = {
     ),
     "element": (
         {"bodies": {"billet": pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(2, 2)), ALUMINIUM, "q8")}},
-        "'q8' is none that bears plastic flow; use 'element: t6'",
+        "'q8' is not suited to plastic flow; use 'element: t6'",
     ),
     "default element": (
         {"bodies": {"billet": pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(2, 2)), ALUMINIUM)}},
@@ -203,11 +203,11 @@ REFUSED = {
         {"ties": (pr.Tie("billet.top", "other.bottom"),),
          "bodies": {"billet": pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(2, 2)), ALUMINIUM, "t6"),
                     "other": pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(2, 2), origin=(0.0, 6.0)), ALUMINIUM, "t6")}},
-        "tied sides are not carried over; make one body of the tied ones",
+        "tied sides are not transferred to new meshes; make one body of the tied ones",
     ),
     "control": (
         {"steps": (pr.Step("press", control={"punch": pr.Motion(y=-1.0)}, push={"punch": pr.Push(y=-1.0)}),)},
-        "the factor of 'control' is not carried over; move the tool",
+        "the factor of 'control' is not transferred to new meshes; move the tool",
     ),
     "integration": (
         {"contacts": (pr.Contact("billet.top", "punch", integration="kikuchi"),)}, "have 'integration: nodal'",

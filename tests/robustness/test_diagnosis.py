@@ -85,7 +85,7 @@ def test_a_point_that_lets_go_at_once_is_a_limit_point():
     with pytest.raises(SolveError, match="limit point") as caught:
         list(pr.solve(draw("plastic", 77120451, 30)))
     assert isinstance(caught.value.reason, LimitPoint)
-    assert "instead of pushed or hung on a spring" in str(caught.value)
+    assert "instead of pushed or mounted on a spring" in str(caught.value)
 
 
 def test_a_singular_iterate_beyond_a_limit_point_is_no_body_that_comes_free():
@@ -100,7 +100,7 @@ def test_a_singular_iterate_beyond_a_limit_point_is_no_body_that_comes_free():
     ("push", "words"),
     [
         ({"y": 0.0}, "tool 't' touches nothing and is driven by force along y"),
-        ({"y": -5.0, "m": 3.0}, "tool 't' is free to turn, and where it is round nothing but friction resists that"),
+        ({"y": -5.0, "m": 3.0}, "tool 't' is free to turn, and as it is round only friction resists that"),
     ],
 )
 def test_a_tool_that_nothing_resists_is_named(push, words):

@@ -74,7 +74,7 @@ def test_rigid_body_motions_are_counted_in_little_memory():
     """Forty thousand supported components, of which a square matrix would take 13 GB."""
     rows = np.tile([[1.0, 0.0, 0.5], [0.0, 1.0, -0.5]], (20_000, 1))
     system = pr.discretise(loads(CASE).problem)
-    assert "turn" in rigid_modes._free(system, rigid_modes._Frame.of(system, "strip"), rows)
+    assert "turn" in rigid_modes.free_in_words(system, rigid_modes.Frame.of(system, "strip"), rows)
 
 
 def test_random_problems_raise_no_alarm():

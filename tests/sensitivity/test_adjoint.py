@@ -169,8 +169,8 @@ TABLE_OF_FRICTION = "friction={type: coulomb, mu: {kappa: [0, 0.1, 1], mu: [0.05
     [
         (["bodies.ring.element=q4_enhanced"], "die.force.y", "friction.mu", "no enhanced modes"),
         ([TABLE_OF_FRICTION], "die.force.y", "friction.mu.mu.1", "changes a table of friction"),
-        ([HELD], "die.travel.y", "friction.mu", "cannot be followed backwards"),
-        ([], "ring.max.mises", "friction.mu", "has no derivative by places and forces"),
+        ([HELD], "die.travel.y", "friction.mu", "the adjoint does not cover"),
+        ([], "ring.max.mises", "friction.mu", "has no derivative with respect to positions and forces"),
         ([], "die.force.y", "friction.nu", "no number at"),
         ([], "die.forc.y", "friction.mu", "die"),
     ],

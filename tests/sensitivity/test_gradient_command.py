@@ -52,7 +52,7 @@ def test_slopes_are_those_of_python_and_in_a_table_of_all_increments(case: str, 
     [
         (["bodies.ring.element=q4_enhanced"], "die.force.y", MU, "no enhanced modes"),
         (["friction={type: shear, m: 0.3}"], "die.force.y", "friction.m", "constant coefficients"),
-        ([], "ring.max.plastic_strain", K, "has no derivative by places and forces"),
+        ([], "ring.max.plastic_strain", K, "has no derivative with respect to positions and forces"),
     ],
 )
 def test_what_cannot_go_backwards_goes_forwards(case: str, changes: list[str], of: str, by: str, why: str) -> None:

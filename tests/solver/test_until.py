@@ -277,8 +277,8 @@ steps:
         ("force: {t: {y: 1 kN}}", "contact: {u: leaves}", "tool 'u' has no contact"),
         ("force: {t: {y: 1 kN}}", "speed: {t: 3}", "unknown key 'speed'"),
         ("by: {t: {y: -0.01}}", "move: {t: {y: [[1, -0.02], [2, -0.03]]}}", "wherever step 'one' ended"),
-        ("move: {t: {y: -0.02}}", "move: {t: {y: [[0, 0], [2, -0.02]]}}", "the table goes on after time 1"),
-        ("fixed: {b.bottom: y,", "loads: {b.right: {pressure: [[0, 0], [2, 3]]}}\nfixed: {b.bottom: y,", "goes on after"),
+        ("move: {t: {y: -0.02}}", "move: {t: {y: [[0, 0], [2, -0.02]]}}", "the table continues after time 1"),
+        ("fixed: {b.bottom: y,", "loads: {b.right: {pressure: [[0, 0], [2, 3]]}}\nfixed: {b.bottom: y,", "continues after"),
     ],
 )  # fmt: skip
 def test_what_makes_no_sense_is_refused_at_its_place(old, new, words):
@@ -316,7 +316,7 @@ def test_the_check_foretells_travels_beyond_reach():
     """And says nothing that an early end would make untrue."""
     short = block(down(-0.02, pr.Until(travel={"t": pr.ToolTravel(y=-0.05)})))
     (notice,) = preflight(pr.discretise(short))
-    assert "never gets to y = -0.05" in str(notice)
+    assert "never reaches y = -0.05" in str(notice)
     assert not preflight(pr.discretise(block(down(-0.02, pr.Until(travel={"t": pr.ToolTravel(y=-0.01)})))))
     far = block(down(-1000.0, force(10.0)), pr.Step("wait"))  # far through the body, if it were not to end
     assert not preflight(pr.discretise(far))

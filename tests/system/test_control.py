@@ -159,7 +159,7 @@ def test_derivatives_are_refused():
 def test_remeshing_is_refused():
     """A new mesh has no place for the factor."""
     metal = pr.Body(arch().bodies["b"].mesh, pr.J2(1e4, 0.3, pr.Perfect(100.0)))
-    with pytest.raises(PrensaError, match="'control' is not carried over"):
+    with pytest.raises(PrensaError, match="'control' is not transferred"):
         led(-60.0, -0.1, bodies={"b": metal}, remesh="auto")
 
 

@@ -178,7 +178,7 @@ def test_a_table_of_forces_that_begins_elsewhere_is_reported(caplog):
         steps = by_step(pressed(PRESS, push))
     (told,) = (r.getMessage() for r in caplog.records if "push.t.y" in r.getMessage())
     first = steps["press"][-1].force("t").y
-    assert f"-50 at time 1, where {-first:.6g} is carried" in told
+    assert f"-50 at time 1, where {-first:.6g} acts" in told
     assert steps["push"][0].force("t").y == pytest.approx(70.0 + 0.5 * (first - 50.0), rel=1e-7)
     assert steps["push"][1].force("t").y == pytest.approx(60.0, rel=1e-7)
     caplog.clear()

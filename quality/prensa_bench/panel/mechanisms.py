@@ -9,8 +9,7 @@ import numpy as np
 
 from prensa import analysis
 from prensa.checks.after.passages import Passages
-from prensa.checks.during import acceptance
-from prensa.checks.during.acceptance import Acceptance
+from prensa.checks.during import acceptance, penetration, self_intersection
 from prensa.checks.during.distortion import Distortion
 from prensa.checks.during.validity import Validity
 from prensa.result.increment import Mean
@@ -358,13 +357,13 @@ GUARDS = (
     Mechanism(
         "penetration",
         "A run ends where metal lies inside a tool with which it has no contact.",
-        (replaced(time_stepping, time_stepping.inside, _nothing),),
+        (replaced(penetration, penetration.inside, _nothing),),
         guard="tests/checks/test_penetration.py::test_metal_inside_a_tool_stops_the_run",
     ),
     Mechanism(
         "self_intersection",
         "A run ends where the outline of a body passes through itself.",
-        (replaced(time_stepping, time_stepping.fold, _nothing),),
+        (replaced(self_intersection, self_intersection.fold, _nothing),),
         guard="tests/checks/test_early_end.py::test_a_body_that_passes_through_itself_is_reported",
     ),
     Mechanism(
@@ -391,7 +390,7 @@ GUARDS = (
     Mechanism(
         "jumped_elements",
         "Corners that jump beyond 180° and plastic strains above 1 within an increment are refused.",
-        (replaced(Acceptance, Acceptance._deformed, lambda self, c, grown, u: iter(())),),
+        (replaced(acceptance, acceptance._deformed, lambda *_: iter(())),),
         guard="tests/solver/test_guards.py::test_no_corner_jumps_beyond_half_a_turn_within_an_increment",
     ),
     Mechanism(

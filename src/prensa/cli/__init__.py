@@ -421,7 +421,7 @@ def identify(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Tell before any experiment what its readings would say about parameters: one run of each case."""
+    """Estimate, before an experiment, how well its readings would determine parameters: one run of each case."""
     source = Source(file, changes)
     with Voice(quiet, verbose, json, source=source) as voice:
         from prensa.inverse.commands import identified

@@ -64,14 +64,14 @@ def _checked(
         refuse_vague(e)
     refuse_twice(experiments)
     if len({(e.problem.units.length, e.problem.units.force) for e in experiments}) > 1:
-        raise ArgumentError("calibrate: cases have different units, in which no parameter can be one number; write them alike")
+        raise ArgumentError("calibrate: cases have different units, so a parameter cannot be one number; use the same units")
     known = [Parameter.of(p, value_of(experiments[0].problem, p), b) for p, b in parameters.items()]
     for e in experiments[1:]:
         for p in known:
             value_of(e.problem, p.path)
     readings = sum(e.count for e in experiments)
     if readings <= len(known):
-        raise DataError(f"calibrate: {readings} readings cannot tell {len(known)} parameters; take more, or fit fewer")
+        raise DataError(f"calibrate: {readings} readings cannot determine {len(known)} parameters; take more, or fit fewer")
     return experiments, known
 
 
@@ -117,7 +117,7 @@ def calibrate(
         Where a coefficient of friction or a shear factor is fitted, fit the other law as well and say which of both follows the
         readings.
     profiles
-        See how bent the problem is at the ends of its linear intervals, and follow the profile likelihood where it is.
+        See how nonlinear the problem is at the ends of its linear intervals, and follow the profile likelihood where it is.
     keep
         Folder in which runs are kept, so that a fit that was interrupted goes on.
     told
@@ -160,7 +160,7 @@ def _refined(objective: Objective, x: Array, at: Residuals) -> Finer | None:
 
 def _bends(objective: Objective, x: Array, at: Residuals) -> list[Profile | None]:
     """Profiles of all parameters around an answer; None of those that move nothing."""
-    objective.report("how bent the problem is")
+    objective.report("how nonlinear the problem is")
     _, halves, _ = half_widths(at, len(x))
     moving, curves = np.abs(at.J[:, : len(objective.parameters)]).max(axis=0) > IDLE, objective.curves
     return [
@@ -181,7 +181,7 @@ def _best(
         for e in objective.experiments:
             refuse_strange(e, [next(models) for _ in e.channels])
         for name in idle_channels(objective, first):
-            doubted(f"at the start no parameter moves {name!r}: look whether it is the column that you mean")
+            doubted(f"at the start no parameter affects {name!r}; is it the right column?")
     for start in _started(objective.parameters, starts, seed):
         try:
             found.append(objective.minimise(np.array([*start, *more])))

@@ -80,7 +80,7 @@ def lines_of(found: Calibration) -> Iterator[str]:
         columns = ", ".join(f"{c.name} ({len(c.rows)} readings, error {c.sigma.max():.3g} {c.measure.unit})" for c in e.channels)
         yield f"{e.name}: {e.problem.name}, along {e.along}: {columns}"
     for path, pair in found.parameters.items():
-        yield f"{path}: " + (f"from {pair[0]:g} to {pair[1]:g}" if pair else "any value of its sign")
+        yield f"{path}: " + (f"from {pair[0]:g} to {pair[1]:g}" if pair else "any value of the same sign")
     for e in found.experiments:
         yield from e.notes
 

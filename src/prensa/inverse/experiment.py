@@ -225,8 +225,8 @@ def _refuse_a_clock(test: Test, table: Table, column: str) -> None:
     """Refuse a first column of times that nobody named where the table runs along a motion; raises `DataError`."""
     if test.column is None and test.along != "time" and column.lower() in CLOCKS:
         raise DataError(
-            f"{table.path}: its first column is {column!r}, and it is to run along {test.along!r}{_others(test, table, column)}, "
-            "or write 'along: time'"
+            f"{table.path}: its first column is {column!r}, and it is to run along "
+            f"{test.along!r}{_others(test, table, column)}, or write 'along: time'"
         )
 
 
@@ -245,7 +245,7 @@ def _rows_used(table: Table, times: Array, columns: list[Array], notes: list[str
     same = np.array([k for k in rows[1:] if _equal(cells[k], cells[k - 1])], dtype=np.int64)
     if len(same):
         more = f" and {len(same) - 1} more" if len(same) > 1 else ""
-        notes.append(f"{table.place(int(same[0]))}{more}: the row above once more; it is counted once")
+        notes.append(f"{table.place(int(same[0]))}{more}: repeats the row above; it is counted once")
         rows = np.setdiff1d(rows, same)
     if len(rows) <= MOST_READINGS:
         return rows
@@ -254,8 +254,8 @@ def _rows_used(table: Table, times: Array, columns: list[Array], notes: list[str
     wanted = np.linspace(times[rows[0]], times[rows[-1]], MOST_READINGS)
     near = rows[np.abs(times[rows][None, :] - wanted[:, None]).argmin(axis=1)]
     notes.append(
-        f"{table.path}: of {len(rows)} rows {MOST_READINGS} are fitted, spread evenly over the test: each is an increment, and "
-        "neighbours in a machine's record hardly are readings of their own"
+        f"{table.path}: of {len(rows)} rows {MOST_READINGS} are fitted, spread evenly over the test: each is an increment, "
+        "and neighbouring rows of a machine's record are hardly independent"
     )
     return np.union1d(near, np.array(rare, dtype=np.int64))
 
@@ -323,7 +323,7 @@ def refuse_vague(e: Experiment) -> None:
         if least >= most:
             raise DataError(
                 f"{e.name}: the error of {c.name!r} is {least:g} in units of the case, not less than its largest reading, "
-                f"{most:g}: such readings tell nothing; write it in the unit of the column, or as a share such as '1 %'"
+                f"{most:g}: such readings are uninformative; write it in the unit of the column, or as a share such as '1 %'"
             )
 
 
@@ -360,7 +360,7 @@ def refuse_strange(e: Experiment, models: Sequence[Array]) -> None:
         alike = float(c.readings @ model) / float(np.linalg.norm(c.readings) * np.linalg.norm(model))
         if alike < -0.9:
             raise DataError(
-                f"{e.name}: {c.name!r} has the opposite sign of what the case says; observe it with 'scale: -1'"
+                f"{e.name}: {c.name!r} has the opposite sign in the case; observe it with 'scale: -1'"
             )
 
 
@@ -373,8 +373,8 @@ def _times(
         outside = np.flatnonzero((stroke < 0.0) | (stroke > end))
         if len(outside):
             raise DataError(
-                f"{table.place(outside[0])}: {column} is {stroke[outside[0]]:g}, but the steps of the case take the time from 0 "
-                f"to {end:g}"
+                f"{table.place(outside[0])}: {column} is {stroke[outside[0]]:g}, but the steps of the case take the time from "
+                f"0 to {end:g}"
             )
         return _together(stroke), np.ones(len(stroke))
     t, way = _course(discretise(problem), along)
@@ -383,7 +383,8 @@ def _times(
     if not table.units[column] and 0.0 < most < np.abs(way).max() / OFF:
         raise DataError(
             f"{table.path}: {column!r} has no unit and goes to {most:g} {problem.units.length} at most, {along} to "
-            f"{np.abs(way).max():g}: give its unit in the first row, as in '{column} [m]' or '{column} [{problem.units.length}]'"
+            f"{np.abs(way).max():g}: give its unit in the first row, as in '{column} [m]' or '{column} "
+            f"[{problem.units.length}]'"
         )
     out, now, back = np.zeros(len(stroke)), 0.0, 0.0
     for k, s in enumerate(stroke):
@@ -407,7 +408,8 @@ def _times(
         now = max(now, out[k])
     if back > TOGETHER * reach:
         notes.append(
-            f"{table.path}: {column} goes back by up to {back:.2g} in places; rows are compared where the case has their {column}"
+            f"{table.path}: {column} goes back by up to {back:.2g} in places; rows are compared where the case has their "
+            f"{column}"
         )
     rate = np.interp(out, 0.5 * (t[:-1] + t[1:]), np.diff(way) / np.where(np.diff(t) > 0.0, np.diff(t), np.inf))
     return _together(out), np.divide(1.0, rate, out=np.zeros(len(out)), where=rate != 0.0)

@@ -179,7 +179,7 @@ class _Reader:
         self.kept(node, lambda: refuse_twice(experiments))
         readings = sum(e.count for e in experiments)
         if bounds and readings <= len(bounds):
-            self.wrong(node, f"{readings} readings cannot tell {len(bounds)} parameters; take more, or fit fewer")
+            self.wrong(node, f"{readings} readings cannot determine {len(bounds)} parameters; take more, or fit fewer")
 
     def kept(self, place: Node | Mark, make: Callable[[], Any]) -> Any:
         """What is made; None, with what is wrong kept, where it cannot be."""

@@ -25,7 +25,7 @@ class Identification:
     """What planned readings would tell: half widths of expected 95 % intervals over the parameters' values, by plan.
 
     ``plans``: 'all readings', 'without <reading>', 'only the last <reading>', 'stopped at 50 % of the time'. Infinite where
-    the readings cannot tell a parameter at all.
+    the readings cannot determine a parameter at all.
     """
 
     parameters: Sequence[str]
@@ -34,10 +34,10 @@ class Identification:
 
     def __str__(self) -> str:
         wide = max(len(p) for p in self.plans) + 2
-        lines = [" " * wide + "".join(f"{p.rpartition('.')[2]:>12s}" for p in self.parameters)]
+        lines = [" " * wide + "".join(f"{p.rpartition('.')[2]:>14s}" for p in self.parameters)]
         for plan, halves in self.plans.items():
-            cells = [f"±{100 * h:.2g} %" if h < HOPELESS else "untold" for h in halves]
-            lines.append(f"{plan:{wide}s}" + "".join(f"{c:>12s}" for c in cells))
+            cells = [f"±{100 * h:.2g} %" if h < HOPELESS else "undetermined" for h in halves]
+            lines.append(f"{plan:{wide}s}" + "".join(f"{c:>14s}" for c in cells))
         return "\n".join(lines)
 
 
@@ -99,7 +99,7 @@ def identify(
     values = {p: value_of(experiments[0].problem, p) for p in parameters}
     zero = next((p for p, v in values.items() if v == 0.0), None)
     if zero is not None:
-        raise ArgumentError(f"identify: {zero} is 0, of which an error is no share; give the value that is expected")
+        raise ArgumentError(f"identify: {zero} is 0, so its error cannot be a share of it; give the value that is expected")
     return _plans(list(parameters), _readings(experiments, values, errors_of))
 
 

@@ -293,11 +293,11 @@ def idle_channels(objective: Objective, at: Residuals) -> Iterator[str]:
 
 def _idle(objective: Objective, at: Residuals) -> Any:
     """Channels that no parameter moves, and parameters that move no channel."""
-    yield from (f"no parameter moves {name!r}: it tells nothing about them" for name in idle_channels(objective, at))
+    yield from (f"no parameter affects {name!r}: it says nothing about them" for name in idle_channels(objective, at))
     rows = sum(len(c.rows) for e in objective.experiments for c in e.channels)
     for i, p in enumerate(objective.parameters):
         if np.abs(at.J[:rows, i]).max() < IDLE:
-            yield f"{p.path} moves nothing that was measured: its value is that of the start"
+            yield f"{p.path} affects nothing that was measured: its value is that of the start"
 
 
 def _weak(objective: Objective, covariance: Array) -> Any:
@@ -323,8 +323,8 @@ def _chance(channels: Sequence[Channel], reduced: float) -> Any:
     for c in channels:
         if c.runs < UNUSUAL:
             yield (
-                f"{c.name}: the residuals keep their sign for long (probability by chance {c.runs:.2g}): the case misses "
-                "something there, and the intervals do not know it"
+                f"{c.name}: the residuals have long runs of one sign (probability by chance {c.runs:.2g}): the model misses "
+                "something there that the intervals do not include"
             )
     if reduced > 2.0:
         yield (
@@ -342,7 +342,7 @@ def _slips(channels: Sequence[Channel]) -> Any:
         if apart[k] > SLIP * max(others, 1.0):
             yield (
                 f"{c.name}: the reading {c.readings[k]:.5g} at {c.along} = {c.stroke[k]:.4g} is {apart[k]:.3g} errors off, the "
-                f"others {others:.2g}: look whether it was written down wrongly"
+                f"others {others:.2g}: check whether it was recorded wrongly"
             )
 
 
@@ -351,14 +351,14 @@ def _followed(parameters: Mapping[str, Interval], square: float) -> Any:
     for path, p in parameters.items():
         if p.followed:
             assert p.profile is not None
-            ends = [side for side, end in (("below", p.profile.low), ("above", p.profile.high)) if not np.isfinite(end)]
+            ends = [side for side, end in (("lower", p.profile.low), ("upper", p.profile.high)) if not np.isfinite(end)]
             yield (
-                f"{path}: the problem is bent ({p.profile.bent:.0%} at the ends of the linear interval), so its interval is that "
-                "of the profile likelihood" + (f"; it has no end {' and '.join(ends)}" if ends else "")
+                f"{path}: strongly nonlinear ({p.profile.bent:.0%} at the ends of the linear interval), so its interval is that "
+                "of the profile likelihood" + (f"; no {' and no '.join(ends)} bound" if ends else "")
             )
     least = min((p.profile.least for p in parameters.values() if p.profile is not None), default=square)
     if least < square - BETTER:
-        yield f"beside this answer χ² {least:.4g} was met, less than its {square:.4g}: it is not the best; give more starts"
+        yield f"elsewhere χ² {least:.4g} was found, less than the {square:.4g} here: this is not the best fit; give more starts"
 
 
 def _without(objective: Objective, x: Array, at: Residuals) -> Any:

@@ -91,9 +91,9 @@ def _judged(laws: tuple[str, str], path: str, value: float, fits: tuple[Residual
     if best / freedom > MISFIT:
         words = f"neither {own} nor {name} follows the readings within their errors: {told}"
     elif abs(aic) < LITTLE:
-        words = f"the readings cannot tell {own} from {name}: {told}"
+        words = f"the readings cannot distinguish {own} from {name}: {told}"
     else:
         better, worse = (own, name) if aic > 0 else (name, own)
-        how = "clearly" if abs(aic) > MUCH else f"with a probability of {weight:.0%}"
-        words = f"the readings speak {how} for {better} and against {worse}: {told}"
+        sure = "" if abs(aic) > MUCH else f" with a probability of {weight:.0%}"
+        words = f"the readings {'' if sure else 'clearly '}favour {better} over {worse}{sure}: {told}"
     return Rival(name, own, path, value, their.square, at.square, aic, words)

@@ -23,7 +23,7 @@ import weakref
 from collections.abc import Callable, Iterable
 from copy import copy
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,9 +32,10 @@ from prensa.policy import DEFAULT, Policy
 from prensa.types import Array, Flags, Ints, Single
 
 if TYPE_CHECKING:
-    from scipy.sparse import csc_matrix
+    from scipy.sparse import csc_matrix, csr_matrix
 
 log = logging.getLogger("prensa")
+Digits = TypeVar("Digits", np.float64, np.float32)
 Solve = Callable[[Array], Array]
 Factor = Callable[[Array | Single], Solve]
 
@@ -217,7 +218,7 @@ class _Pardiso:
         self.analysed = False
         weakref.finalize(self, self.solver.free_memory, everything=True).atexit = False
 
-    def call(self, phase: int, matrix: Any, b: Array) -> Array:
+    def call(self, phase: int, matrix: csr_matrix, b: Array) -> Array:
         """One phase: 11 analysis, 22 factors, 33 solution."""
         self.solver.set_phase(phase)
         try:
@@ -466,7 +467,7 @@ class Factorisation:
             self._factors[name, kind] = BACKENDS[name](part)
         return self._factors[name, kind]
 
-    def _part(self, values: Array, kind: type[np.floating[Any]] = np.float64) -> NDArray[Any]:
+    def _part(self, values: Array, kind: type[Digits]) -> NDArray[Digits]:
         """Of matrix values (nnz,) those that the solver in turn takes, as numbers of a ``kind``; infinite beyond its range."""
         self._factor()  # knows which they are
         with np.errstate(over="ignore"):
@@ -603,7 +604,7 @@ class Factorisation:
         # the old factors go before the new ones come
         self._solve, self.made_from, self._matrix, self._to_check, self._points_changed = None, None, None, None, 0
         factor = self._factor()
-        solve = factor(self._part(values))
+        solve = factor(self._part(values, np.float64))
         x = np.asarray(solve(b))
         for _ in range(policy.max_refinements):
             r = b - A @ x

@@ -92,7 +92,7 @@ def _whole(p: Any) -> Iterator[Finding]:
         )
     if p.kinematics == "finite" and p.allow_large_strain:
         yield Finding(
-            ("allow_large_strain",), "finite strain needs no leave; it goes with 'kinematics: small'", at_key=True
+            ("allow_large_strain",), "finite strain needs no permission; this goes with 'kinematics: small'", at_key=True
         )
     if p.kinematics == "finite" and p.contact_geometry == "reference":
         yield Finding(
@@ -105,22 +105,22 @@ def _remeshing(p: Any) -> Iterator[Finding]:
     if remeshing_of(p) is None:
         return
     if p.kinematics == "small":
-        yield _not_remeshed("small strain keeps the shape that it began with; use 'kinematics: finite'")
+        yield _not_remeshed("small strain keeps the initial shape; use 'kinematics: finite'")
     if p.space == "plane stress":
-        yield _not_remeshed("the thickness of plane stress is not carried over; use plane strain, or 'remesh: off'")
+        yield _not_remeshed("the thickness of plane stress is not transferred to new meshes; use plane strain, or 'remesh: off'")
     if p.ties:
-        yield _not_remeshed("tied sides are not carried over; make one body of the tied ones, or use 'remesh: off'")
+        yield _not_remeshed("tied sides are not transferred to new meshes; make one body of the tied ones, or use 'remesh: off'")
     if any(step is not None and step.control for step in p.steps):
-        yield _not_remeshed("the factor of 'control' is not carried over; move the tool, or use 'remesh: off'")
+        yield _not_remeshed("the factor of 'control' is not transferred to new meshes; move the tool, or use 'remesh: off'")
     bodies = {name: b for name, b in p.bodies.items() if b is not None and b.material is not None}
     flowing = {name: b for name, b in bodies.items() if getattr(b.material, "plastic", False)}
     if len(bodies) == len(p.bodies) and not flowing:
-        yield _not_remeshed("no body flows plastically, and meshes of elastic ones do not wear out; leave it out")
+        yield _not_remeshed("no body flows plastically, and meshes of elastic ones do not become distorted; leave it out")
     for name, body in flowing.items():
         element = body.element_in(p.space)
         if element != "t6":
             path: tuple[str | int, ...] = ("bodies", name, *(["element"] if body.element is not None else []))
-            yield Finding(path, f"'remesh' makes triangles, and {element!r} is none that bears plastic flow; use 'element: t6'")
+            yield Finding(path, f"'remesh' makes triangles, and {element!r} is not suited to plastic flow; use 'element: t6'")
     for k, contact in enumerate(p.contacts):
         if contact is None or contact.surface[0].partition(".")[0] not in flowing:
             continue
@@ -181,7 +181,7 @@ def _tool(p: Any, path: tuple[str | int, ...], tool: Any) -> Iterator[Finding]:
     if len(placed) > 1:
         yield Finding(path, f"tool {path[-1]!r} is placed twice; give only one of {', '.join(placed)}")
     if not placed and tool.at is None:
-        yield Finding(path, f"tool {path[-1]!r} has no place; give 'at', 'touching', 'above' or 'below'")
+        yield Finding(path, f"tool {path[-1]!r} has no position; give 'at', 'touching', 'above' or 'below'")
     for w in placed:
         yield from _boundary(p, getattr(tool, w), (*path, w))
     if tool.spring is not None:
@@ -214,8 +214,8 @@ def _surfaces(p: Any) -> Iterator[Finding]:
                 if other != f"{kind}.{i}" and not twice:
                     yield Finding(
                         here,
-                        f"{s!r} is against {entry.against!r} in {other} already: which of the two holds is not said; name it in "
-                        "one of them",
+                        f"{s!r} is against {entry.against!r} in {other} already: it is ambiguous which of the two applies; "
+                        "name it in one of them",
                     )
             if kind == "no_contact" and entry.against == SYMMETRY and SYMMETRY not in p.tools:
                 parts = [s for s in entry.surface if s not in p.bodies]

@@ -96,7 +96,7 @@ class Nose:
 
 def _tapers(length: float, thickness: float, nose: Nose | None) -> None:
     if nose is not None and not nose.length < length:
-        raise ValueError(f"the nose is {nose.length:g} long and all of it {length:g}; make the nose shorter")
+        raise ValueError(f"the nose is {nose.length:g} long, but the whole mesh is {length:g}; make the nose shorter")
     if nose is not None and not nose.thickness < thickness:
         raise ValueError(f"the front face, {nose.thickness:g}, is not thinner than the rest, {thickness:g}; leave the nose out")
 

@@ -27,7 +27,7 @@ def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[s
         both = f" (and flow stress {first:g})" if what == "E" and first > STRONGEST * gpa else ""
         stress = f"{units.force}/{units.length}²"
         amount = f"{what} = {value:g}{both} in {stress}, {value / gpa:.3g} GPa"
-        yield f"bodies.{name}.material: {amount}, is that of no material{meant}"
+        yield f"bodies.{name}.material: {amount}, is not realistic{meant}"
         return
     if 0 < first < WEAKEST * E:
         meant = next((f"; did you mean '{first:g} {u}'?" for u in ("GPa", "MPa") if _of_a_metal(first, u, E, units)), "")
@@ -75,6 +75,6 @@ def warnings_of(problem: Problem) -> list[str]:
             said.append(f"{where}: mu = {mu:g} is a friction coefficient above 2{percent}")
     used = {c.against for c in problem.contacts} | {n.against for n in problem.no_contact}
     said += [
-        f"tools.{t}: no contact is against this tool; it will meet nothing" for t in problem.tools if t not in used
+        f"tools.{t}: no contact involves this tool; it will touch nothing" for t in problem.tools if t not in used
     ]
     return said + space_left_out(problem)

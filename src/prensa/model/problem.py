@@ -413,7 +413,7 @@ class Problem:
     ``auto``, or the share of the work that they may dissipate (``auto``: 2e-4); ``off`` without. What they do dissipate is in
     the energy balance, and reported when it is more than 1 % of the work. ``measures``: numbers that are wanted of every
     increment, by names of their own, such as ``bore: ring.left.x at y=0``. ``remesh``: bodies that flow plastically get new
-    meshes where theirs wear out: ``auto``, or a `Remesh`; ``off`` without.
+    meshes where theirs become distorted: ``auto``, or a `Remesh`; ``off`` without.
     """
 
     name: str

@@ -82,7 +82,7 @@ class Remesh:
 def _switched_off(value: Any) -> Any:
     """'off', which older YAML reads as false."""
     if value is True:
-        raise ValueError("true says not how; write 'auto', 'off' or a mapping with size, when and at_most")
+        raise ValueError("true does not say how; write 'auto', 'off' or a mapping with size, when and at_most")
     return "off" if value is False else value
 
 

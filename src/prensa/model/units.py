@@ -122,7 +122,7 @@ def _product(text: str) -> tuple[Fraction, int, int, int]:
     """SI value and exponents of a product of units such as ``N/mm^2`` or ``1/s``."""
     value, force, length, time, at = Fraction(1), 0, 0, 0, 0
     if len(text) > 100:
-        raise ValueError("no unit is as long as this")
+        raise ValueError("this is too long for a unit")
     if re.match(r"1\s*/", text):
         text = text[1:].lstrip()
     while at < len(text):

@@ -35,8 +35,8 @@ def space_left_out(problem: Problem) -> list[str]:
         if axis or (left > 0 and words & HOLLOW):
             where = f"whose {axis!r} at x = 0 is held along x" if axis else f"from x = {left:g} on"
             said.append(
-                f"bodies.{name}: 'space' is left out, which is plane strain, and {name!r}, {where}, reads like half the section "
-                "of a round body; write 'space: axisymmetric', or 'space: plane strain' if that is meant"
+                f"bodies.{name}: 'space' is missing, which means plane strain, but {name!r}, {where}, looks like half the "
+                "section of a round body; write 'space: axisymmetric', or 'space: plane strain' if that is meant"
             )
     return said
 

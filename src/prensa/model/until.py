@@ -126,8 +126,8 @@ def tables_beyond(p: Any) -> Iterator[Finding]:
             if over is not None:
                 yield Finding(
                     (*prefix, *path),
-                    f"the table goes on after time {over + 1}, and step {p.steps[over].name!r} may end before it: the time that "
-                    f"is left out would be a jump; end the table at {over + 1} and go on in a later step",
+                    f"the table continues after time {over + 1}, but step {p.steps[over].name!r} may end before it, which would "
+                    f"make the table jump; end it at {over + 1} and continue in a later step",
                 )
     yield from _moved_tables(p)
 

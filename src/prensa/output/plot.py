@@ -22,6 +22,7 @@ from prensa.output.cells import around, outline, triangles
 from prensa.output.maxima import leading_tool
 from prensa.output.outline import outlines
 from prensa.result.increment import STATUS, BodyState, ContactState, Increment
+from prensa.result.views import Curve
 from prensa.types import Array, Index
 
 if TYPE_CHECKING:
@@ -33,7 +34,6 @@ MOST_EDGES = 2500  # elements whose sides can be told apart in a picture …
 LEAST_EDGE = 1.5  # … if their sides are so many points of the page apart
 OUTLINE = 0.8  # width in points of a body's outline …
 OUTLINE_SHARE = 0.15  # … and that over the width of the body at most, so that its colour is seen between two of them
-Curve = tuple[Array, Array] | Callable[[Array], Array]
 STRESSES = ("xx", "yy", "zz", "xy")
 FIELDS = (
     "mises",

@@ -7,64 +7,72 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
 from prensa.errors import PrensaError
 from prensa.model.names import suggest
 from prensa.result.increment import STATUS, BodyState, ContactState, Increment
-from prensa.result.views import VIEWS
+from prensa.result.views import Drawn, PlotOptions, Tabular, show_by
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
+    from pyvista import UnstructuredGrid
 
 _STYLE = "border-collapse:collapse;font-variant-numeric:tabular-nums"
 
 
-def plot(increment: Increment, what: str = "mises", contact: str = "", **options: Any) -> Figure:
-    """See `prensa.result.views.Drawn.plot`."""
-    from prensa.output import plot as pictures
+class Pictures:
+    """The views of results (see `prensa.result.views.Views`)."""
 
-    problem = increment.problem
-    if what == "pressure":
-        known = increment.contacts
-        if not contact and len(known) == 1:
-            contact = next(iter(known))
-        if contact not in known:
-            message = f"unknown contact {contact!r}{suggest(contact, known)}" if contact else "say which contact"
-            raise PrensaError(f"{message}; contacts: {', '.join(map(repr, known)) or 'none'}")
-        return pictures.pressure(known[contact], problem, **{"title": pictures.title(increment, contact)} | options)
-    if contact:
-        raise PrensaError(f"'contact' belongs to 'pressure', and {what!r} is a field of bodies")
-    return pictures.deformed(increment, problem, what, **options)
+    def plot(self, increment: Drawn, what: str, **options: Unpack[PlotOptions]) -> Figure:
+        """See `prensa.result.views.Drawn.plot`."""
+        from prensa.output import plot as pictures
 
+        assert isinstance(increment, Increment)
+        problem, others = increment.problem, dict(options)
+        contact = str(others.pop("contact", ""))
+        if what == "pressure":
+            known = increment.contacts
+            if not contact and len(known) == 1:
+                contact = next(iter(known))
+            if contact not in known:
+                message = f"unknown contact {contact!r}{suggest(contact, known)}" if contact else "say which contact"
+                raise PrensaError(f"{message}; contacts: {', '.join(map(repr, known)) or 'none'}")
+            named: dict[str, Any] = {"title": pictures.title(increment, contact)} | others
+            return pictures.pressure(known[contact], problem, **named)
+        if contact:
+            raise PrensaError(f"'contact' belongs to 'pressure', and {what!r} is a field of bodies")
+        fields: dict[str, Any] = others
+        return pictures.deformed(increment, problem, what, **fields)
 
-def grid(increment: Increment) -> Any:
-    """See `prensa.result.views.Drawn.grid`."""
-    pyvista = _needed("pyvista", "view")
-    from prensa.output.vtk import as_mesh
+    def grid(self, increment: Drawn) -> UnstructuredGrid:
+        """See `prensa.result.views.Drawn.grid`."""
+        pyvista = _needed("pyvista", "view")
+        from prensa.output.vtk import as_mesh
 
-    return pyvista.from_meshio(as_mesh(increment))
+        assert isinstance(increment, Increment)
+        made: UnstructuredGrid = pyvista.from_meshio(as_mesh(increment))
+        return made
 
+    def frame(self, state: Tabular) -> DataFrame:
+        """The arrays of a contact or a body, one row a node."""
+        assert isinstance(state, ContactState | BodyState)
+        return table(_contact_columns(state) if isinstance(state, ContactState) else _body_columns(state), "node")
 
-def frame(state: Any) -> DataFrame:
-    """The arrays of a contact or a body, one row a node."""
-    return table(_contact_columns(state) if isinstance(state, ContactState) else _body_columns(state), "node")
+    def card(self, title: str, rows: Iterable[tuple[str, str]]) -> str:
+        """Rows (what, text) as a small table for a notebook."""
+        cell = '<td style="text-align:left;padding:.1rem .8rem .1rem 0">{}</td>'
+        body = "".join(f"<tr>{cell.format(f'<b>{html.escape(a)}</b>')}{cell.format(html.escape(b))}</tr>" for a, b in rows)
+        return f'<table style="{_STYLE}"><caption style="text-align:left"><b>{html.escape(title)}</b></caption>{body}</table>'
 
 
 def table(columns: Mapping[str, Any], index: str = "") -> DataFrame:
     """Columns as a table of pandas, with one of them as its index."""
     made: DataFrame = _needed("pandas", "notebook").DataFrame(dict(columns))
     return made.set_index(index) if index else made
-
-
-def card(title: str, rows: Iterable[tuple[str, str]]) -> str:
-    """Rows (what, text) as a small table for a notebook."""
-    cell = '<td style="text-align:left;padding:.1rem .8rem .1rem 0">{}</td>'
-    body = "".join(f"<tr>{cell.format(f'<b>{html.escape(a)}</b>')}{cell.format(html.escape(b))}</tr>" for a, b in rows)
-    return f'<table style="{_STYLE}"><caption style="text-align:left"><b>{html.escape(title)}</b></caption>{body}</table>'
 
 
 # ------------------------------------------------------------------------------------------------------------- details
@@ -93,4 +101,4 @@ def _body_columns(b: BodyState) -> dict[str, Any]:
     return out if b.thickness is None else out | {"thickness": b.thickness}
 
 
-VIEWS.update(plot=plot, grid=grid, frame=frame, card=card)
+show_by(Pictures())

@@ -1,27 +1,65 @@
 """What increments, contacts and bodies show of themselves: methods whose bodies stand above the solver, in `prensa.output`.
 
-`prensa.output.views` fills the table in when a public name of `prensa` is first used; nothing here imports it.
+`prensa.output.views` says how when a public name of `prensa` is first used; nothing here imports it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Protocol, TypedDict, Unpack
 
 from prensa.errors import PrensaError
+from prensa.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
+    from pyvista import UnstructuredGrid
 
-VIEWS: dict[str, Callable[..., Any]] = {}
+Curve = tuple[Array, Array] | Callable[[Array], Array]
+"""A further curve of a picture: abscissa and values, or a function of the abscissa."""
 
 
-def view(name: str, *arguments: Any, **named: Any) -> Any:
-    """What the view *name* makes of its arguments."""
-    if name not in VIEWS:
+class PlotOptions(TypedDict, total=False):
+    """Options of `Drawn.plot`."""
+
+    contact: str
+    mesh: bool | None
+    mirror: Sequence[str]
+    range: tuple[float, float] | None
+    box: tuple[float, float, float, float] | None
+    reference: Mapping[str, Curve] | None
+    title: str
+
+
+class Views(Protocol):
+    """What draws results, tabulates them and shows them in notebooks."""
+
+    def plot(self, increment: Drawn, what: str, **options: Unpack[PlotOptions]) -> Figure:
+        """See `Drawn.plot`."""
+
+    def grid(self, increment: Drawn) -> UnstructuredGrid:
+        """See `Drawn.grid`."""
+
+    def frame(self, state: Tabular) -> DataFrame:
+        """See `Tabular.to_frame`."""
+
+    def card(self, title: str, rows: Iterable[tuple[str, str]]) -> str:
+        """Rows (what, text) as a small table for a notebook."""
+
+
+_VIEWS: list[Views] = []
+
+
+def show_by(views: Views) -> None:
+    """Let results show themselves by ``views`` from now on."""
+    _VIEWS[:] = [views]
+
+
+def _views() -> Views:
+    if not _VIEWS:
         raise PrensaError("nothing draws yet: import prensa.output.views, or take solve, run and results from prensa")
-    return VIEWS[name](*arguments, **named)
+    return _VIEWS[0]
 
 
 class Shown:
@@ -39,13 +77,13 @@ class Shown:
         return [(type(self).__name__, self._line())]
 
     def _repr_html_(self) -> str:
-        return str(view("card", type(self).__name__, self._card()))
+        return _views().card(type(self).__name__, self._card())
 
 
 class Drawn(Shown):
     """An increment that can be drawn."""
 
-    def plot(self, what: str = "mises", **options: Any) -> Figure:
+    def plot(self, what: str = "mises", **options: Unpack[PlotOptions]) -> Figure:
         """A picture (a matplotlib figure) of this increment.
 
         Parameters
@@ -63,12 +101,11 @@ class Drawn(Shown):
             If there is no such field or contact; the message suggests the nearest.
 
         """
-        figure: Figure = view("plot", self, what, **options)
-        return figure
+        return _views().plot(self, what, **options)
 
-    def grid(self) -> Any:
+    def grid(self) -> UnstructuredGrid:
         """The deformed bodies as a `pyvista.UnstructuredGrid` with their nodal fields; needs ``pip install prensa[view]``."""
-        return view("grid", self)
+        return _views().grid(self)
 
 
 class Tabular(Shown):
@@ -76,5 +113,4 @@ class Tabular(Shown):
 
     def to_frame(self) -> DataFrame:
         """The values at the nodes as a table of pandas; needs ``pip install prensa[notebook]``."""
-        frame: DataFrame = view("frame", self)
-        return frame
+        return _views().frame(self)

@@ -145,8 +145,9 @@ def _refuse(system: System, by: Sequence[str]) -> None:
     refuse(system, None, by)
     if not known(system):
         raise OnlyForwards(
-            "gradient: only plane elements that have no enhanced modes in finite strain, elastic or J2, and contacts on current "
-            "geometry, by penalty or exact and with rounded tools, can be followed backwards; use solve(derivatives=...)"
+            "gradient: only plane elements that have no enhanced modes in finite strain, elastic or J2, and contacts on "
+            "current geometry, by penalty or exact and with rounded tools, are covered by the adjoint; use "
+            "solve(derivatives=...)"
         )
     report_preflight(system)
 
@@ -177,8 +178,8 @@ def _slope(measure: Measure, increment: Increment) -> Gradient:
     slope = measure.gradient(increment)
     if slope is None:
         raise OnlyForwards(
-            f"gradient: {measure.name!r} has no derivative by places and forces, which the way back starts from; use "
-            "solve(derivatives=...), which takes differences of it, or a measure of a place or a tool's force"
+            f"gradient: {measure.name!r} has no derivative with respect to positions and forces, from which the adjoint "
+            "starts; use solve(derivatives=...), which takes differences of it, or a measure of a place or a tool's force"
         )
     return slope
 
@@ -205,9 +206,10 @@ class Recorded(Followed):
         super().look_inside(c, result)
         for line, (x, y) in self.lines.near(result.u) if self.lines is not None else ():
             raise OnlyForwards(
-                f"gradient: step {c.plan.name!r}, time {c.time:.6g}: a free side comes to the line of symmetry {line} near "
-                f"({x:.4g}, {y:.4g}), where a plane would stand from here on, behind which the way back does not lead; use "
-                "solve(derivatives=...), or describe it: a smooth plane among the tools, and a contact of the whole body with it"
+                f"gradient: step {c.plan.name!r}, time {c.time:.6g}: a free side reaches the line of symmetry {line} near "
+                f"({x:.4g}, {y:.4g}), where a plane would be added from here on, which the adjoint does not cover; use "
+                "solve(derivatives=...), or describe it: a smooth plane among the tools, and a contact of the whole body with "
+                "it"
             )
 
     def until(self, step: int) -> Increment:
@@ -223,14 +225,14 @@ class Recorded(Followed):
         """As `TimeStepping.commit`."""
         if not covers(c):
             raise OnlyForwards(
-                f"gradient: step {c.plan.name!r} has loads, springs, friction or released forces that cannot be followed "
-                "backwards, as motions of tools, forces on them and friction that is stated for a point can; use "
+                f"gradient: step {c.plan.name!r} has loads, springs, friction or released forces that the adjoint does not "
+                "cover; it covers motions of tools, forces on them and friction that is stated for a point; use "
                 "solve(derivatives=...)"
             )
         if c.through_air is not None and c.through_air[self.system.dofs.displacement.slice].any():
             raise OnlyForwards(
-                f"gradient: step {c.plan.name!r}, time {c.time:.6g}: bodies are carried through air until something stops them, "
-                "and where that is cannot be followed backwards; use solve(derivatives=...)"
+                f"gradient: step {c.plan.name!r}, time {c.time:.6g}: bodies move through air until something stops them, "
+                "which the adjoint does not cover; use solve(derivatives=...)"
             )
         self.state, increment = super().commit(c, control, result, spent, cutbacks)
         assert self.reduced is not None
@@ -324,7 +326,7 @@ class _Parameter:
         above, below = (_with_shapes(s, system) for s in systems)
         change = None if shape else change_of(above, below, step)
         if not shape and change is None:
-            raise OnlyForwards(f"gradient: what {path} changes cannot be followed backwards; use solve(derivatives=...)")
+            raise OnlyForwards(f"gradient: what {path} changes is not covered by the adjoint; use solve(derivatives=...)")
         return cls(path, parameter.size, step, systems, change, shape, policy)
 
     @property
@@ -411,8 +413,8 @@ class _Parameter:
         a, b = (plan_step(s, number, stage.step_start, stage.ends) for s in self.systems)
         if a.seconds != b.seconds:
             raise ArgumentError(
-                f"gradient: {self.path} changes the duration of a step, which cannot be followed backwards; "
-                "use solve(derivatives=...)"
+                f"gradient: {self.path} changes the duration of a step, which the adjoint does not cover; use "
+                "solve(derivatives=...)"
             )
         out = np.zeros(len(stage.prescribed[0].motion))
         for w, p, q in zip(stage.laws, a.friction, b.friction):

@@ -48,7 +48,7 @@ class Gradients:
             lines.append(f"{name} = {value:.6g}{unit} at the end of step {last.step!r}; 1 % more of a parameter changes it by")
             for path, at in self.parameters.items():
                 slope = last.slopes[name][path]
-                change = f"{0.01 * at * slope:+.4g}{unit}" if at else "nothing, it is 0"
+                change = f"{0.01 * at * slope:+.4g}{unit}" if at else "nothing, as it is 0"
                 lines.append(f"  {path:{wide}s}{change:>16s}   (slope {slope:.6g} at {at:.6g})")
         return "\n".join(lines)
 
@@ -99,7 +99,7 @@ def asked(
         try:
             found = gradient(case.problem, list(of), list(by), case.numerics, step)
         except OnlyForwards as reason:
-            report(f"{str(reason).rpartition(';')[0]}: followed forwards instead, with a cost for each parameter")
+            report(f"{str(reason).rpartition(';')[0]}: computed forwards instead, at a cost for each parameter")
         else:
             slopes = {name: dict(zip(by, row)) for name, row in zip(of, found.slopes.tolist())}
             values = dict(zip(of, found.values.tolist()))

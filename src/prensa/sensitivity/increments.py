@@ -232,7 +232,7 @@ class Differentiation:
             if found[1] < rest:
                 (neighbours, rest, reaction), taken = found, finer
         if neighbours is None:
-            raise PrensaError(f"derivatives: the increment beside, with another {d.parameter.path}, cannot be evaluated")
+            raise PrensaError(f"derivatives: the perturbed increment, with another {d.parameter.path}, cannot be evaluated")
         d.carried = taken.carried
         return neighbours, self._proved(at, taken, rest, reaction)
 
@@ -263,8 +263,8 @@ class Differentiation:
             self.reported.add(d.parameter.path)
             self.doubts.append(
                 f"step {at.c.plan.name!r}, time {at.c.time:.6g}: the derivative by {d.parameter.path} is not exact: along it "
-                f"{left:.1e} of the forces is left where there should be nothing; a corner of a law or of a tool's "
-                "outline, or a node that supports hold on a tool, is in the way, and what comes later is not exact either"
+                f"{left:.1e} of the forces are out of balance; the cause is a kink of a law or of a tool's outline, or a node "
+                "that supports hold on a tool, and later derivatives are not exact either"
             )
         return left
 

@@ -152,13 +152,13 @@ def refuse(system: System, start: State | None, derivatives: Sequence[str]) -> N
     removes = next((s.name for s in system.problem.steps if s.remove_tools), None)
     if removes is not None:
         raise ArgumentError(
-            f"derivatives: step {removes!r} removes the tools, and what they leave is not followed; move them away ('by')"
+            f"derivatives: step {removes!r} removes the tools, which has no derivative yet; move them away ('by')"
         )
     if start is not None and start.clock.number:
         missing = [path for path in derivatives if path not in start.derivatives]
         if missing:
             raise ArgumentError(
-                f"derivatives: the state to start from does not carry those by {missing[0]!r}; run from the beginning with them"
+                f"derivatives: the state to start from does not contain those by {missing[0]!r}; run from the beginning with them"
             )
     if len(set(derivatives)) < len(derivatives):
         repeated = next(path for path in derivatives if derivatives.count(path) > 1)

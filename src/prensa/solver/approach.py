@@ -131,7 +131,7 @@ def approach_of_tools(system: System, c: Context, policy: Policy = DEFAULT) -> A
                 raise SolveError(_meets_nothing(tool.name, force, d))
             rests.append(rigid.dofs(z))
         notes.append(
-            f"{tool.name} is driven by force and touched nothing: brought into contact over "
+            f"{tool.name} is driven by force and was not in contact: moved into contact over "
             f"{np.linalg.norm((rests[1] - u)[dofs]):.4g}"
         )
         touch, u = rests
@@ -146,7 +146,7 @@ def _meets_nothing(tool: str, force: Array, dimension: int) -> str:
         else f"is pushed along {np.round(force[:2] / np.linalg.norm(force), 6).tolist()}"
     )
     return (
-        f"tool {tool!r} {way} but meets nothing there; check the sign of its {'moment' if turns else 'force'} and where it "
+        f"tool {tool!r} {way} but touches nothing there; check the sign of its {'moment' if turns else 'force'} and where it "
         "is placed"
     )
 

@@ -6,8 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prensa.checks.during.acceptance import unilaterally_supported
-from prensa.checks.during.tool_balance import unbalanced_tool
 from prensa.errors import SolveError
 from prensa.linear.rigid_modes import CLOSED, free_to_move
 from prensa.model.problem import stabilised
@@ -68,7 +66,7 @@ def hint(failure: Failure, has_viscous_forces: bool = False) -> str:
         case Tunnelled():
             return "more 'increments', or a shorter travel"
         case BeyondSmall():
-            return "'kinematics: finite'; 'allow_large_strain: true' beside 'small' has the answer all the same"
+            return "'kinematics: finite'; 'allow_large_strain: true' with 'small' to get the result anyway"
         case TurnedThrough():
             return "more 'increments', or a smaller turn"
         case MetalInside(node):
@@ -76,31 +74,32 @@ def hint(failure: Failure, has_viscous_forces: bool = False) -> str:
         case StartsInside():
             return "place the tool where it touches ('touching') and move it in over the first step"
         case Folded(hang=hang) if hang is not None:
-            first = "'stabilise: auto' where the tool slides with friction: its corners then hold edges of four-noded elements; "
+            first = "'stabilise: auto' where the tool slides with friction: edges of four-noded elements then lie on corners; "
             words = (
-                "'element: t6' with edges that are short beside the tool, whose nodes go round its corner, and 'remesh: auto' "
-                "where metal flows round it; a 'fillet' of the tool as large as an edge there is long; less friction"
+                "'element: t6' with edges that are short compared with the tool, whose nodes slide round its corner, and "
+                "'remesh: auto' where metal flows round it; a 'fillet' of the tool as long as an edge there; less friction"
             )
             return words if has_viscous_forces else first + words
         case Folded():
             return "a tool between the two sides, or a step that ends before they meet: bodies have no contact with themselves"
         case Distorted(past=Past(side, support)) | PastSupport(past=Past(side, support)):
             return (
-                f"a tool (a plane, say, or a stamp where the support ends) in place of the support {support!r}, with {side!r} in "
-                "its contact too; a step that ends before"
+                f"a tool (a plane, say, or a stamp where the support ends) in place of the support {support!r}, with {side!r} "
+                "in its contact too; a step that ends before"
             )
         case Distorted():
             return (
-                "a mesh that is finer there, or shaped so that elements are good when they get there; a larger fillet of the "
-                "tool or less friction; 'remesh: auto', which makes the mesh of a body of 't6' anew where it wears out"
+                "a mesh that is finer there, or designed so that elements are well shaped when they get there; a larger "
+                "fillet of the tool or less friction; 'remesh: auto', which remeshes a body of 't6' elements when they become "
+                "distorted"
             )
         case LimitPoint() | Unstable() | Jumped():
             first = "'stabilise: auto', which lets the jump happen against small viscous forces"
             if has_viscous_forces:
                 first = "a larger number for 'stabilise', with which viscous forces slow the jump down more"
             return (
-                f"{first}; a tool that is moved ('move') instead of pushed or hung on a spring, or that leads its push "
-                "('control'); a step that ends before"
+                f"{first}; a tool that is moved ('move') instead of pushed or mounted on a spring, or displacement control of "
+                "its push ('control'); a step that ends before"
             )
         case Unsettled():
             return "a larger 'beta', or 'penalty'"
@@ -111,27 +110,27 @@ def _what_holds(failure: FreeToMove) -> str:
     match failure:
         case TipsOver(tool=tool):
             return (
-                f"the reference point of {tool!r} ('at') opposite what bears it, more of the contact surface under it, or no 'm' "
-                "in its 'push': without, it does not turn"
+                f"the reference point of {tool!r} ('at') over what supports it, more of the contact surface under it, or no "
+                "'m' in its 'push': without it, the tool does not turn"
             )
         case ToolRunaway(axis="rz"):
             return (
-                "its turn in 'move' ('rz'), or on a spring; of one that rolls along what it presses: shorter elements there, "
-                "some of whose points stick, or more friction"
+                "a prescribed rotation ('rz' in 'move'), or a spring on it; for a tool that rolls: shorter elements in "
+                "contact, so that some points stick, or more friction"
             )
     return (
-        "support the body or the tool in that direction, or hold it until contact does; a body that its tools leave "
-        "springs back without supports in a step with 'remove_tools: true'"
+        "support the body or the tool in that direction, or hold it until contact does; springback needs no supports in a "
+        "step with 'remove_tools: true'"
     )
 
 
 def remedy(eq: Equilibrium, failure: Failure) -> str:
-    """What to try against a failure, and against friction beyond what the metal bears where the skin flows in its stead."""
+    """What to try against a failure, and against friction that shears the surface of the metal where it would slide."""
     state = eq.context.state
     words = hint(failure, stabilised(eq.system.problem, eq.context.plan.number) != "off")
     without_way_on = LimitPoint | Unstable | Jumped | Stagnated | NotConverged | Diverged | Collapsed
     if isinstance(failure, without_way_on) and mostly_sheared(eq.system, state, eq.policy):
-        return f"friction that the metal bears ('shear' with m below 1, or 'capped'), with which the skin slides; {words}"
+        return f"friction below the metal's shear strength ('shear' with m below 1, or 'capped'): the surface slides; {words}"
     return words
 
 
@@ -186,7 +185,7 @@ def _free_tools(eq: Equilibrium) -> Iterator[str]:
         if all(system.node_stencils(s, c.state.u).g.min() > CLOSED * s.points.depth.min() for s in own):
             yield f"tool {tool.name!r} touches nothing and is driven by force along {' and '.join(pushed)}"
         elif system.dofs.tool.dofs(t)[-1] in c.plan.push and np.isfinite(tool.shape.period):
-            yield f"tool {tool.name!r} is free to turn, and where it is round nothing but friction resists that"
+            yield f"tool {tool.name!r} is free to turn, and as it is round only friction resists that"
 
 
 def _node(system: System, node: int, result: NewtonResult, e: Evaluation) -> str:
@@ -217,16 +216,12 @@ def failed_increment(
     """The error that says what failed, where, why, and what to try; ``most_cutbacks``: None where times were asked for."""
     c, reason = eq.context, result.reason
     assert reason is not None
-    if tipping := unbalanced_tool(eq.system, c):
-        reason = tipping  # whatever came of it
-    elif not isinstance(reason, FreeToMove | BeyondSmall):
-        reason = unilaterally_supported(eq.system, c) or reason
     place = where(eq, reason, result)
     cut = f"The increment was cut {cutbacks} times without success."
     if most_cutbacks is None:
         cut = "Its end is one of the times that were asked for, so it was not cut."
     elif isinstance(reason, LimitPoint):
-        cut = f"Increments were down to {c.dt:.1g} of time: no shorter one can help."
+        cut = f"Increments were down to {c.dt:.1g} of time: shorter ones do not help."
     elif isinstance(reason, Distorted):
         cut = f"Increments were down to {c.dt:.1g} of time."
     elif isinstance(reason, StartsInside):
@@ -234,7 +229,7 @@ def failed_increment(
     elif isinstance(reason, BeyondSmall):
         cut = "A shorter increment would end there too."
     elif cutbacks < most_cutbacks:
-        cut += " It is too short by now for another cut: the body jumps here, or nothing can go on."
+        cut += " It is too short for another cut: the body jumps here, or there is no equilibrium."
     good = last_good(last)
     if held := release_in_words(eq.system, c.state, c.plan):
         good += f" {held}"

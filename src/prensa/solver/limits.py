@@ -41,8 +41,9 @@ def _flowing_alone(system: System, c: Context, e: Evaluation, policy: Policy) ->
         worst, most = int(np.argmax(grown)), float(grown.max())
         others = float(np.quantile(grown, policy.plastic_quantile))
         if most > policy.localisation_strain and most > policy.localisation_ratio * others:
-            times = f", {most / others:.0f} times as much as nearly all others" if others > 0 else ", alone"
-            yield f"{_element(system, block, worst)} flows by {most:.2g} in an increment of {c.dt:.1g}{times}: it collapses"
+            times = f", {most / others:.0f} times as much as nearly all other elements" if others > 0 else ", alone"
+            flow = f"has a plastic strain of {most:.2g} in an increment of {c.dt:.1g}{times}"
+            yield f"{_element(system, block, worst)} {flow}: it collapses"
 
 
 def _worn(system: System, c: Context, policy: Policy) -> Iterator[str]:
@@ -53,7 +54,7 @@ def _worn(system: System, c: Context, policy: Policy) -> Iterator[str]:
         shape = shapes(system, block.body, c.state.u)
         worst = int(np.argmin(shape))
         if shape[worst] < min(policy.worn_shape, shapes(system, block.body, 0.0 * c.state.u)[worst]):
-            yield f"{_element(system, block, worst)} is out of shape (scaled Jacobian {shape[worst]:.2g})"
+            yield f"{_element(system, block, worst)} is distorted (scaled Jacobian {shape[worst]:.2g})"
 
 
 def _friction(
@@ -65,13 +66,13 @@ def _friction(
         return
     shear, count = np.hypot.reduce(f.t, axis=1), int(closed.sum())
     if (shear[closed] >= (1.0 - policy.on_bound_tolerance) * bound[closed]).all():
-        yield (f"friction of {s.name} is at its bound at all {count} closed points: it resists no further sliding")
+        yield (f"friction of {s.name} is at its limit at all {count} points in contact: it does not resist further sliding")
     if system.problem.bodies[s.body].material.plastic:
         full = closed & (shear > policy.full_shear_ratio * system.shear_strength(s, c.state))
         if full.any():
             yield (
-                f"friction of {s.name} is as strong as the metal at {int(full.sum())} of {count} closed points (more than "
-                f"{policy.full_shear_ratio:g} of its shear strength): the skin flows instead of sliding"
+                f"friction of {s.name} reaches the shear strength of the metal at {int(full.sum())} of {count} closed points "
+                f"(more than {policy.full_shear_ratio:g} of it): the surface layer shears instead of sliding"
             )
 
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prensa.checks.during.acceptance import Acceptance
+from prensa.checks.run import RunChecks
 from prensa.solver.attempt import attempt_from
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.softest_modes import Modes, modes_after, modes_at
@@ -28,7 +28,7 @@ def distance(eq: Equilibrium, u: Array, v: Array) -> float:
     return float(np.abs(eq.system.displacement(u) - eq.system.displacement(v)).max()) / eq.system.length
 
 
-def beside(eq: Equilibrium, result: NewtonResult, modes: Modes, acceptance: Acceptance) -> NewtonResult | None:
+def beside(eq: Equilibrium, result: NewtonResult, modes: Modes, checks: RunChecks) -> NewtonResult | None:
     """A stable equilibrium beside an unstable one, along its mode, the way that the bodies were going; None if not found."""
     spent, u = result.iterations, result.u
     nodal, way = eq.system.dofs.displacement.slice, _way(eq, u - eq.context.state.u, modes.mode)
@@ -37,7 +37,7 @@ def beside(eq: Equilibrium, result: NewtonResult, modes: Modes, acceptance: Acce
         for sign in (way, -way):
             other = attempt_from(eq, u + sign * share * eq.system.length * modes.mode)
             spent += other.iterations
-            if other.converged and not acceptance.refusal(eq.context, other):
+            if other.converged and not checks.refusal(eq.context, other):
                 at = modes_after(eq, other)
                 if at is not None and not at.negative:
                     found.append(other)
@@ -68,7 +68,7 @@ def is_path_independent(eq: Equilibrium) -> bool:
     )
 
 
-def jump(eq: Equilibrium, acceptance: Acceptance) -> NewtonResult | None:
+def jump(eq: Equilibrium, checks: RunChecks) -> NewtonResult | None:
     """The stable equilibrium that bodies jump to by themselves from the last one; None if it is not found.
 
     They are pushed along its softest mode the way that they were going, the other way where that leads back, and farther where
@@ -83,7 +83,7 @@ def jump(eq: Equilibrium, acceptance: Acceptance) -> NewtonResult | None:
     way, stiff = _way(eq, c.state.du, modes.mode), float(np.abs(modes.stiffness).max())
     before, spent = _stored(eq, eq.evaluate(u, c.state.lam, stiffness=False)), 0
     for push in [sign * share for share in policy.branch_distances for sign in (way, -way)]:
-        found = _at_rest(eq, eq.system.with_slaves(u + push * eq.system.length * modes.mode), stiff, acceptance)
+        found = _at_rest(eq, eq.system.with_slaves(u + push * eq.system.length * modes.mode), stiff, checks)
         spent += found.iterations
         e = found.evaluation
         away = found.converged and distance(eq, found.u, u) > policy.branch_distances[0]
@@ -93,7 +93,7 @@ def jump(eq: Equilibrium, acceptance: Acceptance) -> NewtonResult | None:
     return None
 
 
-def _at_rest(eq: Equilibrium, u: Array, drag: float, acceptance: Acceptance) -> NewtonResult:
+def _at_rest(eq: Equilibrium, u: Array, drag: float, checks: RunChecks) -> NewtonResult:
     """Where bodies come to rest from the dofs u (ndof,) on, in a stable equilibrium; the last attempt at one if nowhere."""
     system, policy, spent = eq.system, eq.policy, 0
     volumes = nodal_volumes(system)
@@ -114,7 +114,7 @@ def _at_rest(eq: Equilibrium, u: Array, drag: float, acceptance: Acceptance) -> 
             continue
         found = attempt_from(eq, u)
         spent += found.iterations
-        if found.converged and distance(eq, found.u, u) <= policy.branch_distances[-1] and _stable(eq, found, acceptance):
+        if found.converged and distance(eq, found.u, u) <= policy.branch_distances[-1] and _stable(eq, found, checks):
             break
         found.converged = False
     found.iterations = spent
@@ -128,9 +128,9 @@ def _stored(eq: Equilibrium, e: Evaluation) -> float:
     return eq.system.elastic_energy(e.history) + eq.system.contact_energy(e.contacts, eq.context.scales)
 
 
-def _stable(eq: Equilibrium, found: NewtonResult, acceptance: Acceptance) -> bool:
+def _stable(eq: Equilibrium, found: NewtonResult, checks: RunChecks) -> bool:
     """Whether a converged attempt is acceptable and has no negative mode; it learns its softest ones."""
-    at = None if acceptance.refusal(eq.context, found) else modes_after(eq, found)
+    at = None if checks.refusal(eq.context, found) else modes_after(eq, found)
     found.softest = at.stiffness if at is not None else None
     return at is not None and not at.negative
 

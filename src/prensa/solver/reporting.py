@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable, Mapping
+from typing import TypeVar
 
 import numpy as np
 
+from prensa.checks.check import Check, Refusal
 from prensa.result.increment import Force, Increment, Monitor, Progress
 from prensa.result.results import tool_forces
-from prensa.system.failure import sentence
+from prensa.system.failure import Failure, sentence
 from prensa.system.outcome import NewtonResult
 from prensa.system.schedule import StepPlan
 from prensa.system.state import State
 from prensa.system.system import Evaluation, System
 
+Given = TypeVar("Given")
 log = logging.getLogger("prensa")
 
 
@@ -47,8 +50,17 @@ class Messages:
         log.info(message)
         self._tell(state, plan, state.clock.time, "note", message)
 
+    def report(self, checks: Iterable[Check[Given]], given: Given) -> Failure | None:
+        """Ask checks, one after the other, and log their warnings, up to the first finding that refuses it; its reason."""
+        for check in checks:
+            for finding in check(given):
+                if isinstance(finding, Refusal):
+                    return finding.reason
+                log.warning("%s", finding)
+        return None
+
     def warn(self, sentences: Iterable[str]) -> None:
-        """Warnings, in the log."""
+        """What the solver itself says, in the log."""
         for words in sentences:
             log.warning("%s", words)
 

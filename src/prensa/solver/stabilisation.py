@@ -127,8 +127,8 @@ class Stabilisation:
         if not energy.viscous > self.policy.viscous_warning_share * work:
             return []
         return [
-            f"the viscous forces of 'stabilise' have dissipated {100 * energy.viscous / work:.2g} % of the work: part of it is "
-            "what a jump sets free; a smaller number for 'stabilise' shows what the forces themselves change"
+            f"the viscous forces of 'stabilise' have dissipated {100 * energy.viscous / work:.2g} % of the work: part of it "
+            "is energy released by a jump; a smaller number for 'stabilise' shows how much these forces affect results"
         ]
 
     def after(self, c: Context, du: Array, work: float, negative: int) -> Stability:

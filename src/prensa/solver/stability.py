@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from prensa.checks.during.acceptance import Acceptance
+from prensa.checks.run import RunChecks
 from prensa.policy import Policy
 from prensa.solver.branches import eigenvalue_across_sets
 from prensa.solver.equilibrium import Equilibrium
@@ -23,7 +23,7 @@ from prensa.types import Array
 
 
 def judged(
-    eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, stabilisation: Stabilisation, cutbacks: int, may_cut: bool
+    eq: Equilibrium, result: NewtonResult, checks: RunChecks, stabilisation: Stabilisation, cutbacks: int, may_cut: bool
 ) -> NewtonResult:  # fmt: skip
     """The outcome of an attempt with its stability: rejected, replaced by a nearby stable solution, reported, or a limit point.
 
@@ -32,9 +32,9 @@ def judged(
     the unstable one is kept, and from there on no more is asked. A jump to a stable one as near as those beside is taken at a
     limit point and told; a farther one is, where the way there is no part of the answer, and ends the run elsewhere.
     """
-    found = _judged(eq, result, acceptance, cutbacks, may_cut)
+    found = _judged(eq, result, checks, cutbacks, may_cut)
     ends = isinstance(found.reason, LimitPoint) and (at_limit(eq.context, eq.policy) or not may_cut)
-    if ends and not found.converged and is_path_independent(eq) and (other := jump(eq, acceptance)) is not None:
+    if ends and not found.converged and is_path_independent(eq) and (other := jump(eq, checks)) is not None:
         other.iterations += found.iterations
         found = other
     if may_cut and found.converged and stabilisation.jumped_over(eq.context, found):
@@ -42,7 +42,7 @@ def judged(
     return found
 
 
-def _judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbacks: int, may_cut: bool) -> NewtonResult:
+def _judged(eq: Equilibrium, result: NewtonResult, checks: RunChecks, cutbacks: int, may_cut: bool) -> NewtonResult:
     """As `judged`, with every limit point told."""
     if not result.converged:
         return _failed(eq, result, cutbacks >= eq.policy.retry_after_cuts, not may_cut)
@@ -71,7 +71,7 @@ def _judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutba
     c, policy = eq.context, eq.policy
     cut = may_cut and (viscous or cutbacks < policy.cuts_before_branching)
     short = c.dt < policy.branch_from_share * (c.plan.t1 - c.plan.t0)
-    if not viscous and (short or not cut) and (other := beside(eq, result, modes, acceptance)):
+    if not viscous and (short or not cut) and (other := beside(eq, result, modes, checks)):
         return other
     if at_limit(c, policy):
         result.converged, result.reason = False, _freed(eq, modes) or LimitPoint(Unstable(modes.negative), modes.least)
@@ -120,11 +120,11 @@ def stability_warnings(c: Context, result: NewtonResult) -> list[str]:
     if result.beside:
         return [
             f"{place}: the bodies buckle. The equilibrium that they were in is unstable from here on and the run follows a "
-            "stable one beside it; a small imperfection of the shape or the load decides which of them a real body takes"
+            "stable one nearby; a small imperfection of the shape or the load decides which one a real body takes"
         ]
     has_viscous_forces = c.state.stability.viscosity > 0
     if result.jumped:
-        follows = "" if has_viscous_forces else ": 'stabilise: auto' does, and says what the jump dissipates"
+        follows = "" if has_viscous_forces else ": 'stabilise: auto' does, and reports what the jump dissipates"
         return [
             f"{place}: the bodies jump to another equilibrium within one increment; shorter ones could not follow the way "
             f"there{follows}"
@@ -134,7 +134,7 @@ def stability_warnings(c: Context, result: NewtonResult) -> list[str]:
         means = " or more 'increments'" if has_viscous_forces else ", more 'increments' or 'stabilise: auto'"
         return [
             f"{place}: the equilibrium is unstable from here on (in {ways}) and no stable one was found beside it: real bodies "
-            f"jump away from it; an imperfection of the shape{means} let them"
+            f"jump away from it; allow that by an imperfection of the shape{means}"
         ]
     return []
 

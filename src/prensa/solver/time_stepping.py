@@ -11,14 +11,8 @@ from typing import Protocol
 import numpy as np
 
 from prensa.checks.after.passages import Passages, jump_of, passing_of
-from prensa.checks.after.quality import quality_warnings, soft_springs, untouched_tools
-from prensa.checks.before.motions import table_jumps
-from prensa.checks.during.acceptance import Acceptance, Corners
-from prensa.checks.during.distortion import Distortion
-from prensa.checks.during.folding import Folding
-from prensa.checks.during.penetration import inside, watches
-from prensa.checks.during.self_intersection import fold, hanging, outlines
-from prensa.checks.during.validity import Validity
+from prensa.checks.check import Committed, Failed, Finished, Rejected, Solved, StepBegun
+from prensa.checks.run import RunChecks
 from prensa.errors import SolveError
 from prensa.linear.condensation import Condensation, condensed
 from prensa.linear.reduction import Reduced
@@ -50,9 +44,7 @@ from prensa.solver.step_control import StepControl
 from prensa.solver.until import Outcome, Stopping
 from prensa.system.failure import (
     Failure,
-    Folded,
     LimitPoint,
-    MetalInside,
     sentence,
 )
 from prensa.system.interaction import Context
@@ -99,11 +91,7 @@ class TimeStepping:
     ) -> None:
         self.system, self.numerics, self.policy = system, numerics, policy
         self.messages, self.timer, self.condense = messages, timer, condense
-        corners = Corners(system)
-        self.acceptance, self.validity = Acceptance(system, policy, corners), Validity(system, policy)
-        self.watched, self.outlines = watches(system), outlines(system)
-        self.distortion, self.folding = Distortion(system, policy), Folding(system, policy, corners)
-        self.stabilisation = Stabilisation(system, policy)
+        self.checks, self.stabilisation = RunChecks(system, policy), Stabilisation(system, policy)
         self.reduced: Reduced | None = None
         self.ahead: Ahead | None = None  # who makes the matrix of the first step meanwhile
         self.condensed: Condensation | None = None
@@ -137,7 +125,7 @@ class TimeStepping:
         for number in range(state.clock.step, len(steps)):
             if not self.system.gone and model.tools_removed(self.system.problem, number):
                 if state.clock.time <= number:
-                    self.messages.warn(untouched_tools(self.system, self.passages.met, self.planes))
+                    self.messages.report(self.checks.tools_leave, Finished(self.passages.met, self.planes))
                 self.refuse_to_part(state, number)
                 yield from self.without_tools().run(state)
                 return
@@ -152,7 +140,6 @@ class TimeStepping:
             control = StepControl(
                 self.system, plan, self.policy, self.times, self.stops, second, second and steady, tolerance if second else None
             )
-            self.distortion = Distortion(self.system, self.policy)
             while state.clock.step == number:
                 try:
                     with ONE_OF_BLAS:
@@ -162,7 +149,7 @@ class TimeStepping:
                         raise
                     self.messages.note(state, plan, str(nearing))
                     rest = self.with_planes()
-                    rest.validity = self.validity
+                    rest.checks = RunChecks(rest.system, self.policy, self.checks.validity)
                     begun = state if state.clock.time > plan.t0 else entered
                     yield from rest.run(extended(begun, self.system, rest.system))
                     return
@@ -170,7 +157,7 @@ class TimeStepping:
                 self.note_touch(state)
                 yield increment
         if len(steps):
-            self.messages.warn([*untouched_tools(self.system, self.passages.met, self.planes), *self.validity.warnings()])
+            self.messages.report(self.checks.run_ends, Finished(self.passages.met, self.planes))
 
     def note_touch(self, state: State) -> None:
         """Note the tools that have touched something by a committed state."""
@@ -220,7 +207,7 @@ class TimeStepping:
             state = replace(state, clock=state.clock._replace(time=plan.t0))
         elif number:
             released = release_forces(self.system, state, plan)
-            self.messages.warn(table_jumps(self.system, state, plan))
+            self.messages.report(self.checks.step_begins, StepBegun(state, plan))
             state = replace(state, release=released, self_equilibrated=None, clock=state.clock._replace(time=plan.t0))
         return self.stopping.begin(state)
 
@@ -271,9 +258,8 @@ class TimeStepping:
             # a first attempt may have let go of a body that only contact holds by a far step: the next has none
             came_free = control.comes_free(result.reason, c.dt) and not (self.loose and cutbacks == 0)
             last = cutbacks == most or control.exhausted(dt) or came_free
-            hopeless = self.distortion.rejected(c, result.reason, control.longest(None)) or self.stays_inside(
-                state, cutbacks
-            )
+            rejected = Rejected(c, result.reason, control.longest(None))
+            hopeless = self.messages.report(self.checks.rejected, rejected) or self.stays_inside(state, cutbacks)
             result.reason = hopeless or result.reason
             if last or hopeless or (isinstance(result.reason, LimitPoint) and at_limit(c, self.policy)):
                 raise self.diagnosis(c, result, cutbacks)
@@ -308,11 +294,11 @@ class TimeStepping:
             again = self.system.through_air(self.context(state, plan, end), air)
             c = replace(again, brought_into_contact=c.brought_into_contact, floating=c.floating)
             result = self.attempt(c, start, retry)
-        if refusal := self.acceptance.refusal(c, result):
+        if refusal := self.checks.refusal(c, result):
             result.converged, result.reason = False, refusal
         if self.condensed is None and not c.floating:  # linear bodies are stable, and those that nothing holds are neither
             last = cutbacks == most or control.exhausted(control.cut(c.dt))
-            result = judged(self.equilibrium(c), result, self.acceptance, self.stabilisation, cutbacks, not last)
+            result = judged(self.equilibrium(c), result, self.checks, self.stabilisation, cutbacks, not last)
         spent.append(result.iterations)
         return c, result
 
@@ -326,17 +312,17 @@ class TimeStepping:
             met = first_clamped(self.system, c, self.loose, self.policy)
             if met is not None:
                 who = " and ".join(to.bodies)
-                self.messages.note(state, plan, f"{who}, moved as a rigid body, met what stops it at time {met.time:.6g}")
+                self.messages.note(state, plan, f"{who}, moving as a rigid body, was stopped at time {met.time:.6g}")
                 c, to = replace(self.context(state, plan, met.time), touches=True), met.there
         c = self.system.through_air(c, to.through_air)
         c = replace(c, brought_into_contact=True, floating=to.bodies if to.floating else ())
         assert to.u is not None
         eq = self.equilibrium(c, uncut=not cutbacks)
         result = attempt_from(eq, to.u)
-        if refusal := self.acceptance.refusal(c, result):
+        if refusal := self.checks.refusal(c, result):
             result.converged, result.reason = False, refusal
         if result.converged and not to.floating:
-            result = judged(eq, result, self.acceptance, self.stabilisation, cutbacks, False)
+            result = judged(eq, result, self.checks, self.stabilisation, cutbacks, False)
         return (c, result) if result.converged else None
 
     def stays_inside(self, state: State, cutbacks: int) -> Failure | None:
@@ -426,9 +412,8 @@ class TimeStepping:
         state = committed(self.system, c, result, e, dt, self.stabilisation)
         made_from = state.made_from if self.reduced is None or ended else self.reduced.factorisation.made_from
         state = replace(state, clock=state.clock._replace(unsteady=unsteady), made_from=made_from)
-        self.validity.look_at_friction(c, e)
-        # of condensed bodies the displacements are known at the end of a step
-        if result.recover is None and (refusal := self.validity.look(state.u, state.history)):
+        done = Committed(c, state, e, max(result.residual, self.numerics.tolerance), result.recover is None)
+        if refusal := self.messages.report(self.checks.committed, done):
             result.reason = refusal
             raise self.diagnosis(c, result, cutbacks)
         increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state, c, parse=parse)
@@ -440,42 +425,16 @@ class TimeStepping:
         increment = self.passages.follow(increment, passed, jump_of(c, state))
         if ended:
             self.messages.warn(self.stopping.unmet(c))
-            self.messages.warn(self.passages.warnings())
-            residual = max(result.residual, self.numerics.tolerance)
-            self.messages.warn(quality_warnings(self.system, c, e, residual))
-            self.messages.warn(soft_springs(self.system, c.plan, state.u))
+            self.messages.report([self.passages, *self.checks.step_ends], done)
             self.messages.warn(self.stabilisation.warnings(state.energy, state.stability))
         self.messages.warn(stability_warnings(c, result))
         self.messages.accepted(c.state, c.plan, result, increment)
         return state, increment
 
     def look_inside(self, c: Context, result: NewtonResult) -> None:
-        """Raise `SolveError` if metal lies inside a tool with which it has no contact, or in itself.
-
-        No smaller increment would help then. Of condensed bodies the displacements are known at the end of a step.
-        """
-        assert result.evaluation is not None
-        sunk = np.zeros(len(self.system.tools))
-        for s, f in zip(self.system.surfaces, result.evaluation.contacts):
-            t = self.system.master(s).number
-            sunk[t] = max(sunk[t], -float(f.g.min()))
-        folded = self.folding.folded(result.u) if result.recover is None else []
+        """Raise `SolveError` if a check ends the run with an increment, `Nearing` if it has to go on with planes of symmetry."""
         known = result.u if result.recover is None or self.condensed is None else self.condensed.outlined(result.u)
-        node = inside(self.system, self.watched, known, sunk, self.folding.creased(c, folded))
-        if result.recover is not None and (node is not None or c.ends_step):  # displacements not yet computed
-            node = inside(self.system, self.watched, result.recover(), sunk)
-        reason: Failure | None = None if node is None else MetalInside(node)
-        if reason is None and self.guard is not None and result.recover is None:
-            for line, (x, y) in self.guard.near(result.u):
-                raise Nearing(
-                    f"a free side comes to the line of symmetry {line} near ({x:.4g}, {y:.4g}), where it meets its mirror image: "
-                    "from here on the line is a rigid smooth plane to it"
-                )
-        if reason is None and (result.recover is None or c.ends_step):
-            u = result.u if result.recover is None else result.recover()
-            through = fold(self.system, self.outlines, u)
-            reason = None if through is None else Folded(through, hanging(self.system, u))
-            reason = reason or self.folding.look(c, u, folded)
+        reason = self.messages.report(self.checks.solved, Solved(c, result, known, result.recover is None, self.guard))
         if reason is not None:
             raise SolveError(
                 f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}. {last_good(self.last)} "
@@ -486,6 +445,7 @@ class TimeStepping:
 
     def diagnosis(self, c: Context, result: NewtonResult, cutbacks: int) -> SolveError:
         """The error that says what failed, where, why, and what to try."""
-        self.messages.warn(self.validity.warnings())
+        assert result.reason is not None
+        result.reason = self.messages.report(self.checks.failed, Failed(c, result.reason)) or result.reason
         most = None if self.times is not None else self.most_cutbacks(c.state)
         return failed_increment(self.equilibrium(c), result, cutbacks, most, self.last)

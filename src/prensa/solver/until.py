@@ -137,7 +137,7 @@ class Stopping:
             was = "was" if len(each) == 1 else "were"
             unmet = f"{' and '.join(each)} {was} not met"
             other = any(k.target * v < 0 and not k.side for k, v in zip(self.criteria, c.watched.tolist()))
-            remedy = "check the sign, which is that of history.csv" if other else "let it go further, or ask for less"
+            remedy = "check the sign, which is as in history.csv" if other else "let it go further, or ask for less"
             if all(k.side > 0.0 for k in self.criteria):
                 remedy = "let the tool go back further"
             if all(k.fed for k in self.criteria):

@@ -65,7 +65,7 @@ class Finding:
         spread = (
             f"; between the levels it changes by {c.band:.2g}{unit}{share}" if math.isfinite(c.band) and c.band else ""
         )
-        return f"no order can be read: {c.why}{spread}"
+        return f"no convergence order: {c.why}{spread}"
 
 
 @dataclass(frozen=True)

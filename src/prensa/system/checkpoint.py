@@ -10,16 +10,19 @@ from __future__ import annotations
 import hashlib
 import logging
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING
 from zlib import crc32
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa import __version__
 from prensa.errors import PrensaError
 from prensa.model.problem import Case
 from prensa.system.state import State
+from prensa.types import Stored
+
+if TYPE_CHECKING:
+    from h5py import AttributeManager
 
 CHECKPOINT = "checkpoint.h5"
 FORMAT = "prensa checkpoint"
@@ -86,7 +89,7 @@ def read_checkpoint(path: str | Path) -> tuple[Case, State]:
     return loads(text, bounded=False), State.from_arrays(arrays)
 
 
-def _read(path: Path) -> tuple[str, dict[str, NDArray[Any]]]:
+def _read(path: Path) -> tuple[str, dict[str, Stored]]:
     import h5py
 
     again = "run the case again"
@@ -98,7 +101,7 @@ def _read(path: Path) -> tuple[str, dict[str, NDArray[Any]]]:
         raise PrensaError(f"{path}: the file is damaged (its checksum does not match); {again}")
     try:
         with h5py.File(path, "r") as file:
-            _check_origin(path, dict(file.attrs))
+            _check_origin(path, file.attrs)
             text = str(file["case"].asstr()[()])
             arrays = {str(name): np.array(data) for name, data in file["state"].items()}  # damaged names are bytes
             hashes = file.attrs["input_hash"], file.attrs["state_hash"]
@@ -111,7 +114,7 @@ def _read(path: Path) -> tuple[str, dict[str, NDArray[Any]]]:
     return text, arrays
 
 
-def _check_origin(path: Path, attributes: dict[str, Any]) -> None:
+def _check_origin(path: Path, attributes: AttributeManager) -> None:
     if attributes.get("format") != FORMAT:
         raise PrensaError(f"{path}: this HDF5 file was not written by prensa; give the folder of a run")
     version = int(attributes.get("version", 0))
@@ -121,11 +124,11 @@ def _check_origin(path: Path, attributes: dict[str, Any]) -> None:
             f"{__version__}, which reads layout {VERSION}: resume with the version that wrote it or run the case again"
         )
     if attributes.get("prensa") != __version__:
-        log.warning("%s was written by prensa %s; prensa %s may continue it with other last digits",
+        log.warning("%s was written by prensa %s; prensa %s may continue it with slightly different last digits",
                     path, attributes.get("prensa"), __version__)  # fmt: skip
 
 
-def arrays_hash(arrays: dict[str, NDArray[Any]]) -> str:
+def arrays_hash(arrays: dict[str, Stored]) -> str:
     """SHA-256 of named arrays: names, shapes, types and values."""
     digest = hashlib.sha256()
     for name in sorted(arrays):

@@ -40,7 +40,7 @@ def contact_edges(problem: model.Problem, contact: model.Contact, meshes: dict[s
             x, y = mesh.points[twice[0, :2]].mean(axis=0)
             raise MeshError(
                 f"contacts.{problem.contacts.index(contact)}: the edge at ({x:.4g}, {y:.4g}) is in contact {other.name!r} "
-                f"already, with the same tool: which of the two holds there is not said; take it out of one"
+                f"already, with the same tool: it is ambiguous which of the two applies there; remove it from one"
             )
     return edges
 
@@ -75,7 +75,7 @@ def _rest_of_outline(problem: model.Problem, contact: model.Contact, body: str, 
     if not len(outline):
         raise MeshError(
             f"contacts.{problem.contacts.index(contact)}: other entries name all sides of {body!r} with tool "
-            f"{contact.against!r}: nothing of its outline is left for this one; take it out"
+            f"{contact.against!r}: nothing of its outline is left for this one; remove it"
         )
     left = outline[~(symmetric(problem, body, mesh, outline) | _tied(problem, body, meshes, outline))]
     return np.unique(left if len(left) else outline, axis=0)

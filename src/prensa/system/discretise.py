@@ -343,8 +343,8 @@ def _refuse_edges_on_points(tool: PlacedTool, points: Points, X: Array, normal: 
             k = over[np.argmin(np.hypot(*(X[over] - tool.at - edge).T))]
             what = points.rule.point
             raise ToolError(
-                f"tools.{tool.name}: its sharp edge lies over the {what} at ({X[k, 0]:g}, {X[k, 1]:g}), which would drop "
-                f"off and come back for ever; give 'fillet: {0.5 * points.depth[k]:.3g}', or use 'contact_geometry: reference'"
+                f"tools.{tool.name}: its sharp edge lies over the {what} at ({X[k, 0]:g}, {X[k, 1]:g}), where contact would "
+                f"open and close for ever; give 'fillet: {0.5 * points.depth[k]:.3g}', or use 'contact_geometry: reference'"
             )
 
 

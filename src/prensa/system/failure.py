@@ -54,8 +54,8 @@ class Fold(NamedTuple):
     def __str__(self) -> str:
         other = "itself" if self.first == self.second else f"side {self.second!r}"
         return (
-            f"side {self.first!r} crosses {other} near ({self.x:.4g}, {self.y:.4g}): the body has folded onto itself and passes "
-            "through itself"
+            f"side {self.first!r} crosses {other} near ({self.x:.4g}, {self.y:.4g}): the body has folded onto itself and "
+            "passes through itself"
         )
 
 
@@ -75,8 +75,8 @@ class Hang(NamedTuple):
     def __str__(self) -> str:
         return (
             f"an edge of {self.side!r} near ({self.x:.4g}, {self.y:.4g}) is {self.stretch:.2g} times as long as at first and "
-            f"passes {self.depth:.2g} deep through tool {self.tool!r}: the node at its end hangs on a corner of the tool instead "
-            "of going round it"
+            f"passes {self.depth:.2g} deep through tool {self.tool!r}: the node at its end is caught on a corner of the tool "
+            "instead of sliding round it"
         )
 
 
@@ -114,7 +114,7 @@ class Inside(NamedTuple):
         return (
             f"{what} of {self.side!r} at ({self.x:.4g}, {self.y:.4g}) lies {self.depth:.3g} inside tool "
             f"{self.tool!r}, which "
-            + ("has come through the surface beside it" if self.through else "no contact of that side is against")
+            + ("has penetrated the adjacent surface" if self.through else "no contact of that side is against")
         )
 
     @property
@@ -386,7 +386,7 @@ def sentence(failure: Failure) -> str:
         case Blocked(contact, x, y):
             return (
                 f"the tool of {contact} is driven into the point at ({x:.4g}, {y:.4g}), which a support holds: exact "
-                "enforcement cannot give way; free that point, leave it out of the contact surface, or use 'penalty'"
+                "enforcement has no compliance; release that point, leave it out of the contact surface, or use 'penalty'"
             )
         case Tunnelled(tool, node, body, x, y):
             return f"tool {tool!r} passed through node {node} of {body!r} at ({x:.4g}, {y:.4g}) in one increment"
@@ -395,20 +395,20 @@ def sentence(failure: Failure) -> str:
         case BeyondSmall():
             return (
                 f"a twentieth of body {failure.body!r} is strained by more than {failure.strain:.2g} (most "
-                f"{failure.most_strain:.2g}) and turned by more than {in_degrees(failure.rotation)} (most "
-                f"{in_degrees(failure.most_rotation)}), where 'kinematics: small' means nothing any more"
+                f"{failure.most_strain:.2g}) and rotated by more than {in_degrees(failure.rotation)} (most "
+                f"{in_degrees(failure.most_rotation)}), where 'kinematics: small' no longer holds"
             )
         case CornerInverted():
             return f"{place_of(failure)} folded over"
         case Unstable(negative):
             ways = "one mode" if negative == 1 else f"{negative} modes"
-            return f"the equilibrium found is unstable (in {ways}): the bodies would leave it by themselves"
+            return f"the equilibrium found is unstable (in {ways}): the bodies would not stay in it"
         case Jumped():
             return "the bodies jump within the increment, past unstable states"
         case LimitPoint():
             return _limit_point(failure)
         case Collapsed():
-            return f"{place_of(failure)} flowed by {failure.strain:.2g} in one increment: it collapses"
+            return f"{place_of(failure)} had a plastic strain of {failure.strain:.2g} in one increment: it collapses"
         case MetalInside(node):
             return str(node)
         case StartsInside(tool, surface, depth, elements):
@@ -429,10 +429,10 @@ def sentence(failure: Failure) -> str:
 
 
 def _limit_point(failure: LimitPoint) -> str:
-    seen = "an iterate beyond it is free to move" if isinstance(failure.cause, Singular) else sentence(failure.cause)
+    seen = "an iterate beyond it has a singular stiffness" if isinstance(failure.cause, Singular) else sentence(failure.cause)
     sets = " where a contact point slips or opens, and none where it does not" if failure.across else ""
     sign = "" if failure.eigenvalue is None else f"the tangent has a negative eigenvalue, {failure.eigenvalue:.3g}{sets}; "
-    return f"limit point: here the bodies can no longer follow what drives them in equilibrium, they jump ({sign}{seen})"
+    return f"limit point: beyond it there is no equilibrium nearby and the bodies jump ({sign}{seen})"
 
 
 def _distorted(failure: Distorted) -> str:
@@ -441,8 +441,8 @@ def _distorted(failure: Distorted) -> str:
     contact = f", in contact {' and '.join(failure.contacts)}" if failure.contacts else ", which is in no contact"
     return (
         f"element {failure.element} of {failure.body}, now near ({failure.x:.4g}, {failure.y:.4g}){at}{contact * bool(at)}, is "
-        f"worn out: {failure.attempts} attempts failed on it, and its scaled Jacobian is {failure.shape:.2g} (1 is a rectangle, "
-        f"0 a corner of 180°){past}"
+        f"too distorted: {failure.attempts} attempts failed there, and its scaled Jacobian is {failure.shape:.2g} (1 is a "
+        f"rectangle, 0 a corner of 180°){past}"
     )
 
 
@@ -451,7 +451,7 @@ def _past(failure: PastSupport) -> str:
     return (
         f"element {failure.element} of {failure.body}, now near ({failure.x:.4g}, {failure.y:.4g}), has been folded over for "
         f"{failure.increments} increments: side {past.side!r} lies {past.depth:.3g} past the support {past.support!r}, where "
-        "nothing holds it off; forces from there on are not those of a body that has no room there"
+        "there is no contact; forces from there on are those of a body with more room than it has"
     )
 
 
@@ -476,7 +476,7 @@ def _free(failure: FreeToMove) -> str:
         case LostSupport(body):
             return f"body {body!r} is free to move, since its last contact has opened; support it"
         case UnilaterallySupported(body, tool):
-            return f"body {body!r} is free to move: nothing but its contact with tool {tool!r} holds it"
+            return f"body {body!r} is free to move: only its contact with tool {tool!r} holds it"
         case TipsOver(tool, (x, y), (fx, fy), (a, b), (c, d)):
             return (
                 f"tool {tool!r} tips over: it is free to turn, its force ({fx:.4g}, {fy:.4g}) acts along a line through "

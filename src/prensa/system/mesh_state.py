@@ -5,13 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.mesh.mesh import Mesh, displaced
-from prensa.types import Array, Index
+from prensa.types import Array, Index, Stored
 
 NAMES = "remeshed.names"
 
@@ -35,10 +33,10 @@ class Remeshed:
     shape: float
     least: float = 0.0
 
-    def arrays(self) -> dict[str, NDArray[Any]]:
+    def arrays(self) -> dict[str, Stored]:
         """Flat mapping of names to arrays, for checkpoints; names of bodies and boundaries stand in one of them."""
         names = {b: [list(m.edges), m.corners] for b, m in self.meshes.items()}
-        out: dict[str, NDArray[Any]] = {NAMES: np.frombuffer(json.dumps(names).encode(), dtype=np.uint8)}
+        out: dict[str, Stored] = {NAMES: np.frombuffer(json.dumps(names).encode(), dtype=np.uint8)}
         for k, (body, mesh) in enumerate(self.meshes.items()):
             own = {"points": mesh.points, "cells": mesh.cells, "origin": self.origin[body], "volume": self.volume[body]}
             own |= {f"edges_{i}": edges for i, edges in enumerate(mesh.edges.values())}
@@ -50,24 +48,26 @@ class Remeshed:
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Remeshed | None:
+    def from_arrays(cls, arrays: Mapping[str, Stored]) -> Remeshed | None:
         """Inverse of `arrays`, bit for bit; None where there are none."""
         if NAMES not in arrays:
             return None
         names = json.loads(arrays[NAMES].tobytes().decode())
         meshes, origin, volume = {}, {}, {}
         for k, (body, (edges, corners)) in enumerate(names.items()):
-            own = {key: np.array(arrays[f"remeshed.{k}.{key}"]) for key in ("points", "cells", "origin", "volume")}
-            named = {name: np.array(arrays[f"remeshed.{k}.edges_{i}"]) for i, name in enumerate(edges)}
-            meshes[body] = stored(own["points"], own["cells"], named, corners)
-            origin[body], volume[body] = own["origin"], own["volume"]
+            of = f"remeshed.{k}."
+            points, origin[body], volume[body] = (
+                np.array(arrays[of + key], dtype=np.float64) for key in ("points", "origin", "volume")
+            )
+            named = {name: np.array(arrays[f"{of}edges_{i}"], dtype=np.int64) for i, name in enumerate(edges)}
+            meshes[body] = stored(points, np.array(arrays[of + "cells"], dtype=np.int64), named, corners)
         count, number = arrays["remeshed.count"].tolist()
-        tools, (shape, least) = np.array(arrays["remeshed.tools"]), arrays["remeshed.shape"].tolist()
+        tools, (shape, least) = np.array(arrays["remeshed.tools"], dtype=np.float64), arrays["remeshed.shape"].tolist()
         return cls(meshes, origin, volume, count, number, tools, shape, least)
 
-    def moved(self, points: Mapping[str, Array], **values: Any) -> Remeshed:
-        """The same with nodes elsewhere."""
-        return replace(self, meshes={b: displaced(m, points[b]) for b, m in self.meshes.items()}, **values)
+    def moved(self, points: Mapping[str, Array], origin: Mapping[str, Array], shape: float) -> Remeshed:
+        """The same with nodes elsewhere, which were at first at ``origin``; ``shape``: least shape measure there."""
+        return replace(self, meshes={b: displaced(m, points[b]) for b, m in self.meshes.items()}, origin=origin, shape=shape)
 
 
 def stored(points: Array, cells: Index, edges: Mapping[str, Index], corners: Mapping[str, int]) -> Mesh:

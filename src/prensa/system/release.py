@@ -88,7 +88,7 @@ def minimal_supports_in_words(system: System, plan: StepPlan) -> str:
             parts.append(f"{body!r} along {'xy'[axis]} at node {node - system.offsets[body]} (initially at {x:.4g}, {y:.4g})")
     if not parts:
         return ""
-    return f"step {plan.name!r} holds {', '.join(parts)}: rigid motions that nothing else holds; no force is left there"
+    return f"step {plan.name!r} holds {', '.join(parts)}: against rigid-body motions; the reactions there are zero"
 
 
 def _held_on(system: System, state: State, plan: StepPlan) -> Index:
@@ -143,6 +143,6 @@ def release_in_words(system: System, state: State, plan: StepPlan) -> str:
         return ""
     gone = 100.0 * (1.0 - plan.left(state.clock.time))
     return (
-        f"The step releases {', '.join(parts)}, of which {gone:.3g} % had gone at the last good state: what else acts on the "
-        "bodies and tools must balance the rest."
+        f"The step releases {', '.join(parts)}, of which {gone:.3g} % had been released at the last good state: other forces "
+        "on bodies and tools must balance the rest."
     )

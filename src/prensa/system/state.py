@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, overload
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.record import ContactRecord
 from prensa.system.mesh_state import Remeshed
-from prensa.types import Array, Single
+from prensa.types import Array, Single, Stored
 
 
 class Recovered(Sequence[Array]):
@@ -32,7 +31,11 @@ class Recovered(Sequence[Array]):
             self._arrays = self._compute()
         return self._arrays
 
-    def __getitem__(self, index: Any) -> Any:
+    @overload
+    def __getitem__(self, index: int) -> Array: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Array]: ...
+    def __getitem__(self, index: int | slice) -> Array | Sequence[Array]:
         return self.arrays[index]
 
     def __len__(self) -> int:
@@ -144,9 +147,9 @@ class State:
         difference = (du / dt - self.du / self.dt_last) / (dt + self.dt_last)
         return difference, _alike(difference[nodal], self.second_difference[nodal])
 
-    def arrays(self) -> dict[str, NDArray[Any]]:
+    def arrays(self) -> dict[str, Stored]:
         """Flat mapping of names to arrays, for checkpoints: 'clock.time', 'contact.slip', 'history_0' …"""
-        out: dict[str, NDArray[Any]] = {}
+        out: dict[str, Stored] = {}
         for f in fields(self):
             value = getattr(self, f.name)
             if f.name == "history":
@@ -173,15 +176,16 @@ class State:
         guess = ("clock.", "dt_last", "du", "second_difference")
         looks = ("stability.negative", "stability.since", "stability.rest", "softest", "made_from")
         fixed = (*guess, *looks, "contact.closed", "ends", "watched", "remeshed", "derivative")
-        return {k: a for k, a in self.arrays().items() if not k.startswith(fixed)}
+        return {k: np.asarray(a, dtype=np.float64) for k, a in self.arrays().items() if not k.startswith(fixed)}
 
     def moved(self, directions: Mapping[str, Array], step: float) -> State:
         """The state with a step along directions of its `moving` arrays; without derivatives."""
         arrays = replace(self, derivatives={}).arrays()
-        return State.from_arrays(arrays | {k: arrays[k] + step * d for k, d in directions.items() if k in arrays})
+        own = {k: np.asarray(arrays[k], dtype=np.float64) for k in directions if k in arrays}
+        return State.from_arrays(arrays | {k: a + step * directions[k] for k, a in own.items()})
 
     @classmethod
-    def from_arrays(cls, arrays: dict[str, NDArray[Any]]) -> State:
+    def from_arrays(cls, arrays: dict[str, Stored]) -> State:
         """Inverse of `arrays`, bit for bit."""
         values: dict[str, Any] = {}
         for f in fields(cls):
@@ -189,9 +193,8 @@ class State:
                 n = sum(k.startswith("history_") for k in arrays)
                 values["history"] = tuple(np.array(arrays[f"history_{i}"]) for i in range(n))
             elif f.name == "contact":
-                values["contact"] = ContactRecord(
-                    *(np.array(arrays[f"contact.{p.name}"]) for p in fields(ContactRecord))
-                )
+                columns: dict[str, Any] = {p.name: np.array(arrays[f"contact.{p.name}"]) for p in fields(ContactRecord)}
+                values["contact"] = ContactRecord(**columns)
             elif f.name == "derivatives":
                 values[f.name] = _from_arrays(arrays)
             elif f.name == "remeshed":
@@ -220,17 +223,17 @@ def may_rest(state: State) -> bool:
     return not known.negative and not known.viscosity > 0 and known.since < known.rest
 
 
-def _as_arrays(derivatives: Mapping[str, Mapping[str, Array]]) -> dict[str, NDArray[Any]]:
+def _as_arrays(derivatives: Mapping[str, Mapping[str, Array]]) -> dict[str, Stored]:
     """Derivatives as flat arrays, the paths of the parameters in one of them."""
     if not derivatives:
         return {}
-    out: dict[str, NDArray[Any]] = {"derivatives": np.frombuffer("\n".join(derivatives).encode(), dtype=np.uint8)}
+    out: dict[str, Stored] = {"derivatives": np.frombuffer("\n".join(derivatives).encode(), dtype=np.uint8)}
     for i, of in enumerate(derivatives.values()):
         out |= {f"derivative_{i}.{name}": a for name, a in of.items()}
     return out
 
 
-def _from_arrays(arrays: Mapping[str, NDArray[Any]]) -> dict[str, dict[str, Array]]:
+def _from_arrays(arrays: Mapping[str, Stored]) -> dict[str, dict[str, Array]]:
     """Inverse of `_as_arrays`."""
     if "derivatives" not in arrays:
         return {}

@@ -7,7 +7,6 @@ constant stress passes between any two meshes, and each slave displacement is a 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.sparse import block_diag, coo_matrix, csr_matrix, identity
@@ -80,7 +79,7 @@ def make_ties(
     if not problem.ties:
         return None, X
     X = X.copy()
-    sides = [tuple(_side(name, meshes, offsets) for name in (t.slave, t.master)) for t in problem.ties]
+    sides = [(_side(t.slave, meshes, offsets), _side(t.master, meshes, offsets)) for t in problem.ties]
     owner = _merged([s for s in sides if _matching(X, *s)], X)
     X = X[owner]
     field = DofMap(X.shape[1], len(X)).displacement
@@ -171,7 +170,7 @@ def _matching(X: Array, slave: Side, master: Side) -> bool:
     return all(frozenset(to[k] for k in e) in known for e in slave.edges.tolist())
 
 
-def _merged(sides: list[Any], X: Array) -> Index:
+def _merged(sides: list[tuple[Side, Side]], X: Array) -> Index:
     """Owner (n,) of every node: itself, or the one master that all nodes tied at one place share."""
     from scipy.sparse.csgraph import connected_components
 

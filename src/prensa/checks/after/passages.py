@@ -14,7 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.checks.before.passages_ahead import plastic
+from prensa.checks.check import Committed, warning
+from prensa.checks.thresholds import SLIGHT
 from prensa.contact.passage import STAIR, WORTH_SAYING, Passing, passable, passing, sentence
+from prensa.errors import Finding
 from prensa.model.problem import support_names
 from prensa.result.increment import Increment, Mean
 from prensa.system.interaction import Context
@@ -22,14 +25,10 @@ from prensa.system.state import State
 from prensa.system.system import Evaluation, System
 from prensa.types import Array
 
-RIPPLE_SHARE = 0.025
-"""Step of a force over its mean, as elements pass, below which it is not reported."""
 RIPPLE_PREDICTION_RATIO = 0.5
 """Step of a force over the predicted one, below which it has another cause."""
 SETTLED_SHARE = 0.25
 """Change of the mean over the step while two elements pass, above which the force is not settled."""
-FORCE_JUMP_SHARE = 0.01
-"""Relative change of forces on prescribed ways in an increment, from which its time is taken from the work."""
 JUMP_TIME_MARGIN = 0.5
 """Increments beyond its own within which that time may lie to count."""
 
@@ -52,7 +51,7 @@ def jump_of(c: Context, state: State) -> float:
     old, own = c.state, c.plan.fixed
     way = (state.u - old.u)[own]
     change, work = float((state.work - old.work)[own] @ way), 0.5 * float((state.work + old.work)[own] @ way)
-    if not abs(change) > FORCE_JUMP_SHARE * abs(work):
+    if not abs(change) > SLIGHT * abs(work):
         return float("nan")
     found = 0.5 + (state.energy.imbalance - old.energy.imbalance) / change
     within = float(np.clip(found, 0.0, 1.0))
@@ -111,7 +110,9 @@ class Passages:
         """The increment with its means; ``jump``: see `jump_of`."""
         if not self.count:
             return increment
-        passed = {name: passed.get(name, Passing(0.0, 0.0, 0.0)) for name in self.count}  # tools that are gone have none
+        passed = {
+            name: passed.get(name, Passing(0.0, 0.0, 0.0)) for name in self.count
+        }  # tools that are gone have none
         values = {
             f"{name}.{c}": v for name, tool in increment.tools.items() for c, v in zip(("fx", "fy", "mz"), tool.force)
         }
@@ -171,6 +172,10 @@ class Passages:
             y += [(1.0 - a) * ends[0] + a * ends[1], (1.0 - b) * ends[0] + b * ends[1]]
         return len(self._rows) - i, mean, 0.5 * np.ptp(y, axis=0)
 
+    def __call__(self, _: Committed) -> Iterator[Finding]:
+        """See `warnings`, at the end of a step."""
+        yield from map(warning, self.warnings())
+
     def warnings(self) -> Iterator[str]:
         """What there is to say at the end of a step, once, of contacts through which few elements pass."""
         for name, (tool, steps) in self._contacts.items():
@@ -186,7 +191,7 @@ class Passages:
             # what grows from one passage to the next is no staircase
             if (
                 lying * WORTH_SAYING <= STAIR
-                and seen - drift >= max(RIPPLE_SHARE, RIPPLE_PREDICTION_RATIO * STAIR / lying) * size
+                and seen - drift >= RIPPLE_PREDICTION_RATIO * STAIR / lying * size
                 and drift <= SETTLED_SHARE * seen
             ):
                 self._reported.add(name)

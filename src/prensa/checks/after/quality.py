@@ -2,70 +2,72 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence, Set
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 
-from prensa.system.interaction import Context
-from prensa.system.schedule import StepPlan
-from prensa.system.system import Evaluation, System
-from prensa.types import Array
+from prensa.checks.check import Committed, Finished, warning
+from prensa.checks.thresholds import NOTABLE_DEPTH, SLIGHT
+from prensa.errors import Finding
+from prensa.model.problem import Problem, Step
+from prensa.system.system import System
 
-DEEP_PENETRATION_RATIO = 0.1
-"""Penetration over element depth worth a warning."""
 HIDDEN_FORCE_RATIO = 100.0
 """A tool force below this multiple of the residual allowed is no result."""
-SPENT_SPRING_SHARE = 0.99
-"""Share of a mount's way that its spring takes, from which its stiffness is questioned."""
 
 
-def quality_warnings(system: System, c: Context, e: Evaluation, residual: float) -> Iterator[str]:
-    """Sentences about penetration and hidden forces of a converged increment; residual: what convergence leaves open."""
-    forces = system.dofs.tool.of(e.contact_forces())[:, : system.dofs.dimension]
-    for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
+def penetrations(system: System, given: Committed) -> Iterator[Finding]:
+    """Contact points that lie deep in their tool at the end of a step."""
+    for s, f, scale in zip(system.surfaces, given.evaluation.contacts, given.context.scales):
         depth = np.where(f.p > 0, -f.g / scale.h, 0.0)
         k = int(np.argmax(depth))
-        if depth[k] > DEEP_PENETRATION_RATIO:
+        if depth[k] > NOTABLE_DEPTH:
             x, node = s.X[k], s.points.support[k, np.argmax(s.points.N[k])]
-            yield (
+            yield warning(
                 f"contact {s.name}: node {node - system.offsets[s.body]} (initially at {x[0]:.4g}, {x[1]:.4g}) lies "
                 f"{-f.g[k]:.3g} inside the tool, {depth[k]:.2g} of an element: raise its stiffness 'beta', or use 'augmented'"
             )
+
+
+def hidden_forces(system: System, given: Committed) -> Iterator[Finding]:
+    """Forces of tools that are no larger than what convergence leaves open."""
+    e = given.evaluation
+    forces = system.dofs.tool.of(e.contact_forces())[:, : system.dofs.dimension]
     for t, tool in enumerate(system.tools):
         size = float(np.hypot.reduce(forces[t]))
-        noise = HIDDEN_FORCE_RATIO * residual * e.scale
+        noise = HIDDEN_FORCE_RATIO * given.residual * e.scale
         if 0 < size < noise:
-            yield (
-                f"the force on tool {tool.name!r}, {size:.3g}, is not above what convergence leaves open ({noise:.3g}): much "
+            yield warning(
+                f"the force on tool {tool.name!r}, {size:.3g}, is not above the tolerance of equilibrium ({noise:.3g}): much "
                 f"larger forces are at work elsewhere (supports or tools that press against each other, Σ|f| = {e.scale:.3g}); "
                 "remove them or lower 'tolerance'"
             )
 
 
-def soft_springs(system: System, plan: StepPlan, u: Array) -> Iterator[str]:
-    """Springs that take nearly all of the way of their mounts in a run that nothing else drives, at dofs u (ndof,).
+def soft_springs(system: System, given: Committed) -> Iterator[Finding]:
+    """Springs that take nearly all of the way of their mounts in a run that nothing else drives.
 
     One that is to preload a tool does that too, beside what else is moved.
     """
+    plan, u = given.context.plan, given.state.u
     if not plan.springs or not _by_springs_alone(system):
         return
     for t, tool in enumerate(system.tools):
         for axis, dof in zip(("x", "y", "rz"), system.dofs.tool.dofs(t).tolist()):
             stiffness, mount = plan.springs.get(dof, (0.0, None))
             way = mount(plan.t1) if mount is not None and mount(plan.t1) != mount(plan.t0) else 0.0
-            if abs(u[dof]) < (1.0 - SPENT_SPRING_SHARE) * abs(way):
-                yield (
-                    f"tool {tool.name!r} went {u[dof]:.3g} of the {way:.3g} that the mount of its spring went along {axis}: the "
-                    f"spring, {stiffness:.4g}, took the rest, and nothing else drives the run; is its stiffness in the units of "
-                    "the case? To press with a force use 'push'"
+            if abs(u[dof]) < SLIGHT * abs(way):
+                yield warning(
+                    f"tool {tool.name!r} moved by {u[dof]:.3g} along {axis} while the mount of its spring moved by {way:.3g}: "
+                    f"the spring, {stiffness:.4g}, took up the rest, and nothing else drives the run; is its stiffness in the "
+                    "units of the case? To press with a force use 'push'"
                 )
 
 
 def _by_springs_alone(system: System) -> bool:
     """Whether all that a problem moves or loads are mounts of springs."""
     p = system.problem
-    owners: list[Any] = [p, *p.steps]
+    owners: list[Problem | Step] = [p, *p.steps]
     for owner in owners:
         held = [v for f in owner.fixed.values() for v in (f.x, f.y)]
         if owner.loads or owner.body_force or any(v not in (None, "held") for v in held):
@@ -82,13 +84,10 @@ def _by_springs_alone(system: System) -> bool:
     return True
 
 
-def untouched_tools(system: System, met: Set[str], planes: Sequence[str] = ()) -> Iterator[str]:
-    """Tools of contacts that met nothing in a whole run; met: those that did.
-
-    planes: tools that stand for lines of symmetry, of which nothing is to be said.
-    """
+def untouched_tools(system: System, given: Finished) -> Iterator[Finding]:
+    """Tools of contacts that met nothing in a whole run."""
     for tool in system.tools:
-        own = [] if tool.name in planes else system.against(tool.name)
-        if own and tool.name not in met:
+        own = [] if tool.name in given.planes else system.against(tool.name)
+        if own and tool.name not in given.touched:
             surfaces = ", ".join(repr("+".join(s.description.surface)) for s in own)
-            yield f"tool {tool.name!r} never touched {surfaces}: its forces are zero because it met nothing"
+            yield warning(f"tool {tool.name!r} never touched {surfaces}, so its forces are zero")

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.thresholds import TOWARDS
 from prensa.contact.passage import TURNED
 from prensa.contact.surface import Surface
-from prensa.errors import Notice
+from prensa.errors import Finding
 from prensa.linear.rigid_modes import CLOSED
 from prensa.model.feed import Feed, ends_early
 from prensa.system.planning import plan_step
@@ -16,12 +17,12 @@ from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array
 
-PLACES = 129  # places along a way at which what is fed is looked for in the tools
-AGAINST = 0.5  # cosine with the way beyond which the surface of a roll goes against it
+PLACES = 129
+"""Places along a way at which what is fed is looked for in the tools: a way is seldom longer than a hundred elements."""
 
 
-def feeding(system: System) -> Iterator[Notice]:
-    """Notices on the first feed of each body, as long as it and the tools are where the description puts them.
+def feeding(system: System) -> Iterator[Finding]:
+    """Findings on the first feed of each body, as long as it and the tools are where the description puts them.
 
     The body goes as a rigid one. A roll that brakes on purpose does not draw stock in, which is what ends a feed.
     """
@@ -41,7 +42,7 @@ def feeding(system: System) -> Iterator[Notice]:
         u[plan.fixed] = plan.values(plan.t1)
 
 
-def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) -> Iterator[Notice]:
+def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) -> Iterator[Finding]:
     """What there is to say of a way along which a body is fed."""
     body = boundary.partition(".")[0]
     against = [s for s in system.surfaces if s.body == body]
@@ -50,21 +51,21 @@ def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) ->
         gap, velocity = _meeting(system, s, plan, feed, u)
         nearest[s.against] = gap
         along, size = velocity["xy".index(feed.axis)] * np.sign(feed.way), float(np.hypot(*velocity))
-        if along < -AGAINST * size:
+        if along < -TOWARDS * size:
             tool = s.against
             key = "by" if tool in system.problem.steps[plan.number].by else "move"
-            yield Notice(
+            yield Finding(
                 f"steps.{plan.number}.{key}.{tool}.rz",
-                f"where {body!r} meets tool {tool!r}, its surface goes against the feed of {boundary!r}: it pushes the stock "
-                "out; reverse the sign of 'rz', which is positive counter-clockwise, or that of the feed",
+                f"where {body!r} meets tool {tool!r}, the surface of the tool moves against the feed of {boundary!r}: it "
+                "pushes the stock out; reverse the sign of 'rz', which is positive counter-clockwise, or that of the feed",
             )
     least = min((s.points.depth.min() for s in against), default=0.0)
     if nearest and min(nearest.values()) > CLOSED * least and not _come(system, against):
         names = " or ".join(map(repr, nearest))
-        yield Notice(
+        yield Finding(
             f"steps.{plan.number}.feed.{boundary}.{feed.axis}",
-            f"a way of {feed.way:g} brings {body!r} to no tool: it never comes nearer than {min(nearest.values()):.4g} to {names}"
-            "; check its sign and its size, and the room between the tools",
+            f"a feed of {feed.way:g} does not bring {body!r} into contact: it never comes nearer than "
+            f"{min(nearest.values()):.4g} to {names}; check its sign and size, and the gap between the tools",
         )
 
 

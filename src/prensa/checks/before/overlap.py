@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.checks.thresholds import TOUCHING_DEPTH
+from prensa.errors import Finding
 from prensa.mesh.mesh import segments
 from prensa.system.contact_surfaces import distance
 from prensa.system.system import System
 from prensa.types import Array, Flags, Index
-
-MEETING = 0.05  # depth over the shortest side of an outline up to which bodies just meet
 
 
 class Overlap(NamedTuple):
@@ -42,7 +42,7 @@ def overlaps(system: System) -> Iterator[Overlap]:
     outlines = [_outline(system, body, x) for body in system.meshes] if system.dofs.dimension == 2 else []
     for a, b in combinations(outlines, 2):
         worst = max(_deepest(a, b), _deepest(b, a), key=lambda found: found.depth)
-        if worst.depth > MEETING * min(a.shortest, b.shortest):
+        if worst.depth > TOUCHING_DEPTH * min(a.shortest, b.shortest):
             yield worst._replace(first=a.body, second=b.body)
 
 
@@ -57,7 +57,7 @@ def neighbours(system: System) -> Iterator[Overlap]:
         for one, other in ((a, b), (b, a)):
             ends = one.points[one.edges]
             middles = ends.mean(axis=1)
-            near = MEETING * min(a.shortest, b.shortest)
+            near = TOUCHING_DEPTH * min(a.shortest, b.shortest)
             low, high = other.points.min(axis=0) - near, other.points.max(axis=0) + near
             close = np.flatnonzero(((ends > low) & (ends < high)).all(axis=(1, 2)))
             if not len(close):
@@ -96,3 +96,19 @@ def within(x: Array, a: Array, b: Array) -> Flags:
     rise = np.where(b[:, 1] == a[:, 1], 1.0, b[:, 1] - a[:, 1])
     crossing = a[:, 0] + (x[:, 1:] - a[:, 1]) / rise * (b[:, 0] - a[:, 0])
     return np.asarray((across & (crossing > x[:, :1])).sum(axis=1) % 2 == 1)
+
+
+def overlapping_bodies(system: System) -> Iterator[Finding]:
+    """Bodies that lie in one another, or on one another without a tie."""
+    for o in overlaps(system):
+        yield Finding(
+            f"bodies.{o.second}",
+            f"it overlaps body {o.first!r}, by {o.depth:.3g} at ({o.x:.4g}, {o.y:.4g}): no contact acts between the two; "
+            "move it ('origin'), and join the two with 'ties' where they meet",
+        )
+    for o in neighbours(system):
+        yield Finding(
+            f"bodies.{o.second}",
+            f"it lies on body {o.first!r} at ({o.x:.4g}, {o.y:.4g}), and nothing holds the two together or apart; join them with "
+            "'ties', or make one a tool",
+        )

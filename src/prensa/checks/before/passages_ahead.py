@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from prensa.checks.thresholds import NO_DIFFERENCE, TOWARDS
 from prensa.contact.passage import (
     INSIDE,
     STAIR,
@@ -18,13 +19,13 @@ from prensa.contact.passage import (
     turns_within,
 )
 from prensa.contact.surface import Surface
-from prensa.errors import Notice
+from prensa.errors import Finding
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array
 
-PREDICTED_FROM = 2.0  # elements that pass before anything is predicted
-STEEP = 0.5  # share of a motion along the surface's normal from which it presses more than it slides
+PREDICTED_FROM = 2.0
+"""Elements that pass before anything is predicted: forces have not settled before."""
 
 
 def plastic(system: System, body: str) -> bool:
@@ -39,8 +40,8 @@ class _Track:
         self.passed, self.lying = 0.0, 0.0
 
 
-def few_passages(system: System, moments: Iterable[tuple[StepPlan, Array]]) -> Iterator[Notice]:
-    """Notices on contacts through which few elements will pass; ``moments``: plans, and the bodies at rest (ndof,).
+def few_passages(system: System, moments: Iterable[tuple[StepPlan, Array]]) -> Iterator[Finding]:
+    """Findings on contacts through which few elements will pass; ``moments``: plans, and the bodies at rest (ndof,).
 
     Bodies go as rigid ones, as far as supports lead them, or with the rolls that have friction where no support holds them.
     What a tool then overlaps on its leading side is what will lie in the contact.
@@ -65,7 +66,7 @@ def few_passages(system: System, moments: Iterable[tuple[StepPlan, Array]]) -> I
     for s in wanted:
         t = tracks[s.name]
         if t.passed >= PREDICTED_FROM and t.lying > 0 and t.lying * WORTH_SAYING <= STAIR:
-            yield Notice(f"contacts.{system.surfaces.index(s)}", sentence(t.lying))
+            yield Finding(f"contacts.{system.surfaces.index(s)}", sentence(t.lying))
 
 
 def _lead(system: System, body: str, plan: StepPlan, before: Array, after: Array) -> Array:
@@ -79,7 +80,7 @@ def _lead(system: System, body: str, plan: StepPlan, before: Array, after: Array
     for a in range(2):
         step = (after - before)[dofs[mine & (axis == a)]]
         if len(step):
-            out[a] = step[0] if np.ptp(step) <= 1e-9 * np.abs(step).max() else 0.0
+            out[a] = step[0] if np.ptp(step) <= NO_DIFFERENCE * np.abs(step).max() else 0.0
     return out
 
 
@@ -105,7 +106,7 @@ def _follow(
     if not turns_within(system, s, pairs.arm, pairs.n):
         way -= (q[2] - p[2]) * (pairs.arm @ TURNED)
     size = np.hypot(*way.T)
-    slides = np.abs((way * s.node_normal).sum(axis=1)) < STEEP * size
+    slides = np.abs((way * s.node_normal).sum(axis=1)) < TOWARDS * size
     leading = inside & slides & ((way * pairs.n).sum(axis=1) < -INSIDE * size)
     if leading.any():
         along = np.abs((way * pairs.e[:, 0]).sum(axis=1))

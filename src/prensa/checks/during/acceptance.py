@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.check import Attempted, Failed, cut_by, ended_by
+from prensa.checks.thresholds import LEAST_NORMAL
 from prensa.contact.surface import Surface
+from prensa.errors import Finding
 from prensa.linear.rigid_modes import free_to_move
 from prensa.policy import DEFAULT, Policy
 from prensa.system.assembly import Block
 from prensa.system.contacts import contacts_of, were_closed
 from prensa.system.failure import (
+    BeyondSmall,
     Collapsed,
     CornerInverted,
     Failure,
+    FreeToMove,
     LostSupport,
     Tunnelled,
     TurnedThrough,
@@ -57,66 +62,66 @@ class Corners:
         return self._known[block.body]
 
 
-class Acceptance:
-    """The criteria that a converged increment has to meet."""
+def tunnelling(system: System, policy: Policy, given: Attempted) -> Iterator[Finding]:
+    """Increments in which a contact point gets through a tool."""
+    if found := tunnelled(system, given.context.state, given.result.u, policy):
+        yield cut_by(found)
 
-    def __init__(self, system: System, policy: Policy, corners: Corners | None = None) -> None:
-        self.system, self.policy, self.corners = system, policy, corners or Corners(system)
 
-    def refusal(self, c: Context, result: NewtonResult) -> Failure | None:
-        """Why a converged increment is refused; None if it is not, or did not converge.
+def turning(system: System, policy: Policy, given: Attempted) -> Iterator[Finding]:
+    """Increments in which a tool turns through a body."""
+    if found := turned_through(system, given.context.state, given.result.u, policy):
+        yield cut_by(found)
 
-        Besides tunnelling and lost supports: in finite strain no element's corner may jump beyond 180°, no point may flow by
-        more than `COLLAPSE_STRAIN` at once.
-        """
-        e = result.evaluation
-        if not result.converged or e is None:
-            return None
-        if through := tunnelled(self.system, c.state, result.u, self.policy):
-            return through
-        if turned := turned_through(self.system, c.state, result.u, self.policy):
-            return turned
-        if lost := lost_support(self.system, c, e):
-            return lost
-        if self.system.problem.kinematics == "small":
-            return None
-        result.grown = growths(self.system.blocks, e.history, c.state.history)
-        return next(self._deformed(c, result.grown, result.u), None)
 
-    def _deformed(self, c: Context, grown: Sequence[Array | None], u: Array) -> Iterator[Failure]:
-        for block, growth in zip(self.system.blocks, grown):
-            if inverted := self._corner(block, c, u):
-                yield inverted
-            if growth is not None:
-                yield from self._collapse(block, growth)
+def support(system: System, given: Attempted) -> Iterator[Finding]:
+    """Increments in which the last contact of a body opens."""
+    assert given.result.evaluation is not None
+    if found := lost_support(system, given.context, given.result.evaluation):
+        yield cut_by(found)
 
-    def _corner(self, block: Block, c: Context, u: Array) -> Failure | None:
-        """A corner that jumped beyond 180°; None if there is none.
 
-        A corner of 180° is no fold: a free side that rolls onto a die makes such elements, and they answer well. One that
-        passes 180° little by little is reported (`Folding`). One that jumps there in a single increment belongs to another,
-        impossible solution.
-        """
-        if self.system.dofs.dimension != 2:  # bricks have det f > 0 at their points, and no more is asked of them yet
-            return None
-        corner = self.corners.least(block, u)
-        worst = int(np.argmin(corner))
-        if not corner[worst] < self.policy.inverted_corner_ratio:
-            return None
-        if not corner[worst] < least_corner(c.x_n[block.corners.T[:, [worst]]])[0] - INVERSION_FALL:
-            return None
-        return CornerInverted(worst, block.body, *self._centre(block, worst))
+def deformation(system: System, policy: Policy, corners: Corners, given: Attempted) -> Iterator[Finding]:
+    """Increments in finite strain in which a corner jumps beyond 180°, or a point flows by more than `COLLAPSE_STRAIN`."""
+    c, result = given.context, given.result
+    if system.problem.kinematics == "small":
+        return
+    assert result.evaluation is not None
+    result.grown = growths(system.blocks, result.evaluation.history, c.state.history)
+    yield from _deformed(system, policy, corners, c, result)
 
-    def _collapse(self, block: Block, growth: Array) -> Iterator[Failure]:
-        """A point whose equivalent plastic strain grew (elements, points) too much."""
-        if growth.max() > COLLAPSE_STRAIN:
-            worst = int(np.argmax(growth)) // growth.shape[1]
-            yield Collapsed(worst, block.body, *self._centre(block, worst), float(growth.max()))
 
-    def _centre(self, block: Block, element: int) -> tuple[float, float]:
-        """Centre of an element in the initial configuration."""
-        x, y = self.system.X[block.cells[element]].mean(axis=0)[:2].tolist()
-        return x, y
+def _deformed(system: System, policy: Policy, corners: Corners, c: Context, result: NewtonResult) -> Iterator[Finding]:
+    for block, growth in zip(system.blocks, result.grown):
+        if inverted := _corner(system, policy, corners, block, c, result.u):
+            yield cut_by(inverted)
+        if growth is not None and growth.max() > COLLAPSE_STRAIN:
+            worst = int(np.argmax(growth)) // growth.shape[1]  # of (elements, points)
+            yield cut_by(Collapsed(worst, block.body, *_centre(system, block, worst), float(growth.max())))
+
+
+def _corner(system: System, policy: Policy, corners: Corners, block: Block, c: Context, u: Array) -> Failure | None:
+    """A corner that jumped beyond 180°; None if there is none.
+
+    A corner of 180° is no fold: a free side that rolls onto a die makes such elements, and they answer well. One that
+    passes 180° little by little is reported (`Folding`). One that jumps there in a single increment belongs to another,
+    impossible solution.
+    """
+    if system.dofs.dimension != 2:  # bricks have det f > 0 at their points, and no more is asked of them yet
+        return None
+    corner = corners.least(block, u)
+    worst = int(np.argmin(corner))
+    if not corner[worst] < policy.inverted_corner_ratio:
+        return None
+    if not corner[worst] < least_corner(c.x_n[block.corners.T[:, [worst]]])[0] - INVERSION_FALL:
+        return None
+    return CornerInverted(worst, block.body, *_centre(system, block, worst))
+
+
+def _centre(system: System, block: Block, element: int) -> tuple[float, float]:
+    """Centre of an element in the initial configuration."""
+    x, y = system.X[block.cells[element]].mean(axis=0)[:2].tolist()
+    return x, y
 
 
 def least_corner(x: Array) -> Array:
@@ -129,7 +134,7 @@ def least_corner(x: Array) -> Array:
     for k, out in enumerate(area):
         np.multiply(dx[k - 1], dy[k], out=out)
         out -= dy[k - 1] * dx[k]
-    return np.asarray(area.min(axis=0) / np.maximum(np.abs(area.mean(axis=0)), 1e-300))
+    return np.asarray(area.min(axis=0) / np.maximum(np.abs(area.mean(axis=0)), LEAST_NORMAL))
 
 
 def tunnelled(system: System, state: State, u: Array, policy: Policy = DEFAULT) -> Tunnelled | None:
@@ -222,17 +227,20 @@ def lost_support(system: System, c: Context, e: Evaluation) -> LostSupport | Non
     return None
 
 
-def unilaterally_supported(system: System, c: Context) -> UnilaterallySupported | None:
-    """A body that nothing but its contact with a single tool holds, which can only push it away; None if there is none.
+def unilateral_support(system: System, given: Failed) -> Iterator[Finding]:
+    """A body that nothing but its contact with a single tool holds, which can only push it away.
 
     Loads may press it against the tool, so this is no error by itself; it is what a failed increment is most likely due to.
     """
+    c = given.context
+    if isinstance(given.reason, FreeToMove | BeyondSmall):
+        return
     for body in system.problem.bodies:
         own = [system.surfaces[i] for i in contacts_of(system, body)]
         touched = {s.against for s in own if were_closed(c.state, s)}
         if len(touched) == 1 and _loose(system, body, c):
-            return UnilaterallySupported(body, touched.pop())
-    return None
+            yield ended_by(UnilaterallySupported(body, touched.pop()))
+            return
 
 
 def _loose(system: System, body: str, c: Context) -> bool:

@@ -6,10 +6,14 @@ leads on. Increments shrink to nothing then, over hundreds of them, and nothing 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from prensa.checks.during.penetration import ALLOWED
+from prensa.checks.check import Rejected, ended_by
 from prensa.checks.during.self_intersection import past_support, sides_of
+from prensa.checks.thresholds import TOUCHING_DEPTH
+from prensa.errors import Finding
 from prensa.mesh.mesh import displaced
 from prensa.mesh.quality import quality
 from prensa.policy import Policy
@@ -27,7 +31,15 @@ class Distortion:
 
     def __init__(self, system: System, policy: Policy) -> None:
         self.system, self.policy = system, policy
+        self.step = -1
         self.failed: dict[tuple[str, int], int] = {}
+
+    def __call__(self, given: Rejected) -> Iterator[Finding]:
+        """Attempts of each step are counted by themselves."""
+        if given.context.plan.number != self.step:
+            self.step, self.failed = given.context.plan.number, {}
+        if worn := self.rejected(given.context, given.reason, given.longest):
+            yield ended_by(worn)
 
     def rejected(self, c: Context, reason: Failure, longest: float) -> Distorted | None:
         """Note an attempt at an increment that failed; why the run ends with it, or None. longest: increment of the step."""
@@ -44,7 +56,7 @@ class Distortion:
             return None
         worn = self._described(c, body, element, shape)
         # a side past a support is cause enough: increments of any length meet it
-        past = worn.past is not None and worn.past.share > ALLOWED
+        past = worn.past is not None and worn.past.share > TOUCHING_DEPTH
         return worn if past or c.dt <= WORN_OUT_SHARE * usual else None
 
     def _described(self, c: Context, body: str, element: int, shape: float) -> Distorted:

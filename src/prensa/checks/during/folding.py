@@ -6,13 +6,15 @@ is no metal, and forces from then on are those of a body that has room where it 
 
 from __future__ import annotations
 
-import logging
+from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.check import Solved, ended_by, warning
 from prensa.checks.during.acceptance import Corners
-from prensa.checks.during.penetration import ALLOWED
 from prensa.checks.during.self_intersection import free_sides, least_on_sides, past_support, side_nodes
+from prensa.checks.thresholds import TOUCHING_DEPTH
+from prensa.errors import Finding
 from prensa.policy import Policy
 from prensa.system.assembly import Block
 from prensa.system.failure import CornerInverted, Past, PastSupport, place_of
@@ -20,23 +22,32 @@ from prensa.system.interaction import Context
 from prensa.system.system import System
 from prensa.types import Array, Index
 
-log = logging.getLogger("prensa")
-
 
 class Folding:
-    """Looks at the elements of converged increments that fold over themselves; what it tells it tells once."""
+    """Looks at the elements of converged increments that fold over themselves; each cause is reported once."""
 
     def __init__(self, system: System, policy: Policy, corners: Corners) -> None:
         self.system, self.policy, self.corners = system, policy, corners
         self.reported: set[str] = set()
-        """Supports that sides were told to be past, '' of what folds elsewhere."""
+        """Supports that sides were reported to be past, '' of what folds elsewhere."""
         self.since: dict[tuple[str, int], int] = {}
         """Number of the increment in which a side of an element (its body, its number) was first found past a support."""
+        self._at: Array | None = None
+        self._folded: list[tuple[Block, int]] = []
+
+    def __call__(self, given: Solved) -> Iterator[Finding]:
+        """Inside condensed bodies, which are linear, nothing folds."""
+        if given.complete:
+            yield from self.look(given.context, given.result.u, self.folded(given.result.u))
+        elif given.context.ends_step:
+            self.since.clear()
 
     def folded(self, u: Array) -> list[tuple[Block, int]]:
         """Elements that fold over themselves, the worst of each body first, for degrees of freedom u (ndof,)."""
         if self.system.dofs.dimension != 2 or self.system.problem.kinematics == "small":
             return []
+        if self._at is u:  # another check has asked
+            return self._folded
         x, out = self.system.positions(u), list[tuple[Block, int]]()
         for block in self.system.blocks:
             shape, least = self.corners.least(block, u), self.policy.inverted_corner_ratio
@@ -44,6 +55,7 @@ class Folding:
                 shape = least_on_sides(x.take(block.cells.T, axis=0))
             beyond = np.flatnonzero(shape < least)
             out += [(block, int(e)) for e in beyond[np.argsort(shape[beyond])]]
+        self._at, self._folded = u, out
         return out
 
     def creased(self, c: Context, folded: list[tuple[Block, int]]) -> Index | None:
@@ -55,18 +67,18 @@ class Folding:
         ]
         return np.unique(np.concatenate(nodes)) if nodes else None
 
-    def look(self, c: Context, u: Array, folded: list[tuple[Block, int]]) -> PastSupport | None:
-        """Why a run ends with ``folded`` elements of a converged increment, or None; tells what there is to say of the worst."""
+    def look(self, c: Context, u: Array, folded: list[tuple[Block, int]]) -> Iterator[Finding]:
+        """What there is to say of the worst of the ``folded`` elements of a converged increment, or why the run ends with it."""
         if not folded:
             self.since.clear()
-            return None
+            return
         now, since, reason = c.state.clock.number, dict[tuple[str, int], int](), None
         for block, element in folded:
             nodes = block.cells[element]
             past = past_support(self.system, c.plan.fixed, block.body, nodes, u)
             if past is not None and past.support not in self.reported:
-                self._tell(block, element, past.support, _beyond(past))
-            if past is not None and past.share > ALLOWED:
+                yield self._reported(block, element, past.support, _beyond(past))
+            if past is not None and past.share > TOUCHING_DEPTH:
                 first = since[block.body, element] = self.since.get((block.body, element), now)
                 if reason is None and now - first >= self.policy.max_folded_increments:
                     x, y = self.system.positions(u)[nodes].mean(axis=0).tolist()
@@ -74,22 +86,25 @@ class Folding:
         self.since = since
         if not self.reported:
             block, element = folded[0]
-            self._tell(block, element, "", self._cause(c, block, element))
-        return reason
+            yield self._reported(block, element, "", self._cause(c, block, element))
+        if reason is not None:
+            yield ended_by(reason)
 
-    def _tell(self, block: Block, element: int, support: str, words: str) -> None:
-        """Warn of an element, and note the support that its side is past, '' for none."""
+    def _reported(self, block: Block, element: int, support: str, words: str) -> Finding:
+        """A warning of an element; notes the support that its side is past, '' for none."""
         self.reported.add(support)
         x, y = self.system.X[block.cells[element]].mean(axis=0)[:2].tolist()
-        log.warning("%s folds over itself: %s", place_of(CornerInverted(element, block.body, x, y)), words)
+        return warning(f"{place_of(CornerInverted(element, block.body, x, y))} folds over itself: {words}")
 
     def _cause(self, c: Context, block: Block, element: int) -> str:
         """What makes an element fold that is past no support, and what to do."""
         if free := free_sides(self.system, c.plan.fixed, block.body, block.cells[element]):
             which = " and ".join(map(repr, free))
             return f"{which}, in no contact, slides past its support or tool; make it part of a contact surface"
-        return "stresses there mean little; use a finer mesh, or a larger fillet of the tool"
+        return "stresses there are unreliable; use a finer mesh, or a larger fillet of the tool"
 
 
 def _beyond(past: Past) -> str:
-    return f"side {past.side!r} slides past the support {past.support!r}; put a tool there, with that side in its contact"
+    return (
+        f"side {past.side!r} slides past the support {past.support!r}; put a tool there, with that side in its contact"
+    )

@@ -6,22 +6,27 @@ them that a narrow tool reaches between its nodes.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from prensa.checks.before.overlap import within
+from prensa.checks.check import Solved, ended_by
+from prensa.checks.during.folding import Folding
+from prensa.checks.thresholds import SLIGHT, TOUCHING_DEPTH
 from prensa.contact.integration import depth_of
+from prensa.errors import Finding
 from prensa.mesh.mesh import segments
 from prensa.system.contact_surfaces import named_edges, symmetric
-from prensa.system.failure import Inside
+from prensa.system.failure import Inside, MetalInside
 from prensa.system.system import System
 from prensa.types import Array, Index
 
-ALLOWED = 0.05  # depth over element size, beyond what the contacts of the tool sink in, that counts as a touch
-NARROW = 0.02  # the same between nodes, where what is reached by is no deeper than half the width of a narrow tool
-CREASED = 0.01  # of a node of an element that folds over itself: what makes it fold is found then
-ON_EDGE = np.arange(1, 8) / 8  # places on an edge at which a tool between its nodes is looked for
+NARROW = 0.02
+"""Depth over element size between nodes that counts as none: a narrow tool is no deeper there than half its width."""
+ON_EDGE = np.arange(1, 8) / 8
+"""Places on an edge at which a tool between its nodes is looked for."""
 
 
 class Watch(NamedTuple):
@@ -34,6 +39,28 @@ class Watch(NamedTuple):
     nodes: Index
     size: Array
     edges: Index
+
+
+class Penetration:
+    """Metal inside a tool with which it has no contact; ``folding`` knows the elements that fold over themselves."""
+
+    def __init__(self, system: System, folding: Folding) -> None:
+        self.system, self.folding, self.watched = system, folding, watches(system)
+
+    def __call__(self, given: Solved) -> Iterator[Finding]:
+        """Inside condensed bodies displacements are known at the end of a step; before, outlines are looked at."""
+        c, result, system = given.context, given.result, self.system
+        assert result.evaluation is not None
+        sunk = np.zeros(len(system.tools))
+        for s, f in zip(system.surfaces, result.evaluation.contacts):
+            t = system.master(s).number
+            sunk[t] = max(sunk[t], -float(f.g.min()))
+        folded = self.folding.folded(result.u) if given.complete else []
+        node = inside(system, self.watched, given.outlines, sunk, self.folding.creased(c, folded))
+        if not given.complete and (node is not None or c.ends_step):
+            node = inside(system, self.watched, given.displacements(), sunk)
+        if node is not None:
+            yield ended_by(MetalInside(node))
 
 
 def watches(system: System) -> list[Watch]:
@@ -98,9 +125,9 @@ def inside(
         x = _before(system, w, u)
         g = np.asarray(system.tools[w.tool].shape.closest(x).g)
         g, k, edge = _between(system, w, x, g)
-        allowed = np.where(edge < 0, ALLOWED, NARROW)
+        allowed = np.where(edge < 0, TOUCHING_DEPTH, NARROW)
         if creased is not None:
-            allowed[(edge < 0) & np.isin(w.nodes[k], creased)] = CREASED
+            allowed[(edge < 0) & np.isin(w.nodes[k], creased)] = SLIGHT  # what makes an element fold is found then
         if not (g < -allowed * w.size[k]).any():
             continue
         sunk = sunk_in(system, u) if sunk is None else sunk

@@ -5,25 +5,27 @@ Nothing keeps a body from passing through itself: there is no contact of a body 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
+from prensa.checks.check import Solved, ended_by
+from prensa.checks.thresholds import LEAST_NORMAL, NO_DIFFERENCE, NOTABLE_DEPTH
 from prensa.elements.shapes import table
+from prensa.errors import Finding
 from prensa.mesh.crossing import apart, left, near
 from prensa.mesh.mesh import segments
 from prensa.system.contact_surfaces import contact_edges
-from prensa.system.failure import Fold, Hang, Past
+from prensa.system.failure import Fold, Folded, Hang, Past
 from prensa.system.system import System
 from prensa.types import Array, Index
 
-PASSED = (
-    0.1  # way back over the length of an outline's segment, beyond which two that cross have passed through each other
-)
-DRAWN_OUT = 2.0  # length of an edge over that at first …
-CHORD = 0.25  # … and depth of its middle in a tool, over that length, beyond which it hangs on a corner of the tool
-FLAT = 1e-6  # of the size of the bodies: a side that is this flat is straight, a node this far beyond it lies past it
+DRAWN_OUT = 2.0
+"""Length of an edge over that at first …"""
+CHORD = 0.25
+"""… and depth of its middle in a tool, over that length, beyond which it is caught on a corner of the tool."""
 
 
 class Outline(NamedTuple):
@@ -33,14 +35,25 @@ class Outline(NamedTuple):
     ends: Index
 
 
+class SelfIntersection:
+    """Bodies that pass through themselves."""
+
+    def __init__(self, system: System) -> None:
+        self.system, self.outlines = system, outlines(system)
+
+    def __call__(self, given: Solved) -> Iterator[Finding]:
+        """Of condensed bodies the displacements are known at the end of a step."""
+        if given.complete or given.context.ends_step:
+            u = given.displacements()
+            if through := fold(self.system, self.outlines, u):
+                yield ended_by(Folded(through, hanging(self.system, u)))
+
+
 def outlines(system: System) -> list[Outline]:
     """Outlines of all bodies; none in space."""
     if system.dofs.dimension != 2:
         return []
-    return [
-        Outline(body, segments(mesh.boundary) + system.offsets[body])
-        for body, mesh in system.meshes.items()
-    ]
+    return [Outline(body, segments(mesh.boundary) + system.offsets[body]) for body, mesh in system.meshes.items()]
 
 
 def fold(system: System, bodies: list[Outline], u: Array) -> Fold | None:
@@ -83,7 +96,7 @@ def _of_body(system: System, o: Outline, x: Array) -> Fold | None:
         return None
     back = np.minimum(np.abs(of_first).min(axis=0), np.abs(of_second).min(axis=0))
     length = np.minimum(np.hypot(*(b - a)[first].T), np.hypot(*(b - a)[second].T))
-    deep = np.where(crossing & (back > PASSED * length), back, 0.0)
+    deep = np.where(crossing & (back > NOTABLE_DEPTH * length), back, 0.0)
     k = int(np.argmax(deep))
     if not deep[k] > 0:
         return None
@@ -114,7 +127,7 @@ def past_support(system: System, held: Index, body: str, nodes: Index, u: Array)
     for support in sides:
         own = np.unique(sides[support]) + system.offsets[body]
         for axis, component in enumerate("xy"):
-            flat = np.ptp(system.X[own, axis]) <= FLAT * system.length
+            flat = np.ptp(system.X[own, axis]) <= NO_DIFFERENCE * system.length
             if not (
                 flat and np.isin(own, nodes).any() and np.isin(system.dofs.displacement.dof(own, component), held).all()
             ):
@@ -122,11 +135,13 @@ def past_support(system: System, held: Index, body: str, nodes: Index, u: Array)
             inner = np.sign(system.X[:, axis][_others(system, body)].mean() - system.X[own[0], axis])
             others = np.setdiff1d(nodes, own)
             depth = inner * (x[own, axis].mean() - x[others, axis])
-            if len(others) and depth.max() > FLAT * system.length:
-                deep = others[depth > FLAT * system.length]
+            if len(others) and depth.max() > NO_DIFFERENCE * system.length:
+                deep = others[depth > NO_DIFFERENCE * system.length]
                 side = [n for n in sides_of(system, body, deep) if n not in (body, f"{body}.{support}")]
                 if side:
-                    return Past(side[0], f"{body}.{support}", float(depth.max()), float(depth.max()) / _shortest(system, nodes))
+                    return Past(
+                        side[0], f"{body}.{support}", float(depth.max()), float(depth.max()) / _shortest(system, nodes)
+                    )
     return None
 
 
@@ -164,7 +179,7 @@ def least_on_sides(x: Array) -> Array:
     """
     J = np.einsum("pad,aec->pedc", _slopes_on_sides(len(x)), x)
     det = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
-    return np.asarray(det.min(axis=0) / np.maximum(np.abs(det.mean(axis=0)), 1e-300))
+    return np.asarray(det.min(axis=0) / np.maximum(np.abs(det.mean(axis=0)), LEAST_NORMAL))
 
 
 @cache
@@ -172,7 +187,7 @@ def _slopes_on_sides(nodes: int) -> Array:
     """Slopes dN (p, nodes, 2) at the corners and the quarters of the sides of an element."""
     corners = np.array([[0, 0], [1, 0], [0, 1]] if nodes == 6 else [[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float)
     after = np.roll(corners, -1, axis=0)
-    at = np.concatenate([(1 - s) * corners + s * after for s in (0.0, 0.25, 0.5, 0.75)])
+    at = np.concatenate([(1 - s) * corners + s * after for s in np.arange(4) / 4])
     return table(nodes, (at, np.ones(len(at)))).dN
 
 

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from prensa.checks.check import Failed, ended_by
+from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.contact.masters import RigidMaster
+from prensa.errors import Finding
 from prensa.system.failure import TipsOver
 from prensa.system.interaction import Context
 from prensa.system.system import System
@@ -14,22 +19,20 @@ TIP_GAP_RATIO = 0.5
 """Gap over element depth up to which a point may come to bear a tool."""
 TIP_FRICTION_LIMIT = 1.0
 """Coefficient of friction beyond which no tool is helped to stand."""
-TIP_FORCE_SHARE = 1e-6
-"""Share of a tool's force from which it counts as not borne."""
 
 
-def unbalanced_tool(system: System, c: Context) -> TipsOver | None:
-    """The first tool whose force nothing that it could rest on balances in an increment; None if there is none.
+def tool_balance(system: System, given: Failed) -> Iterator[Finding]:
+    """The first tool whose force nothing that it could rest on balances in an increment, whatever that failed of.
 
     Pressures of any size, with friction up to a coefficient of ``TIP_FRICTION_LIMIT``, are tried at all points that are near,
     as on a rigid body: what they cannot hold no increment holds.
     """
     if system.axisymmetric or system.dofs.dimension != 2:
-        return None  # no tool turns
+        return  # no tool turns
     for master in system.masters.values():
-        if (found := _tips(system, c, master)) is not None:
-            return found
-    return None
+        if (found := _tips(system, given.context, master)) is not None:
+            yield ended_by(found)
+            return
 
 
 def _tips(system: System, c: Context, master: RigidMaster) -> TipsOver | None:
@@ -52,7 +55,7 @@ def _tips(system: System, c: Context, master: RigidMaster) -> TipsOver | None:
     moments = (arms[:, 0] * rays[:, 1] - arms[:, 1] * rays[:, 0]) / length
     rows = np.concatenate([rays.T, moments[None]])[free]
     wanted = -np.array([force[0], force[1], force[2] / length])[free]
-    if nnls(rows, wanted)[1] <= TIP_FORCE_SHARE * size:
+    if nnls(rows, wanted)[1] <= NO_DIFFERENCE * size:
         return None
     across = np.array([force[1], -force[0]]) / size
     x, y = at + force[2] / size * across

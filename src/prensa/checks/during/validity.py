@@ -7,10 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from prensa.checks.check import Committed, Failed, Finished, ended_by, warning
+from prensa.checks.thresholds import LEAST_NORMAL, NO_DIFFERENCE
+from prensa.errors import Finding
+from prensa.materials.flow_curve import FlowCurve
 from prensa.model.units import factor
 from prensa.policy import Policy
 from prensa.system.assembly import Block
@@ -19,20 +23,16 @@ from prensa.system.interaction import Context
 from prensa.system.system import Evaluation, System
 from prensa.types import Array, Index
 
-SMALL_STRAIN_WARNING = 0.05
-"""Strain, or rotation (rad), in small-strain kinematics worth a warning; forces are off by about as much."""
-SMALL_STRAIN_LIMIT = 0.1
-"""Strain, or rotation (rad), that is refused in small-strain kinematics."""
-SMALL_STRAIN_VOLUME_SHARE = 0.05
-"""Share of a body's volume that must exceed the limit; peaks under an edge depend on the mesh."""
-VOLUME_LOSS_LIMIT = 0.1
-"""Loss of volume beyond which elasticity no longer holds; pressures of a tenth of the bulk modulus are beyond any metal."""
-METAL_STRAIN_LIMIT = 0.05
-"""Elastic strain beyond which a metal has yielded long before."""
+STRAIN_WARNING = 0.05
+"""Strain, or rotation (rad), worth a warning where it should be small: forces are off by as much, metals yield before."""
+STRAIN_LIMIT = 0.1
+"""Strain, rotation (rad) or loss of volume beyond which linear elasticity does not hold, nor small-strain kinematics."""
+VOLUME_SHARE = 0.05
+"""Share of a body's volume that must exceed these; peaks under an edge depend on the mesh."""
 
 
 class Deformation(NamedTuple):
-    """Strain and rotation (rad) of a body: those that `SMALL_STRAIN_VOLUME_SHARE` of its volume exceeds, and the largest."""
+    """Strain and rotation (rad) of a body: those that `VOLUME_SHARE` of its volume exceeds, and the largest."""
 
     strain: float
     rotation: float
@@ -64,6 +64,13 @@ class Validity:
         self._volumes: dict[str, Array] = {}
         self.finite = system.dofs.dimension == 2 and p.kinematics == "finite" and p.remesh == "off"
 
+    def __call__(self, given: Committed) -> Iterator[Finding]:
+        """Note a committed increment, and end the run with one in which small-strain kinematics does not hold."""
+        self.look_at_friction(given.context, given.evaluation)
+        # of condensed bodies the displacements are known at the end of a step
+        if given.complete and (reason := self.look(given.state.u, given.state.history)):
+            yield ended_by(reason)
+
     def look(self, u: Array, history: Sequence[Array]) -> BeyondSmall | None:
         """Note an increment that ends at dofs u (ndof,) with a ``history``; why it is refused, or None."""
         self._note_flow(history)
@@ -75,8 +82,8 @@ class Validity:
         for block in self.system.blocks:
             now = self._deformation(block, self.system.displacement(u))
             self.seen[block.body] = now.beyond(self.seen.get(block.body, REST))
-            if max(now.strain, now.rotation) > SMALL_STRAIN_LIMIT:
-                del self.seen[block.body]  # told as the failure
+            if max(now.strain, now.rotation) > STRAIN_LIMIT:
+                del self.seen[block.body]  # reported as the failure
                 return BeyondSmall(block.body, *now)
         return None
 
@@ -91,23 +98,27 @@ class Validity:
             reached = {"pressure": f.p * f.weight / f.area, "slip": f.kappa, "speed": speed}
             for name, end in ends.items():
                 most = float(reached[name][touching].max())
-                if most > end * (1 + 1e-9):
+                if most > end * (1.0 + NO_DIFFERENCE):
                     self.rubbed[s.name, name] = end, max(most, self.rubbed.get((s.name, name), (0.0, 0.0))[1])
 
-    def warnings(self) -> Iterator[str]:
-        """Sentences about the largest of what was seen."""
+    def warnings(self, _: Finished | Failed) -> Iterator[Finding]:
+        """The largest of what was seen."""
+        yield from map(warning, self._sentences())
+
+    def _sentences(self) -> Iterator[str]:
+        """Sentences about what was exceeded."""
         for body, d in self.seen.items():
-            if max(d.strain, d.rotation) > SMALL_STRAIN_WARNING:
+            if max(d.strain, d.rotation) > STRAIN_WARNING:
                 yield (
-                    f"body {body!r} is strained by up to {d.most_strain:.2g} and turned by up to "
+                    f"body {body!r} is strained by up to {d.most_strain:.2g} and rotated by up to "
                     f"{in_degrees(d.most_rotation)}, a twentieth of it by more than {d.strain:.2g} and "
-                    f"{in_degrees(d.rotation)}: 'kinematics: small' neglects terms of that size; use 'finite', or say "
-                    "'allow_large_strain: true' as well"
+                    f"{in_degrees(d.rotation)}: 'kinematics: small' neglects terms of that size; use 'finite', or add "
+                    "'allow_large_strain: true'"
                 )
         for body, lost in self.squeezed.items():
             yield (
-                f"body {body!r}: a twentieth of it has lost more than {100 * lost:.2g} % of its volume, and plastic flow keeps "
-                "volume: tools and supports leave it no room; check what is held, and how far tools go"
+                f"body {body!r}: a twentieth of it has lost more than {100 * lost:.2g} % of its volume, but plastic flow "
+                "preserves volume: tools and supports leave it no room; check supports and travels"
             )
         for body, strain in self.stretched.items():
             yield (
@@ -117,14 +128,13 @@ class Validity:
         for body, strain in self.used_to.items():
             end = self.system.problem.bodies[body].material.flow.known_to()
             yield (
-                f"the flow curve of body {body!r} ends at a plastic strain of {end:g} and was used up to {strain:.3g}, where it "
-                "stays at its last stress; give stresses up to there"
+                f"the flow curve of body {body!r} ends at a plastic strain of {end:g} and was used up to {strain:.3g}, where "
+                "its last stress is kept; give stresses up to there"
             )
-
         for (contact, name), (end, most) in self.rubbed.items():
             yield (
                 f"the friction of contact {contact!r} has a table that ends at a {name} of {end:g} and was used up to "
-                f"{most:.3g}, where it stays at its last value; give values up to there"
+                f"{most:.3g}, where its last value is kept; give values up to there"
             )
 
     def _note_shape(self, block: Block, moved: Array) -> None:
@@ -144,9 +154,9 @@ class Validity:
         # mean square of the two principal stretches, whose product is det F
         det, middle = f11 * f22 - f12 * f21, 0.5 * (f11**2 + f12**2 + f21**2 + f22**2)
         apart = np.sqrt(np.maximum(middle**2 - det**2, 0.0))
-        stretch = np.sqrt(np.maximum(np.array([middle - apart, middle + apart]), 1e-300))
-        strain = _exceeded(np.abs(np.log(stretch)).max(axis=0), block.volume.sum(axis=1), SMALL_STRAIN_VOLUME_SHARE)
-        if strain > max(METAL_STRAIN_LIMIT, self.stretched.get(block.body, 0.0)):
+        stretch = np.sqrt(np.maximum(np.array([middle - apart, middle + apart]), LEAST_NORMAL))
+        strain = _exceeded(np.abs(np.log(stretch)).max(axis=0), block.volume.sum(axis=1), VOLUME_SHARE)
+        if strain > max(STRAIN_WARNING, self.stretched.get(block.body, 0.0)):
             self.stretched[block.body] = strain
 
     def _note_volume(self, block: Block, moved: Array) -> None:
@@ -158,10 +168,10 @@ class Validity:
         det, volume = _area(X + moved, corners) / self._areas[block.body], self._volumes[block.body]
         if self.system.axisymmetric:
             det *= 1.0 + moved[:, 0].take(corners).sum(axis=0) / X[:, 0].take(corners).sum(axis=0)
-        known = max(VOLUME_LOSS_LIMIT, self.squeezed.get(block.body, 0.0))
+        known = max(STRAIN_LIMIT, self.squeezed.get(block.body, 0.0))
         kept = float(volume[1.0 - det <= known].sum())
-        if kept < (1.0 - SMALL_STRAIN_VOLUME_SHARE) * float(volume.sum()):  # most increments need no sorting
-            lost = _exceeded(1.0 - det, volume, SMALL_STRAIN_VOLUME_SHARE)
+        if kept < (1.0 - VOLUME_SHARE) * float(volume.sum()):  # most increments need no sorting
+            lost = _exceeded(1.0 - det, volume, VOLUME_SHARE)
             if lost > known:
                 self.squeezed[block.body] = lost
 
@@ -174,11 +184,11 @@ class Validity:
         if not self.system.has_memory:
             return
         for block, values in zip(self.system.blocks, history):
-            flow: Any = getattr(self.system.problem.bodies[block.body].material, "flow", None)
+            flow: FlowCurve | None = getattr(self.system.problem.bodies[block.body].material, "flow", None)
             if flow is None or not block.law.plastic or not math.isfinite(end := flow.known_to()):
                 continue
             strain = float(block.field(values, "plastic_strain").max())
-            if strain > end * (1 + 1e-9):
+            if strain > end * (1.0 + NO_DIFFERENCE):
                 self.used_to[block.body] = max(strain, self.used_to.get(block.body, 0.0))
 
     def _deformation(self, block: Block, moved: Array) -> Deformation:
@@ -193,7 +203,7 @@ class Validity:
             strain = np.maximum(strain, np.abs(u[..., 0].sum(axis=1) / self.system.X[block.corners, 0].sum(axis=1)))
         rotation = np.arctan(0.5 * np.abs(H[:, 1, 0] - H[:, 0, 1]))
         volume = block.volume.sum(axis=1)
-        much, far = (_exceeded(v, volume, SMALL_STRAIN_VOLUME_SHARE) for v in (strain, rotation))
+        much, far = (_exceeded(v, volume, VOLUME_SHARE) for v in (strain, rotation))
         return Deformation(much, far, float(strain.max()), float(rotation.max()))
 
 

@@ -1,0 +1,71 @@
+"""Forces beyond what bodies can bear, and springs stiffer than any machine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from prensa.contact.surface import Surface
+from prensa.errors import Finding, Severity
+from prensa.materials.flow_curve import stress_at
+from prensa.materials.material import Material
+from prensa.system.system import System
+
+CRUSHED = 50.0
+"""Mean pressure of a push over the flow stress at a strain of 1, more than any die withstands."""
+STIFFEST_MOUNT = 1e6
+"""Stiffness of a spring over that of the bodies, beyond which its tool is as good as held."""
+MOUNT_LOST = 1e8
+"""The same, beyond which round-off of the spring's length is a force above the tolerance."""
+
+
+def pushes(system: System) -> Iterator[Finding]:
+    """Forces under which no body could stand: of another unit than they are meant in."""
+    p = system.problem
+    for i, step in enumerate(p.steps):
+        for name, push in step.push.items():
+            for axis, key in enumerate("xy"):
+                value = getattr(push, key)
+                most = max(abs(v) for _, v in value) if isinstance(value, tuple) else abs(value or 0.0)
+                own = [s for s in system.surfaces if s.against == name]
+                if not most or not own:
+                    continue
+                bears = sum(_area(system, s, 1 - axis) * _strength(p.bodies[s.body].material) for s in own)
+                if most > CRUSHED * bears > 0:  # along a flat surface nothing is pressed
+                    yield Finding(
+                        f"steps.{i}.push.{name}.{key}",
+                        f"a push of {most:.4g} {p.units.force} is {most / bears:.2g} times what "
+                        f"{' and '.join(dict.fromkeys(repr(s.body) for s in own))} can bear over the whole contact surface; "
+                        "is the unit right?",
+                    )
+
+
+def _area(system: System, s: Surface, across: int) -> float:
+    """Area of a contact surface as seen along an axis; ``across``: the other one."""
+    low, high = (float(v) for v in (system.X[s.points.nodes, across].min(), system.X[s.points.nodes, across].max()))
+    if system.axisymmetric and across == 0:
+        return float(np.pi * (high**2 - low**2))
+    return (high - low) * system.problem.thickness
+
+
+def _strength(material: Material) -> float:
+    """Flow stress at a plastic strain of 1, of an elastic body its modulus."""
+    flow = getattr(material, "flow", None)
+    return float(material.modulus if flow is None else stress_at(flow, np.ones(1), np.zeros(1))[0])
+
+
+def mounts(system: System) -> Iterator[Finding]:
+    """Springs so stiff that round-off of their lengths is a force."""
+    p = system.problem
+    stiffness = system.stiffness / system.length
+    for name, tool in p.tools.items():
+        for axis, unit in (("x", stiffness), ("y", stiffness), ("rz", stiffness * system.length**2)):
+            k = getattr(tool.spring, axis, None)
+            if k is not None and k > STIFFEST_MOUNT * unit:
+                yield Finding(
+                    f"tools.{name}.spring.{axis}",
+                    f"a stiffness of {k:.3g} is {k / unit:.1g} times that of the bodies, so that the tool is practically "
+                    "fixed: is the unit right? A rigidly mounted tool needs no spring",
+                    Severity.REFUSE if k > MOUNT_LOST * unit else Severity.WARN,
+                )

@@ -1,0 +1,110 @@
+"""Nodes that are held along the normal of a tool which presses them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from prensa.checks.before.moments import Moment, contact_path
+from prensa.checks.thresholds import ALONG, SLIGHT
+from prensa.contact.surface import Surface
+from prensa.errors import Finding, Severity
+from prensa.model import problem as model
+from prensa.system.system import System
+from prensa.types import Array
+
+
+class Pressed(NamedTuple):
+    """A held node that a tool presses in: the largest ``depth``, at time t, and the axis along which it is held."""
+
+    depth: float
+    t: float
+    node: int
+    axis: int
+
+
+NOT_PRESSED = Pressed(0.0, 0.0, 0, 0)
+
+
+def held(system: System, s: Surface, i: int, m: Moment, x: Array, pressed: dict[tuple[int, int], Pressed]) -> None:
+    """Nodes of the body that are held along the normal of a tool which reaches into them."""
+    first = system.offsets[s.body]
+    last = first + len(system.meshes[s.body].points)
+    field = system.dofs.displacement
+    nodes, axis = field.split(m.plan.fixed[field.owns(m.plan.fixed)])
+    mine = (nodes >= first) & (nodes < last)
+    nodes, axis = nodes[mine], axis[mine]
+    if not len(nodes):
+        return
+    master = system.master(s)
+    place, pairs = master.place(m.u), master.seen(x[nodes], m.u)
+    h = float(s.points.depth.min())
+    deep = (pairs.g < -SLIGHT * h) & (np.abs(pairs.n[np.arange(len(nodes)), axis]) > ALONG)
+    if not deep.any():
+        return
+    # beside the contact surface, a tool that came across the normal has pushed the free body ahead of it
+    came = pairs.n @ place[:2] >= -0.5 * pairs.g
+    # deep in a tool that is as narrow as its travel is long, its side may be nearer than the face that came
+    across = np.abs(pairs.n @ place[:2]) < 0.5 * np.hypot(*place[:2])
+    came |= np.isin(nodes, s.points.nodes) & (master.shape.half_space | ~across)
+    # what is free across its support goes along with a tool that comes that way, down a bore under a fillet, say
+    other, beside = 1 - axis, x[nodes].copy()
+    free = ~np.isin(field.dofs(nodes)[np.arange(len(nodes)), other], m.plan.fixed)
+    beside[np.arange(len(nodes)), other] += place[other] * free
+    came &= ~free | (master.seen(beside, m.u).g < -SLIGHT * h)
+    for k in np.flatnonzero(deep & came):
+        key = (i, int(nodes[k]) if nodes[k] in s.points.nodes else -1 - int(nodes[k]))
+        if -pairs.g[k] > pressed.get(key, NOT_PRESSED).depth:
+            pressed[key] = Pressed(float(-pairs.g[k]), m.t, int(nodes[k]), int(axis[k]))
+
+
+def deepest(pressed: dict[tuple[int, int], Pressed]) -> dict[tuple[int, int], Pressed]:
+    """The deepest node of each contact, candidates and others apart."""
+    worst: dict[tuple[int, int], Pressed] = {}
+    for (i, k), entry in pressed.items():
+        key = (i, 1 if k >= 0 else -1)
+        worst[key] = max(worst.get(key, NOT_PRESSED), entry)
+    return worst
+
+
+def overconstrained(system: System, s: Surface, i: int, most: Pressed, candidate: bool) -> Finding:
+    """What there is to say of a held node that a tool presses; ``candidate``: it is one of the contact surface (number i)."""
+    depth, t, node, _ = most
+    x, y = system.X[node]
+    where = f"node {node - system.offsets[s.body]} of {s.body!r} at ({x:.4g}, {y:.4g})"
+    tool = s.against
+    if candidate:
+        return Finding(
+            contact_path(system, i),
+            f"{where} is held along the normal of tool {tool!r}, which presses it in by {depth:.4g} until time {t:.4g}: the two "
+            f"contradict each other; {_advice_to_release(system, s, most)}",
+            Severity.REFUSE,
+        )
+    return Finding(
+        contact_path(system, i),
+        f"tool {tool!r} reaches {depth:.4g} beyond {where} at time {t:.4g}, which a support holds: is its travel larger than "
+        "the body?",
+        Severity.REFUSE
+        if system.problem.kinematics == "finite" and system.master(s).shape.half_space
+        else Severity.WARN,
+    )
+
+
+def _advice_to_release(system: System, s: Surface, most: Pressed) -> str:
+    """What to do about a node of a contact surface that a support holds: by the support, which may be one beside the surface."""
+    mesh, own = system.meshes[s.body], most.node - system.offsets[s.body]
+    beside: dict[str, model.Fixed] = {}
+    begun: list[model.Problem | model.Step] = [system.problem, *system.problem.steps[: int(np.ceil(most.t))]]
+    for owner in begun:
+        for name, support in owner.fixed.items():
+            body, _, side = name.partition(".")
+            of_side = mesh.edges[side] if side in mesh.edges else np.array([mesh.corners.get(side, -1)])
+            if body == s.body and own in of_side and getattr(support, "xy"[most.axis]) is not None:
+                beside[name] = support
+    if len(beside) != 1 or s.body in s.description.surface or set(beside) & set(s.description.surface):
+        return "take the support off the contact surface, or let it act along the surface only"
+    ((name, support),) = beside.items()
+    if support.x is None or support.y is None:
+        return f"remove the support {name!r}, or keep the tool off it"
+    return f"support {name!r}, which meets the contact surface there, only along that surface, or keep the tool off it"

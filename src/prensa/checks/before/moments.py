@@ -1,0 +1,99 @@
+"""Where tools and supports are through the steps, with the bodies at rest: what checks before a run look at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from prensa.model.feed import ends_early
+from prensa.model.problem import Problem, Step, tools_removed
+from prensa.system.planning import plan_step
+from prensa.system.schedule import StepPlan
+from prensa.system.system import System
+from prensa.types import Array, Flags
+
+AXES = ("x", "y", "rz")
+"""Ways of a tool, as motions name them."""
+SAMPLES = 17
+"""Moments of a step at which tools are looked at, with corners of tables: few tools pass a body in a sixteenth of their way."""
+
+
+class Stage(NamedTuple):
+    """A step by its plan and the one ``before``, with degrees of freedom (ndof,) at its ``start`` and ``end``.
+
+    ``known``, ``known_after`` (ndof,): those that are prescribed up to the start, and up to the end.
+    """
+
+    plan: StepPlan
+    before: StepPlan | None
+    start: Array
+    known: Flags
+    end: Array
+    known_after: Flags
+
+
+def stages(system: System) -> Iterator[Stage]:
+    """The steps of a problem, one after the other, with bodies where supports leave them."""
+    start, known, before = system.initial().u, np.ones(system.ndof, dtype=bool), None
+    for number, step in enumerate(system.problem.steps):
+        plan = plan_step(system, number, start)
+        after = known & np.isin(np.arange(system.ndof), plan.fixed)
+        for g in plan.groups:  # which is at a given place in the end, wherever it was
+            after[g.dofs] |= g.amplitude is not None and not g.amplitude.relative
+        if ends_early(step):  # which may end it anywhere on the way
+            after[plan.fixed] &= plan.values(plan.t1) == start[plan.fixed]
+        end = start.copy()
+        end[plan.fixed] = plan.values(plan.t1)
+        yield Stage(plan, before, start, known, end, after)
+        start, known, before = end, after, plan
+
+
+class Moment(NamedTuple):
+    """Bodies at rest at time t: degrees of freedom u (ndof,), and which tools have a place that is prescribed up to here."""
+
+    plan: StepPlan
+    t: float
+    u: Array
+    known: Flags
+
+
+def moments(system: System) -> Iterator[Moment]:
+    """Moments of all steps, in order."""
+    known = np.ones(len(system.tools), dtype=bool)
+    for plan, _, start, *_ in stages(system):
+        for t in range(len(system.tools)):
+            own = np.isin(plan.fixed, system.dofs.tool.dofs(t))
+            # what ends a step may do so anywhere on its way, and tools that are removed are nowhere
+            still = not tools_removed(system.problem, plan.number)
+            still &= not ends_early(system.problem.steps[plan.number]) or np.array_equal(
+                plan.values(plan.t1)[own], start[plan.fixed[own]]
+            )
+            known[t] &= still and bool(np.isin(system.dofs.tool.dofs(t)[: system.dofs.dimension], plan.fixed).all())
+        for t in np.unique(np.concatenate([np.linspace(plan.t0, plan.t1, SAMPLES), plan.corners()])):
+            u = start.copy()
+            u[plan.fixed] = plan.values(float(t))
+            yield Moment(plan, float(t), u, known)
+
+
+def driven(system: System, body: str) -> bool:
+    """Whether something besides tools can move a body."""
+    p = system.problem
+    owners: tuple[Problem | Step, ...] = (p, *p.steps)
+    if any(name.partition(".")[0] == body for step in p.steps for name in p.driven(step)):
+        return True
+    for owner in owners:
+        if any(name.partition(".")[0] == body for name in owner.loads) or body in owner.body_force:
+            return True
+        for name, f in owner.fixed.items():
+            if name.partition(".")[0] == body and any(v is not None and v != "held" for v in (f.x, f.y)):
+                return True
+    return False
+
+
+def contact_path(system: System, i: int) -> str:
+    """The path of a contact, or of its tool where no contact is written."""
+    if "contacts" in system.problem.stated or not system.problem.stated:
+        return f"contacts.{i}"
+    return f"tools.{system.surfaces[i].against}"

@@ -1,0 +1,116 @@
+"""Rigid-body motions of bodies that neither supports nor contacts resist."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from prensa.checks.thresholds import NO_DIFFERENCE
+from prensa.errors import Finding, Severity
+from prensa.linear.rigid_modes import CLOSED, Frame, free_in_words, rows_of, support_rows
+from prensa.model import problem as model
+from prensa.model.problem import tools_removed
+from prensa.system.planning import plan_step
+from prensa.system.schedule import StepPlan
+from prensa.system.system import System
+from prensa.types import Array
+
+
+def rigid_motions(system: System) -> Iterator[Finding]:
+    """Rigid-body motions of each body that nothing resists: named, fatal when not even a contact can."""
+    at_start = system.initial().u
+    reported: set[str] = set()
+    frames = {name: Frame.of(system, name) for name in (system.tied_bodies(b)[0] for b in system.problem.bodies)}
+    for number in range(len(system.problem.steps)):
+        plan = plan_step(system, number, at_start)
+        for name, frame in frames.items():
+            held = support_rows(system, frame, plan)
+            gone = tools_removed(system.problem, number)
+            resting = [
+                np.zeros((0, 3)) if gone else _contact_rows(system, name, frame, plan, touching)
+                for touching in (True, False)
+            ]
+            for rows, fatal in ((resting[1], True), (resting[0], False)):
+                words = free_in_words(system, frame, np.concatenate([held, rows]))
+                if not words or name in reported or (not fatal and number):
+                    continue
+                reported.add(name)
+                step = f"in step {plan.name!r} " if number else ""
+                remedy = (
+                    "hold it there with 'fixed', or by friction"
+                    if fatal
+                    else ("start with the tool touching it ('touching:'), or hold it until then")
+                )
+                nothing = "no support and no contact resists" if fatal else "nothing resists until a tool touches it"
+                severity = Severity.REFUSE if fatal else Severity.WARN
+                yield Finding(f"bodies.{name}", f"{step}it is free to {words}: {nothing}; {remedy}", severity)
+            along_axis = (np.abs(held[:, 1]) > NO_DIFFERENCE).any()
+            if (
+                system.axisymmetric
+                and not number
+                and name not in reported
+                and not along_axis
+                and _pressed_alone(system, name, plan)
+            ):
+                yield Finding(
+                    f"bodies.{name}",
+                    "only friction holds it along y against the tools that press it: until they touch it, its position is "
+                    "undefined; hold a point of it ('fixed'), or let a tool touch it there",
+                )
+        values = at_start.copy()
+        values[plan.fixed] = plan.values(plan.t1)
+        at_start = values
+
+
+def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
+    """Whether a tool that a step drives presses a body along the axis, and nothing but the friction of others bears it.
+
+    Of those that touch it in the beginning. Loads may bear it too. In the plane a body between tools that press it is held by
+    their friction from the first increment on, and a good case.
+    """
+    p, u = system.problem, system.initial().u
+    at, moved = plan.values(plan.t0), plan.values(plan.t1)
+    mine = system.tied_bodies(body)
+    owners: list[model.Problem | model.Step] = [p, p.steps[plan.number]]
+    if any(name.partition(".")[0] in mine for owner in owners for name in (*owner.loads, *owner.body_force)):
+        return False
+    driven: set[float] = set()
+    bearing: set[float] = set()
+    x, rubs = system.positions(u), False
+    for s, law in zip(system.surfaces, plan.friction_at(plan.t1)):
+        if s.body not in mine:
+            continue
+        pairs = system.master(s).seen(x[s.points.nodes], u)
+        touching = pairs.n[pairs.g <= CLOSED * float(s.points.depth.min())]
+        signs = set(np.sign(touching[np.abs(touching[:, 1]) > NO_DIFFERENCE, 1]).tolist())
+        dof = int(system.master(s).dofs[1])
+        bearing |= signs
+        if dof in plan.push or (at != moved)[plan.fixed == dof].any():
+            driven |= signs
+        rubs |= bool((np.abs(touching[:, 0]) > NO_DIFFERENCE).any()) and not system.frictionless(law)
+    return rubs and any(-sign not in bearing for sign in driven)
+
+
+def _contact_rows(system: System, body: str, frame: Frame, plan: StepPlan, touching: bool) -> Array:
+    """Rows of the contacts of a body: normals and, with friction, tangents; of all of them, or of those that touch at first.
+
+    Tools that are pushed are brought to touch before the solve.
+    """
+    rows = [np.zeros((0, 3))]
+    for s, law in zip(system.surfaces, plan.friction_at(plan.t1)):
+        if s.body not in system.tied_bodies(body):
+            continue
+        u = system.initial().u
+        x = system.positions(u)[s.points.nodes]
+        pairs = system.master(s).seen(x, u)
+        seen = np.ones(len(x), dtype=bool)
+        pushed = any(dof in plan.push for dof in system.master(s).dofs[: system.dofs.dimension].tolist())
+        if touching and not pushed:
+            seen = pairs.g <= CLOSED * float(s.points.depth.min())
+        if pushed and not touching:
+            seen = pairs.g <= np.inf
+        rows.append(rows_of(frame, x[seen], pairs.n[seen]))
+        if not system.frictionless(law):
+            rows.append(rows_of(frame, x[seen], pairs.e[seen, 0]))
+    return np.concatenate(rows)

@@ -1,0 +1,102 @@
+"""Tools that start inside a surface, or behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from prensa.checks.thresholds import NO_DIFFERENCE, NOTABLE_DEPTH, TOWARDS
+from prensa.contact.surface import Surface
+from prensa.errors import Finding, Severity
+from prensa.linear.rigid_modes import CLOSED
+from prensa.system.system import System
+
+SUNK = 0.45
+"""Depth over element depth from which no increment, however short, pushes a tool out of a plastic body."""
+AWAY = np.arange(1, 257) / 64
+"""Ways along the axis, over the size of a surface, at which a tool is tried to come out of it."""
+
+
+def starting_places(system: System) -> Iterator[Finding]:
+    """Overclosure and tools that look the wrong way, before anything moves."""
+    start = system.initial()
+    for s in system.surfaces:
+        tool = system.master(s).tool
+        nodes = s.points.nodes
+        pairs = system.master(s).seen(system.positions(start.u)[nodes], start.u)
+        facing = (pairs.n * s.node_normal).sum(axis=1)
+        name, surface = tool.name, "+".join(s.description.surface)
+        if (facing > TOWARDS).all():
+            key = tool.description.direction_key
+            how = f"reverse '{key}'" if key else "put it on the other side"
+            if getattr(tool.description, "type", "") == "profile":
+                how = (
+                    "reverse the order of its 'points' (those of a file with 'points: {file: …, reverse: true}'): the tool "
+                    "has to lie on their left"
+                )
+            yield Finding(
+                f"tools.{name}" + (f".{key}" if key and getattr(tool.description, key) is not None else ""),
+                f"its normal points the same way as that of {surface!r}: it stands behind the surface and would pull it "
+                f"through the body; {how}, or name the boundary that it is to press",
+                Severity.REFUSE,
+            )
+            continue
+        depth = -pairs.g / float(s.points.depth.min())
+        behind = np.where(facing > TOWARDS, depth, 0.0)
+        k = int(np.argmax(behind))
+        if behind[k] > NOTABLE_DEPTH and not start.contact.closed[s.rows].any():
+            x, y = system.X[nodes[k]]
+            to_touch = _to_touch(system, s, int(nodes[k]))
+            yield Finding(
+                f"tools.{name}",
+                f"it starts so deep inside {surface!r} that node {nodes[k] - system.offsets[s.body]} ({x:.4g}, {y:.4g}) is "
+                "nearer to its far side, through which it would be pulled: move the tool "
+                f"out{to_touch}{tool.description.hint()}",
+                Severity.REFUSE,
+            )
+            continue
+        k = int(np.argmax(depth))
+        if depth[k] > CLOSED and not start.contact.closed[s.rows].any():
+            x, y = system.X[nodes[k]]
+            n = pairs.n[k]
+            plastic = system.problem.bodies[s.body].material.plastic
+            yield Finding(
+                f"tools.{name}",
+                f"it starts {-pairs.g[k]:.4g} inside {surface!r}, deepest at node {nodes[k] - system.offsets[s.body]} "
+                f"({x:.4g}, {y:.4g}): the first increment has to push it out; "
+                + (
+                    _along_axis(system, s)
+                    if system.axisymmetric
+                    else f"move the tool by ({pairs.g[k] * n[0] + 0.0:.4g}, {pairs.g[k] * n[1] + 0.0:.4g})"
+                    + _to_touch(system, s, int(nodes[k]))
+                )
+                + (tool.description.hint() if depth[k] > SUNK else ""),
+                Severity.REFUSE if plastic and depth[k] > SUNK else Severity.WARN,
+            )
+
+
+def _to_touch(system: System, s: Surface, node: int) -> str:
+    """How to place a tool at the boundary of a node, in words; '' where that has no name."""
+    sides = [name for name in s.description.surface if "." in name]
+    sides += [f"{s.body}.{k}" for k, e in system.meshes[s.body].edges.items() if node - system.offsets[s.body] in e]
+    return f", or place it with 'touching: {sides[0]}'" if sides else ""
+
+
+def _along_axis(system: System, s: Surface) -> str:
+    """How far along the axis, the only way there is in axisymmetry, a tool comes out of a surface, in words."""
+    start, master = system.initial(), system.master(s)
+    x, place = system.positions(start.u)[s.points.nodes], master.place(start.u)
+
+    def least(way: float) -> float:
+        return float(master.seen_at(x, place + np.array([0.0, way, 0.0])).g.min())
+
+    ways = [sign * w for w in AWAY * float(np.ptp(x, axis=0).max()) for sign in (-1.0, 1.0)]
+    out = next((w for w in ways if least(w) >= 0.0), None)
+    if out is None:
+        return f"leave {-least(0.0):.4g} more room between the two: no move along the axis brings it out"
+    inside = 0.0
+    while abs(out - inside) > NO_DIFFERENCE * abs(out):
+        middle = 0.5 * (inside + out)
+        inside, out = (inside, middle) if least(middle) >= 0.0 else (middle, out)
+    return f"move the tool along the axis by {out:.4g}, or leave {-least(0.0):.4g} more room between the two"

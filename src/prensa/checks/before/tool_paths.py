@@ -1,0 +1,114 @@
+"""Tools that never touch, cross each other, press what is held, or enter a body past its contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from prensa.checks.before.held_nodes import Pressed, deepest, held, overconstrained
+from prensa.checks.before.moments import Moment, contact_path, driven, moments
+from prensa.checks.during.penetration import Watch, inside, watches
+from prensa.checks.thresholds import ALONG, NO_DIFFERENCE
+from prensa.errors import Finding, Severity
+from prensa.linear.rigid_modes import CLOSED
+from prensa.system.system import System
+from prensa.types import Array, Flags
+
+
+def tool_paths(system: System) -> Iterator[Finding]:
+    """Tools that never touch, that press what cannot yield, that cross each other, or go into what has no contact with them."""
+    watched = watches(system)
+    nearest = np.full(len(system.surfaces), np.inf)
+    known = np.ones(len(system.surfaces), dtype=bool)
+    moved = {name for name, body in system.problem.bodies.items() if driven(system, name)}
+    pressed: dict[tuple[int, int], Pressed] = {}
+    reported: dict[str, Finding] = {}
+    for m in moments(system):
+        x = system.positions(m.u)
+        for i, s in enumerate(system.surfaces):
+            known[i] &= m.known[system.master(s).number]
+            if not m.known[system.master(s).number]:
+                continue
+            pairs = system.node_stencils(s, m.u)
+            nearest[i] = min(nearest[i], float(pairs.g.min()))
+            held(system, s, i, m, x, pressed)
+        for notice in _crossing(system, m, x):
+            reported.setdefault(notice.path, notice)
+        at_rest = set(system.problem.bodies) - moved - _touched(system, nearest, known)
+        for notice in _entered(system, watched, m, at_rest):
+            reported.setdefault(notice.path, notice)
+    for i, s in enumerate(system.surfaces):
+        if nearest[i] <= 0 or not known[i]:
+            moved.add(s.body)
+    reached = {
+        s.against for i, s in enumerate(system.surfaces) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]
+    }
+    for i, s in enumerate(system.surfaces):
+        if s.against in reached and s.description.surface == (s.body,):
+            continue  # a tool is against all bodies where nothing else is said, not meant to meet them all
+        if known[i] and nearest[i] > CLOSED * s.points.depth.min() and s.body not in moved:
+            gap = f"never comes nearer than {nearest[i]:.4g}" if np.isfinite(nearest[i]) else "is never opposite to it"
+            yield Finding(
+                contact_path(system, i),
+                f"tool {s.against!r} never touches {'+'.join(s.description.surface)!r} in any step: it {gap}; "
+                "check where it is placed, the sign and the size of its motion",
+            )
+    yield from reported.values()
+    worst = deepest(pressed)
+    for (number, k), most in worst.items():
+        if k < 0 and not system.master(system.surfaces[number]).shape.half_space:
+            continue  # what is no half-space may stand beside them, or the body yield in between
+        if k >= 0 and (number, -1) in worst:
+            continue  # the tool goes beyond the supports: said once
+        i, s = number, system.surfaces[number]
+        yield overconstrained(system, s, i, most, candidate=k >= 0)
+
+
+def _touched(system: System, nearest: Array, known: Flags) -> set[str]:
+    """Bodies that some tool has reached by now, or may have, with those tied to them."""
+    reached = {
+        s.body for i, s in enumerate(system.surfaces) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]
+    }
+    return {other for body in reached for other in system.tied_bodies(body)}
+
+
+def _entered(system: System, watched: list[Watch], m: Moment, at_rest: set[str]) -> Iterator[Finding]:
+    """Tools that are inside a body that nothing has touched before, past a side that has no contact with them."""
+    node = inside(system, [w for w in watched if m.known[w.tool]], m.u) if at_rest else None
+    if node is not None and node.body in at_rest:
+        yield Finding(f"tools.{node.tool}", f"at time {m.t:.4g} {node}: {node.remedy}")
+
+
+def _crossing(system: System, m: Moment, x: Array) -> Iterator[Finding]:
+    """Two tools whose faces pass each other where they press on the same body, or that press the same points."""
+    for i, a in enumerate(system.surfaces):
+        for b in system.surfaces[:i]:
+            ta, tb = system.master(a), system.master(b)
+            if ta.name == tb.name or a.body != b.body or not (m.known[ta.number] and m.known[tb.number]):
+                continue
+            shared = np.intersect1d(a.points.nodes, b.points.nodes)
+            planes = ta.shape.half_space and tb.shape.half_space
+            nodes = shared if len(shared) or not planes else a.points.nodes[:1]
+            if not len(nodes):
+                continue
+            pa = ta.seen(x[nodes], m.u)
+            pb = tb.seen(x[nodes], m.u)
+            facing = (pa.n * pb.n).sum(axis=1)
+            h = float(a.points.depth.min())
+            between = np.where(facing < -ALONG, pa.g + pb.g, np.inf)
+            k = int(np.argmin(between))
+            if between[k] < -CLOSED * h:
+                yield Finding(
+                    contact_path(system, i),
+                    f"tools {tb.name!r} and {ta.name!r} cross: at time {m.t:.4g} they overlap by {-between[k]:.4g} near "
+                    f"({x[nodes[k], 0]:.4g}, {x[nodes[k], 1]:.4g}) and leave the body no room; check their travels",
+                    Severity.REFUSE,
+                )
+            same = (facing > 1.0 - NO_DIFFERENCE) & (np.maximum(pa.g, pb.g) < -CLOSED * h) & (np.abs(pa.g - pb.g) < CLOSED * h)
+            if len(shared) and same.any():
+                yield Finding(
+                    contact_path(system, i),
+                    f"tools {tb.name!r} and {ta.name!r} press the same points of {'+'.join(a.description.surface)!r} at time "
+                    f"{m.t:.4g}: their shares of the force are undetermined; keep one contact",
+                )

@@ -1,0 +1,66 @@
+"""The checks of a run by the moment at which they look; a new one is a file and an entry in one of these lists."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from prensa.checks.after.quality import hidden_forces, penetrations, soft_springs, untouched_tools
+from prensa.checks.before.table_starts import table_jumps
+from prensa.checks.check import (
+    Attempted,
+    Check,
+    Committed,
+    Failed,
+    Finished,
+    Refusal,
+    Rejected,
+    Solved,
+    StepBegun,
+)
+from prensa.checks.during.acceptance import Corners, deformation, support, tunnelling, turning, unilateral_support
+from prensa.checks.during.distortion import Distortion
+from prensa.checks.during.folding import Folding
+from prensa.checks.during.penetration import Penetration
+from prensa.checks.during.self_intersection import SelfIntersection
+from prensa.checks.during.symmetry_lines import symmetry_lines
+from prensa.checks.during.tool_balance import tool_balance
+from prensa.checks.during.validity import Validity
+from prensa.policy import Policy
+from prensa.system.failure import Failure
+from prensa.system.interaction import Context
+from prensa.system.outcome import NewtonResult
+from prensa.system.system import System
+
+
+class RunChecks:
+    """The checks of a run of a system; ``validity``: that of the run up to here, where it goes on on another system."""
+
+    def __init__(self, system: System, policy: Policy, validity: Validity | None = None) -> None:
+        corners = Corners(system)
+        folding = Folding(system, policy, corners)
+        self.validity = validity or Validity(system, policy)
+        self.step_begins: list[Check[StepBegun]] = [partial(table_jumps, system)]
+        self.attempted: list[Check[Attempted]] = [
+            partial(tunnelling, system, policy), partial(turning, system, policy), partial(support, system),
+            partial(deformation, system, policy, corners),
+        ]  # fmt: skip
+        self.rejected: list[Check[Rejected]] = [Distortion(system, policy)]
+        self.solved: list[Check[Solved]] = [
+            Penetration(system, folding), symmetry_lines, SelfIntersection(system), folding,
+        ]  # fmt: skip
+        self.committed: list[Check[Committed]] = [self.validity]
+        self.step_ends: list[Check[Committed]] = [
+            partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system),
+        ]  # fmt: skip
+        self.tools_leave: list[Check[Finished]] = [partial(untouched_tools, system)]
+        self.run_ends: list[Check[Finished]] = [*self.tools_leave, self.validity.warnings]
+        self.failed: list[Check[Failed]] = [
+            self.validity.warnings, partial(tool_balance, system), partial(unilateral_support, system),
+        ]  # fmt: skip
+
+    def refusal(self, c: Context, result: NewtonResult) -> Failure | None:
+        """Why a converged attempt at an increment is refused; None if it is not, or did not converge."""
+        if not result.converged or result.evaluation is None:
+            return None
+        given = Attempted(c, result)
+        return next((f.reason for check in self.attempted for f in check(given) if isinstance(f, Refusal)), None)
