@@ -74,17 +74,6 @@ def test_the_time_is_that_of_hookes_law(condense):
         assert end.bodies["b"].displacement[:, 1].min() == pytest.approx(-target * 2 / (1000 * 4), rel=2 * TOLERANCE)
 
 
-def test_the_end_is_found_from_ends_that_are_known():
-    """Each next look for it starts between those before, in plasticity with friction: fewer iterations for the same end."""
-    friction = pr.Contact("b.top", "t", pr.Coulomb(0.2))
-    problem = replace(block(down(-0.5, force(100.0), increments=4), material=PLASTIC), contacts=(friction,))
-    (end,) = ends(problem)
-    (plain,) = ends(problem, numerics=pr.Numerics(predictor=False))
-    assert end.force("t").y == pytest.approx(100.0, rel=TOLERANCE)
-    assert end.time == pytest.approx(plain.time, rel=1e-6)
-    assert end.statistics.iterations <= 0.75 * plain.statistics.iterations
-
-
 def test_travels_end_steps_of_driven_and_of_pushed_tools():
     """A tool under force stops where it is asked to, one on a spring too; a turn is a travel like any other."""
     until = pr.Until(travel={"t": pr.ToolTravel(y=-0.01)})
