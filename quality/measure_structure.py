@@ -54,8 +54,9 @@ sys.path.insert(0, str(ROOT / "tests" / "docs"))
 import structure  # noqa: E402
 
 ORDER = [
-    "types", "errors", "registry", "layout", "derivatives", "policy", "timer", "reference", "model", "kernels", "geometry",
-    "importers", "mesh", "friction", "materials", "tools", "testing", "elements", "contact", "system", "linear", "result",
+    "types", "errors", "precision", "registry", "layout", "derivatives", "policy", "timer", "reference", "model", "kernels",
+    "geometry", "importers", "mesh", "friction", "materials", "tools", "testing", "elements", "contact", "system", "linear",
+    "result",
     "measures", "checks", "solver", "remeshing", "conduction", "analysis", "sensitivity", "output", "verify", "study",
     "inverse", "bench", "cli", "__main__",
 ]  # fmt: skip

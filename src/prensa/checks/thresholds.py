@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 NO_DIFFERENCE = 1e-6
 """Relative difference of two numbers, or cosine, that counts as none: above round-off of what follows from a description, and
 below what anybody writes on purpose."""
@@ -17,5 +15,3 @@ ALONG = 0.9
 """Cosine (of 26°) from which a support acts along a tool's normal, or two tools face each other."""
 TOWARDS = 0.5
 """Cosine (of 60°) from which a motion or a normal points along another direction rather than past it."""
-LEAST_NORMAL = float(np.finfo(np.float64).tiny)
-"""Least normal number, for divisions whose divisor may be zero."""

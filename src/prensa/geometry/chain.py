@@ -13,11 +13,11 @@ from itertools import pairwise
 from math import atan2, cos, hypot, inf, isfinite, pi, sin, sqrt, tan
 from typing import Any
 
+from prensa.precision import DRAWN, NEGLIGIBLE
+
 Point = tuple[float, float]
 
-SMOOTH = 1e-6  # turn (rad) below which two pieces are tangent to each other
-CUSP = pi - 1e-6  # turn at which a chain doubles back on itself
-TINY = 1e-12  # length over the size of the chain that counts as nothing
+CUSP = pi - DRAWN  # turn at which a chain doubles back on itself
 SHARE = 0.4  # of the shorter neighbour that an automatic fillet may take
 
 
@@ -122,7 +122,7 @@ def _arc(a: Point, m: Point, b: Point, point: int) -> Piece:
     ux, uy, vx, vy = m[0] - a[0], m[1] - a[1], b[0] - a[0], b[1] - a[1]
     twice = 2 * (ux * vy - uy * vx)
     uu, vv = ux * ux + uy * uy, vx * vx + vy * vy
-    if abs(twice) <= 1e-9 * sqrt(uu * vv):
+    if abs(twice) <= NEGLIGIBLE * sqrt(uu * vv):
         raise ChainError(
             f"the arc through {_shown(m)} is straight; write its end {_shown(b)} as a plain point", point + 1
         )
@@ -159,7 +159,7 @@ def pieces(points: Sequence[Any], closed: bool) -> list[Piece]:
     for k in range(len(points) - (not closed)):
         n = (k + 1) % len(points)
         a, b = ends[k], ends[n]
-        if hypot(b[0] - a[0], b[1] - a[1]) <= 1e-9 * size:
+        if hypot(b[0] - a[0], b[1] - a[1]) <= NEGLIGIBLE * size:
             if n == 0 and hasattr(points[k], "to"):
                 break  # the last arc has closed the chain
             hint = "; a closed chain returns to its first point by itself" if closed and n == 0 else ""
@@ -196,7 +196,7 @@ def crossings(p: Piece, q: Piece) -> list[Point]:
     if not p.radius and not q.radius:
         (ax, ay), (bx, by) = p.direction, q.direction
         cross = ax * by - ay * bx
-        if abs(cross) <= 1e-12:
+        if abs(cross) <= NEGLIGIBLE:
             return []
         dx, dy = q.origin[0] - p.origin[0], q.origin[1] - p.origin[1]
         return [p.at((dx * by - dy * bx) / cross)]
@@ -208,17 +208,17 @@ def crossings(p: Piece, q: Piece) -> list[Point]:
         fx, fy = q.at(t)
         away = hypot(fx - cx, fy - cy)
         half = (p.radius - away) * (p.radius + away)
-        if half < -1e-12 * p.radius * p.radius:
+        if half < -NEGLIGIBLE * p.radius * p.radius:
             return []
         h = sqrt(max(half, 0.0))
         return [q.at(t - h), q.at(t + h)]
     dx, dy = q.origin[0] - cx, q.origin[1] - cy
     d = hypot(dx, dy)
-    if d <= 1e-12 * (p.radius + q.radius):
+    if d <= NEGLIGIBLE * (p.radius + q.radius):
         return []
     along = (d * d + p.radius**2 - q.radius**2) / (2 * d)
     half = p.radius**2 - along**2
-    if half < -1e-12 * p.radius**2:
+    if half < -NEGLIGIBLE * p.radius**2:
         return []
     h = sqrt(max(half, 0.0))
     return [(cx + (along * dx - s * h * dy) / d, cy + (along * dy + s * h * dx) / d) for s in (-1, 1)]
@@ -254,7 +254,7 @@ def _rounded(chain: list[Piece], radii: Sequence[float], closed: bool, slack: fl
     arcs: dict[int, Piece] = {}
     for i in range(0 if closed else 1, len(out)):
         before = (i - 1) % len(out)
-        if radii[i] <= 0 or abs(corner(out[before], out[i])) <= SMOOTH:
+        if radii[i] <= 0 or abs(corner(out[before], out[i])) <= DRAWN:
             continue
         made = _fillet(out[before], out[i], radii[i], slack)
         if made is None:
@@ -288,7 +288,7 @@ def chain(points: Sequence[Any], fillet: Any, closed: bool, automatic: float = 0
     """
     sharp = pieces(points, closed)
     size = max(hypot(*_ends(p)) for p in points)
-    slack = 1e-9 * size
+    slack = NEGLIGIBLE * size
     radii = _radii(sharp, points, fillet, closed, automatic)
     try:
         out = _rounded(sharp, radii, closed, slack)
@@ -344,7 +344,7 @@ def _radii(sharp: list[Piece], points: Sequence[Any], fillet: Any, closed: bool,
         p = sharp[i - 1]
         turn = corner(p, q)  # a concave corner has nothing to slide over: a fillet there would only take room
         room = SHARE * min(p.length, q.length, *(x.radius for x in (p, q) if x.radius))
-        out.append(min(automatic, room / tan(0.5 * turn)) if turn > SMOOTH and automatic > 0 else 0.0)
+        out.append(min(automatic, room / tan(0.5 * turn)) if turn > DRAWN and automatic > 0 else 0.0)
     return out
 
 

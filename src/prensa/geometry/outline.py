@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from prensa.geometry.chain import Piece, drawn, signed_area
+from prensa.precision import SMALLEST
 from prensa.types import Array
 
 
@@ -17,7 +18,7 @@ def of_chain(pieces: Sequence[Piece], closed: bool, depth: float) -> Array:
         return around(line, depth) if signed_area(pieces) < 0 else line
     # back to the start around the tool, which is on the left: push both ends there
     way = line[-1] - line[0]
-    left = depth * np.array([-way[1], way[0]]) / max(float(np.hypot(*way)), 1e-300)
+    left = depth * np.array([-way[1], way[0]]) / max(float(np.hypot(*way)), SMALLEST)
     if pieces[0].direction[0] * pieces[-1].direction[0] + pieces[0].direction[1] * pieces[-1].direction[1] < -0.5:
         return line  # flanks that lie side by side
     return np.vstack([line, line[-1] + left, line[0] + left])

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from math import cos, hypot, inf, isfinite, radians, sin
 
 from prensa.importers.deck import LABELS, Deck, FileError, is_label
+from prensa.precision import DRAWN
 
 _CELL = re.compile(r"(?:CPEG|CPE|CPS|CGAX|CAX|AC2D|ACAX|DC2D|DCAX|M3D|SFM3D|STRI|S)([3468])")
 _LINE = re.compile(r"(?:T2D|T3D|R2D|RAX|SAX|B2|B3|DC1D)([123])")
@@ -120,7 +121,7 @@ class Scope:
             if number == 0 and len(v) <= 3:
                 x, y = x + v[0], y + (v[1] if len(v) > 1 else 0.0)
             elif len(v) == 7 and number < 2:
-                if v[6] and hypot(v[3] - v[0], v[4] - v[1]) > 1e-6 * abs(v[5] - v[2]):
+                if v[6] and hypot(v[3] - v[0], v[4] - v[1]) > DRAWN * abs(v[5] - v[2]):
                     raise FileError.at(line, "the instance is turned out of the plane of x and y; draw its part in that plane")
                 angle = radians(v[6]) * (1.0 if v[5] >= v[2] else -1.0)
                 c, s, dx, dy = cos(angle), sin(angle), x - v[0], y - v[1]

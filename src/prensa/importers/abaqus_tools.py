@@ -10,9 +10,9 @@ from typing import Any
 
 from prensa.importers.abaqus import Keyword
 from prensa.importers.deck import FileError
+from prensa.precision import DRAWN, NEGLIGIBLE
 
 PIECES_OF_ARC = 12  # straight pieces of an arc, to find on which side of it a body lies
-ONE_LINE = 1e-9  # sine of the turn between two rigid elements that are one line
 
 
 @dataclass
@@ -36,7 +36,7 @@ class RigidTool:
         """Whether it returns to its first point."""
         ends = _ends(self.vertices)
         size = max(hypot(x - ends[0][0], y - ends[0][1]) for x, y in ends)
-        return len(ends) > 2 and hypot(ends[-1][0] - ends[0][0], ends[-1][1] - ends[0][1]) <= 1e-6 * size
+        return len(ends) > 2 and hypot(ends[-1][0] - ends[0][0], ends[-1][1] - ends[0][1]) <= DRAWN * size
 
     def walk(self, bodies: list[tuple[float, float]]) -> list[Any]:
         """Vertices with the tool on the left: bodies, by the middles of their elements, on the right.
@@ -109,7 +109,7 @@ def chain(k: Keyword, elements: list[tuple[int, ...]], nodes: dict[int, tuple[fl
     kept = [places[0]]
     for p, after in pairwise(places[1:]):
         ax, ay, bx, by = p[0] - kept[-1][0], p[1] - kept[-1][1], after[0] - p[0], after[1] - p[1]
-        if abs(ax * by - ay * bx) > ONE_LINE * hypot(ax, ay) * hypot(bx, by) or ax * bx + ay * by < 0:
+        if abs(ax * by - ay * bx) > NEGLIGIBLE * hypot(ax, ay) * hypot(bx, by) or ax * bx + ay * by < 0:
             kept.append(p)
     return [*kept, places[-1]]
 

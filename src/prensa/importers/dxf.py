@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 
 from prensa.model.tables import found_file
 from prensa.model.units import factor
+from prensa.precision import DRAWN
 
 Point = tuple[float, float]
 
 MOST_SEGMENTS = 5000  # lines and arcs of a tool
 MOST_ENTITIES = 10_000  # of a drawing in which it is
-ONE_POINT = 1e-6  # distance over the size of the drawing at which ends are one point
 NOTES = {"TEXT", "MTEXT", "DIMENSION", "HATCH", "POINT", "LEADER", "MULTILEADER", "VIEWPORT", "ATTDEF", "XLINE", "RAY"}
 LENGTHS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}  # values of $INSUNITS
 
@@ -144,7 +144,7 @@ def _chain(segments: list[Segment], what: str) -> list[Segment]:
 
     def number(x: Point) -> int:
         for i, y in enumerate(ends):
-            if hypot(x[0] - y[0], x[1] - y[1]) <= ONE_POINT * size:
+            if hypot(x[0] - y[0], x[1] - y[1]) <= DRAWN * size:
                 return i
         ends.append(x)
         return len(ends) - 1
@@ -172,7 +172,7 @@ def _chain(segments: list[Segment], what: str) -> list[Segment]:
         x, y = ends[joined[min(rest)][0]]
         raise ValueError(
             f"{what} has several chains, one more at ({x:g}, {y:g}): name the layer of one with 'layer', or close its gaps "
-            f"(more than {ONE_POINT * size:.1g} wide)"
+            f"(more than {DRAWN * size:.1g} wide)"
         )
     if free:
         return walk

@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 
 from prensa.materials.flow_curve import FlowCurve, stress_at
+from prensa.model.fields import LARGEST
 from prensa.model.problem import Problem
+from prensa.precision import FIRST_DIFFERENCE, NEGLIGIBLE
 from prensa.sensitivity.parameters import part_of
 from prensa.types import Array
 
 SAMPLED = np.linspace(0.02, 1.0, 25)  # of the stresses of a curve
-SMALL_WAY = 1e-6  # step of what is varied, mostly logarithms, for differences of stresses
 
 
 @dataclass(frozen=True)
@@ -46,8 +47,8 @@ class Curve:
         out = []
         for i in self.own:
             step = np.zeros_like(x)
-            step[i] = SMALL_WAY
-            out.append((self.stresses(x + step) - self.stresses(x - step)) / (2.0 * SMALL_WAY))
+            step[i] = FIRST_DIFFERENCE
+            out.append((self.stresses(x + step) - self.stresses(x - step)) / (2.0 * FIRST_DIFFERENCE))
         return np.column_stack(out)
 
 
@@ -76,7 +77,7 @@ class LinearisedResiduals:
         for c in curves:
             stresses, slopes = c.stresses(x), c.slopes(x)
             if np.isfinite(slopes).all():
-                self.curves.append((c, stresses, J[:, list(c.own)] @ np.linalg.pinv(slopes, rcond=1e-10)))
+                self.curves.append((c, stresses, J[:, list(c.own)] @ np.linalg.pinv(slopes, rcond=NEGLIGIBLE)))
 
     def residuals(self, x: Array) -> Array:
         """There."""
@@ -86,7 +87,7 @@ class LinearisedResiduals:
         out = self.r + self.J @ way
         for c, stresses, by in self.curves:
             out = out + by @ (c.stresses(x) - stresses)
-        return np.asarray(np.nan_to_num(out, nan=1e6, posinf=1e6, neginf=-1e6))
+        return np.asarray(np.nan_to_num(out, nan=LARGEST, posinf=LARGEST, neginf=-LARGEST))
 
     def square(self, x: Array) -> float:
         """χ² there."""
@@ -113,7 +114,7 @@ class LinearisedResiduals:
 
         found = least_squares(
             lambda some: self.residuals(whole(some)), np.clip(start[free], low[free], high[free]),
-            jac=lambda some: self.slopes(whole(some))[:, free], bounds=(low[free], high[free]), x_scale="jac", ftol=1e-9,
-            xtol=1e-9, gtol=1e-10, max_nfev=200,
+            jac=lambda some: self.slopes(whole(some))[:, free], bounds=(low[free], high[free]), x_scale="jac",
+            max_nfev=200,
         )  # fmt: skip
         return whole(found.x)

@@ -15,6 +15,7 @@ from prensa.measures import Measure, parse
 from prensa.model.names import suggest
 from prensa.model.problem import Case, Numerics, Problem
 from prensa.model.units import factor, powers
+from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.sensitivity.parameters import with_values
 from prensa.sensitivity.solve import solve
 from prensa.system.discretise import discretise
@@ -23,8 +24,6 @@ from prensa.system.system import System
 from prensa.types import Array, Index
 
 MOTIONS = ("ux", "uy", "rz")
-STEADY = 1e-9  # time, of steps of length 1, below which nothing has happened
-TOGETHER = 1e-6  # time within which two rows are read at once: an increment between them would be nothing but round-off
 FALL_BACK = 0.02  # share of the stroke by which rows may fall back: the noise of a travel, no unloading
 MOST_READINGS = 100  # rows of a fit, each an increment of every run; more of a machine's record are hardly independent readings
 EACH = "of reading"
@@ -162,10 +161,10 @@ class Experiment:
             times.append(increment.time)
             ways.append([c.measure.value(increment) for c in self.channels])
             k = int(np.argmin(np.abs(wanted - increment.time)))
-            if abs(wanted[k] - increment.time) <= STEADY:
+            if abs(wanted[k] - increment.time) <= NEGLIGIBLE:
                 slopes = [increment.derivative(c.measure) if paths else {} for c in self.channels]
                 found[float(wanted[k])] = len(ways) - 1, [[by[p] for p in paths] for by in slopes]
-            if increment.time >= wanted[-1] - STEADY:
+            if increment.time >= wanted[-1] - NEGLIGIBLE:
                 break
         course = np.array(ways)
         rates = over_stroke(course, np.array(times))
@@ -211,7 +210,7 @@ def ready(test: Test, which: int) -> Experiment:
         stroke = sign * stroke * by
     seen = {name: table.column(name) for name in test.observe}
     times, pace = _times(problem, table, column, along, stroke, notes)
-    if (times <= STEADY).any():
+    if (times <= NEGLIGIBLE).any():
         notes.append(f"{table.path}: rows at the beginning, where nothing has happened yet, are left out")
     used = _rows_used(table, times, list(seen.values()), notes)
     channels = [_channel(problem, table, name, what, used) for name, what in test.observe.items()]
@@ -240,7 +239,7 @@ def _others(test: Test, table: Table, column: str) -> str:
 
 def _rows_used(table: Table, times: Array, columns: list[Array], notes: list[str]) -> Index:
     """Rows that are fitted: after the beginning, none twice, and not more than a run can stop at."""
-    rows = np.flatnonzero(times > STEADY)
+    rows = np.flatnonzero(times > NEGLIGIBLE)
     cells = np.column_stack([times, *columns])
     same = np.array([k for k in rows[1:] if _equal(cells[k], cells[k - 1])], dtype=np.int64)
     if len(same):
@@ -394,7 +393,7 @@ def _times(
                 f"{table.place(k)}: {column} reaches {s:g} in units of the case, {along} goes from {way.min():g} to "
                 f"{way.max():g}; let the case press further, mind the sign (along: '-…') and the unit, or leave these rows out"
             )
-        later = found[found >= now - TOGETHER]
+        later = found[found >= now - DRAWN]
         if not len(later):
             # a little back is noise: the last time before now at which the motion was there
             behind = abs(float(np.interp(now, t, way)) - s)
@@ -406,7 +405,7 @@ def _times(
             back = max(back, behind)
         out[k] = later[0] if len(later) else found[-1]
         now = max(now, out[k])
-    if back > TOGETHER * reach:
+    if back > DRAWN * reach:
         notes.append(
             f"{table.path}: {column} goes back by up to {back:.2g} in places; rows are compared where the case has their "
             f"{column}"
@@ -427,9 +426,9 @@ def _together(times: Array) -> Array:
     """Times of which those that are all but the same, or all but the end of a step, are the same."""
     order = np.argsort(times, kind="stable")
     ends = np.round(times)
-    out = np.where(np.abs(times - ends) <= TOGETHER, ends, times)
+    out = np.where(np.abs(times - ends) <= DRAWN, ends, times)
     for a, b in pairwise(order):
-        if out[b] - out[a] <= TOGETHER:
+        if out[b] - out[a] <= DRAWN:
             out[b] = out[a]
     return out
 

@@ -10,12 +10,13 @@ import numpy as np
 
 from prensa.errors import ArgumentError, take
 from prensa.inverse.experiment import Channel, Experiment, Observe, Test, errors, ready, share
+from prensa.inverse.result import CONFIDENCE
 from prensa.measures import parse
 from prensa.model.problem import Case, Problem
+from prensa.precision import DRAWN, NEGLIGIBLE, ROUND_OFF, SMALLEST
 from prensa.sensitivity.parameters import value_of
 from prensa.types import Array, Index
 
-NORMAL = 1.96  # half a 95 % interval over a standard error
 HOPELESS = 3.0  # expected half width over a value from which nothing is said of it
 STOPPED_AT = (0.25, 0.5, 0.75)  # of the time at which one might stop
 
@@ -145,7 +146,7 @@ def _plans(parameters: list[str], readings: list[_Reading]) -> Identification:
             plans[f"without {own.name}"] = [r[:0] if j == k else r for j, r in enumerate(everything)]
             plans[f"only the last {own.name}"] = [r[-1:] if j == k else r for j, r in enumerate(everything)]
     for s in STOPPED_AT:
-        plans[f"stopped at {100 * s:.0f} % of the time"] = [np.flatnonzero(r.share <= s * (1.0 + 1e-9)) for r in readings]
+        plans[f"stopped at {100 * s:.0f} % of the time"] = [np.flatnonzero(r.share <= s * (1.0 + NEGLIGIBLE)) for r in readings]
     found = {plan: _halves(readings, chosen) for plan, chosen in plans.items()}
     covariance = _covariance(readings, everything)
     spread = np.sqrt(np.diag(covariance))
@@ -160,10 +161,12 @@ def _covariance(readings: list[_Reading], chosen: list[Index]) -> Array:
     J = np.vstack([*rows, prior])
     _, sizes, ways = np.linalg.svd(J, full_matrices=True)
     sizes = np.concatenate([sizes, np.zeros(J.shape[1] - len(sizes))])
-    inverse = np.where(sizes > 1e-12 * sizes[0], 1.0 / np.maximum(sizes, 1e-300), 1e12)
+    inverse = np.where(sizes > ROUND_OFF * sizes[0], 1.0 / np.maximum(sizes, SMALLEST), 1.0 / ROUND_OFF)
     return np.asarray(((ways.T * inverse**2) @ ways)[:k, :k])
 
 
 def _halves(readings: list[_Reading], chosen: list[Index]) -> Array:
-    half = NORMAL * np.sqrt(np.diag(_covariance(readings, chosen)))
-    return np.where(half < 1e6, half, np.inf)
+    from scipy.stats import norm
+
+    half = norm.ppf(0.5 + 0.5 * CONFIDENCE) * np.sqrt(np.diag(_covariance(readings, chosen)))
+    return np.where(half * DRAWN < 1.0, half, np.inf)

@@ -15,8 +15,10 @@ import numpy as np
 from prensa.errors import ArgumentError, PrensaError
 from prensa.inverse.bends import Curve, LinearisedResiduals, curves_of
 from prensa.inverse.experiment import Experiment, over_stroke
+from prensa.model.fields import LARGEST
 from prensa.model.problem import Case
 from prensa.model.schema import dump
+from prensa.precision import ROUND_OFF
 from prensa.types import Array
 
 log = logging.getLogger("prensa")
@@ -24,10 +26,9 @@ Bounds = tuple[float, float] | None
 
 SMALL_GAIN, SMALL_STEP = 1e-4, 1e-5  # share of χ², and of the way so far, below which a step ends a fit
 IDLE_STEP = 1e-3  # χ² that the next step would gain below which it is not worth a run: 3 % of a standard error
-LARGEST_WAY = 300.0  # logarithm beyond which a parameter is as good as infinite, or nothing
 MOST_RUNS = 60  # of a fit
 ROUGH = 50.0  # times that gain: what a step that did not come true may have promised without being tried again
-FIRST_REACH = 1.0  # what the first step changes of what is varied at most: of logarithms, a factor of e
+TRUSTED = 1.0  # of what is varied, mostly logarithms: way along which a linearised problem predicts at most, a factor of e
 NO_ANSWER = 10.0  # residual, over its standard error, of all readings where the case has no answer
 
 
@@ -46,7 +47,7 @@ class Residuals(NamedTuple):
 
 def grown(value: float, way: float) -> float:
     """A value times e^way, which may be more than a float holds."""
-    return value * float(np.exp(np.clip(way, -LARGEST_WAY, LARGEST_WAY)))
+    return value * float(np.exp(np.clip(way, -np.log(LARGEST), np.log(LARGEST))))
 
 
 @dataclass(frozen=True)
@@ -237,7 +238,7 @@ class Objective:
         try:
             found = least_squares(
                 residuals, np.zeros(n), jac=slopes, bounds=(low - start, high - start), ftol=SMALL_GAIN, xtol=SMALL_STEP,
-                gtol=1e-8, max_nfev=MOST_RUNS,
+                max_nfev=MOST_RUNS,
             )  # fmt: skip
             x = start + found.x
         except _Settled as end:
@@ -255,7 +256,7 @@ class Objective:
         """As `minimise`: each step goes to where residuals are least as the stresses of the curves predict them
         (`LinearisedResiduals`).
         """
-        curves, reach = self.curves, FIRST_REACH
+        curves, reach = self.curves, TRUSTED
         for _ in range(MOST_RUNS):
             near = LinearisedResiduals(curves, x, at.r, at.J)
             y = near.least(x, np.maximum(low, x - reach), np.minimum(high, x + reach))
@@ -284,7 +285,7 @@ class Objective:
         free = (x > low + SMALL_STEP) & (x < high - SMALL_STEP)
         if not free.all():
             return False
-        step, *_ = np.linalg.lstsq(at.J, -at.r, rcond=1e-12)
+        step, *_ = np.linalg.lstsq(at.J, -at.r, rcond=ROUND_OFF)
         gain = float(np.linalg.norm(at.J @ step) ** 2)
         return gain < IDLE_STEP * max(1.0, at.square / max(len(at.r) - len(x), 1))
 

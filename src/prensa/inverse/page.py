@@ -57,14 +57,14 @@ def _readings(fit: Any, number: int) -> Figure:
     from matplotlib.figure import Figure
 
     c = fit.channels[number]
-    figure = Figure(figsize=(5.4, 4.2))
-    top, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1.4))
+    figure = Figure()
+    top, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     top.plot(c.stroke, c.readings, "o", ms=4, mfc="none", label="measured")
     top.plot(c.stroke, c.model, "-", label="case")
     top.set_ylabel(f"{c.name}" + (f" ({c.unit})" if c.unit else ""))
     top.legend()
     below.axhspan(-2, 2, color="0.92", zorder=0)
-    below.axhline(0, color="0.6", lw=0.8)
+    below.axhline(0, color="0.6", lw=1)
     below.plot(c.stroke, (c.model - c.readings) / c.sigma, "o", ms=4)
     below.set_ylabel("difference / error")
     below.set_xlabel(c.along)
@@ -76,7 +76,7 @@ def _profile(path: str, interval: Any) -> Figure:
     from matplotlib.figure import Figure
 
     points = interval.profile.points
-    figure = Figure(figsize=(5.4, 3.0))
+    figure = Figure()
     axes = figure.subplots()
     axes.plot(interval.at(points[:, 0]), points[:, 1], "o-", ms=4, label="profile")
     ways = np.array([points[:, 0].min(), points[:, 0].max()])
@@ -94,9 +94,9 @@ def _band(fit: Any, path: str) -> Figure:
     from matplotlib.figure import Figure
 
     strain, stress, half = fit.bands[path]
-    figure = Figure(figsize=(5.4, 3.6))
+    figure = Figure()
     axes = figure.subplots()
-    axes.fill_between(strain, stress - half, stress + half, alpha=0.3, label="95 %, readings alone")
+    axes.fill_between(strain, stress - half, stress + half, alpha=0.25, label="95 %, readings alone")
     axes.plot(strain, stress, "-")
     axes.set_xlabel("plastic strain")
     axes.set_ylabel(f"flow stress ({fit.problem.units.force}/{fit.problem.units.length}²)")

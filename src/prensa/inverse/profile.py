@@ -14,18 +14,16 @@ import numpy as np
 from scipy.optimize import brentq, lsq_linear
 
 from prensa.inverse.bends import Curve, LinearisedResiduals
-from prensa.inverse.objective import Objective, Residuals
+from prensa.inverse.objective import TRUSTED, Objective, Residuals
+from prensa.precision import NEGLIGIBLE, ROUND_OFF, SMALLEST
 from prensa.types import Array
 
-BENT_BY = 0.1  # share by which the root of Δχ² may miss what the linearised problem predicts before the profile is followed
+BENT_BY = 0.1  # share of Δχ² or its root at the end of an interval that predictions by linearised problems may miss
 CLOSE = 0.03  # share to which the end of a profile is found
-NEAR = 0.1  # share of the Δχ² at the end that the last step over the other parameters may be predicted to gain, not run
-MOST_STEPS = 5  # over the other parameters, at a place
-LONGEST_STEP = 0.7  # of what is varied, mostly logarithms: beyond, the linearised problem predicts nothing
 FARTHEST = 8.0  # half widths of the linear interval within which the end is sought
 TOO_FAR = 2.0  # root beyond which a place says little of where it is 1
-MOST_PLACES = 8  # places that are tried at each side
-MOST_PREDICTED = 4  # times that an end is predicted, each from where the last one was looked for
+MOST_PLACES = 8  # places at a side at which an end is looked for or predicted
+MOST_STEPS = 5  # over the other parameters, at a place
 LONGEST_WAY = 4.0  # of what is varied, mostly logarithms, along a profile that is predicted
 
 
@@ -77,7 +75,7 @@ class _Side:
     ) -> None:  # fmt: skip
         self.objective, self.x, self.at, self.number, self.sign = objective, x, at, number, sign
         self.others = np.delete(np.arange(len(x)), number)
-        covariance = np.linalg.pinv(at.J.T @ at.J, rcond=1e-14)
+        covariance = np.linalg.pinv(at.J.T @ at.J)
         # along the valley of the linearised problem the others follow
         self.valley = half[number] * covariance[:, number] / covariance[number, number]
         self.target = half[number] / np.sqrt(covariance[number, number])
@@ -98,14 +96,14 @@ class _Side:
         Where the run shows something else, it is predicted again from there.
         """
         near, start = LinearisedResiduals(curves, self.x, self.at.r, self.at.J), self.x
-        for _ in range(MOST_PREDICTED):
+        for _ in range(MOST_PLACES):
             end, y, steep = self._end_of(near, start)
             found = self.objective.at(y)
             if found is None:
                 return False
             self.least = min(self.least, found.square)
             # the others improved, but by no more than a step: what has come to nothing moves nothing
-            others = lsq_linear(found.J[:, self.others], -found.r, (-LONGEST_STEP, LONGEST_STEP))
+            others = lsq_linear(found.J[:, self.others], -found.r, (-TRUSTED, TRUSTED))
             root = self._root(2.0 * float(others.cost))
             self.points.append((end, root))
             if not steep and root < 1.0:
@@ -134,10 +132,10 @@ class _Side:
             if end >= reach:
                 return end, places[end][0], 0.0
             inside, end = end, min(2.0 * end, reach)
-        end = float(brentq(above, inside, end, xtol=0.003, rtol=0.003))
+        end = float(brentq(above, inside, end))
         above(end)
         y, expected = places[end]
-        return end, y, max(expected - self._along_curves(near, 0.9 * end, y)[1], 0.01) / (0.1 * end)
+        return end, y, max(expected - self._along_curves(near, (1.0 - BENT_BY) * end, y)[1], NEGLIGIBLE) / (BENT_BY * end)
 
     def _along_curves(self, near: LinearisedResiduals, d: float, start: Array) -> tuple[Array, float]:
         """Unknowns of least χ² with the parameter held at a way *d*, and the root there, as flow curves predict it."""
@@ -182,7 +180,7 @@ class _Side:
             if inside.d >= reach:
                 self.end = self.room if self.room <= FARTHEST else np.inf
                 return
-            margin = 0.05 * (outside - inside.d) if np.isfinite(outside) else 0.0
+            margin = CLOSE * (outside - inside.d) if np.isfinite(outside) else 0.0
             most = outside if np.isfinite(outside) else max(2.0 * inside.d, inside.d + 1.0)
             known = here is found or inside.d < found.onward < outside
             d = float(np.clip(found.onward if known else 0.5 * (inside.d + most), inside.d + margin, most - margin))
@@ -195,7 +193,7 @@ class _Side:
     def _lowest(self, d: float, near: _Place) -> _Place | None:
         """Least χ² with the parameter held at *d*, by Gauss and Newton from a place near; None where there is no answer."""
         ahead = near.along * (d - near.d)
-        ahead[self.others] = np.clip(ahead[self.others], -LONGEST_STEP, LONGEST_STEP)
+        ahead[self.others] = np.clip(ahead[self.others], -TRUSTED, TRUSTED)
         y = self.x + self.sign * (near.shift + ahead)
         best: tuple[Array, Residuals, Array, float] | None = None
         for _ in range(MOST_STEPS):
@@ -206,13 +204,13 @@ class _Side:
             if best is not None and got.square > best[1].square:  # too far
                 y = 0.5 * (y + best[0])
                 continue
-            step, *_ = np.linalg.lstsq(got.J[:, self.others], -got.r, rcond=1e-12)
-            step *= min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), 1e-300))
+            step, *_ = np.linalg.lstsq(got.J[:, self.others], -got.r, rcond=ROUND_OFF)
+            step *= min(1.0, TRUSTED / max(float(np.abs(step).max()), SMALLEST))
             rest = got.r + got.J[:, self.others] @ step
             best = y, got, rest, got.square - float(rest @ rest)
             y = y.copy()
             y[self.others] += step
-            if best[3] < NEAR * self.target**2:
+            if best[3] < BENT_BY * self.target**2:
                 break
         return None if best is None else self._place(d, y, best[1], best[2])
 
@@ -221,10 +219,10 @@ class _Side:
         root, by = self._root(float(rest @ rest)), at.J[:, self.number]
         along = np.empty_like(y)
         along[self.number] = self.valley[self.number]
-        others, *_ = np.linalg.lstsq(at.J[:, self.others], -by, rcond=1e-12)
+        others, *_ = np.linalg.lstsq(at.J[:, self.others], -by, rcond=ROUND_OFF)
         along[self.others] = along[self.number] * others
         # χ² that is least over the others changes as with the others held
-        slope = self.sign * along[self.number] * float(rest @ by) / (max(root, 1e-6) * self.target**2)
+        slope = self.sign * along[self.number] * float(rest @ by) / (max(root, NEGLIGIBLE) * self.target**2)
         return _Place(d, root, slope, self.sign * (y - self.x), along)
 
 

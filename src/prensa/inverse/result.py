@@ -15,6 +15,7 @@ from prensa.inverse.rivals import Rival
 from prensa.materials.flow_curve import FlowCurve, stress_at
 from prensa.model.problem import Case, Problem
 from prensa.model.schema import dump
+from prensa.precision import DRAWN, FIRST_DIFFERENCE
 from prensa.sensitivity.parameters import with_values
 from prensa.types import Array
 
@@ -191,7 +192,7 @@ def scattered(J: Array, change: Array) -> Array:
     Nodes that land one after the other make the error of a mesh go up and down along a test; what a refit shows of it in the
     direction that readings tell worst is then a matter of chance.
     """
-    return np.asarray(np.sqrt(((np.linalg.pinv(J, rcond=1e-14) * change) ** 2).sum(axis=1)))
+    return np.asarray(np.sqrt(((np.linalg.pinv(J) * change) ** 2).sum(axis=1)))
 
 
 def half_widths(at: Residuals, unknowns: int) -> tuple[Array, Array, float]:
@@ -199,7 +200,7 @@ def half_widths(at: Residuals, unknowns: int) -> tuple[Array, Array, float]:
     from scipy.stats import t
 
     freedom = max(len(at.r) - unknowns, 1)
-    covariance = np.asarray(np.linalg.pinv(at.J.T @ at.J, rcond=1e-14) * max(at.square / freedom, 1.0), dtype=np.float64)
+    covariance = np.asarray(np.linalg.pinv(at.J.T @ at.J) * max(at.square / freedom, 1.0), dtype=np.float64)
     wide = float(t.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
     return covariance, wide * np.sqrt(np.diag(covariance)), wide
 
@@ -234,7 +235,7 @@ def fit_of(
     if fine is None:
         words.append("the error of the mesh is not known: the intervals have that of the readings alone")
     if len(found) > 1:
-        same = sum(f[1].square <= found[0][1].square * 1.01 + 0.1 for f in found)
+        same = sum(f[1].square <= found[0][1].square + BETTER for f in found)
         words.append(f"{same} of {len(found)} starts led to this answer")
     instruments = dict(zip(_named(objective), (float(v) for v in _amounts(objective, x[k:]))))
     bands = dict(_bands(problem, objective, x, covariance[:k, :k], wide))
@@ -308,7 +309,7 @@ def _weak(objective: Objective, covariance: Array) -> Any:
     if not sizes[-1] > WEAK**2 * max(sizes[0], 0.0):
         return
     way = ways[:, -1] / np.abs(ways[:, -1]).max()
-    told = [(p.path, float(w)) for p, w in zip(objective.parameters, way) if abs(w) > 0.1]
+    told = [(p.path, float(w)) for p, w in zip(objective.parameters, way) if abs(w) > 1.0 / WEAK]
     if len(told) < 2:
         return
     parts = [f"{path} by {10 * w:+.2g} %" for path, w in told]
@@ -371,10 +372,10 @@ def _without(objective: Objective, x: Array, at: Residuals) -> Any:
         for c in e.channels:
             J, r = (np.delete(v, np.s_[row : row + len(c.rows)], axis=0) for v in (at.J, at.r))
             row += len(c.rows)
-            covariance = np.linalg.pinv(J.T @ J, rcond=1e-14)
+            covariance = np.linalg.pinv(J.T @ J)
             moved = x - covariance @ (J.T @ r)
             untold = np.sqrt(np.maximum(np.diag(covariance), 0.0))[:k] > UNTOLD
-            rank_short = np.linalg.matrix_rank(J, tol=1e-7 * float(np.linalg.norm(J))) < len(x)
+            rank_short = np.linalg.matrix_rank(J, tol=DRAWN * float(np.linalg.norm(J))) < len(x)
             values = np.array([p.value(v) if abs(v - w) < FAR_OFF else np.nan for p, v, w in zip(objective.parameters, moved, x)])
             values[untold | rank_short] = np.nan
             yield (f"{e.name}: {c.name}" if several else c.name), values
@@ -410,7 +411,7 @@ def _bands(problem: Problem, objective: Objective, x: Array, covariance: Array, 
         slopes = np.zeros((len(BAND), len(objective.parameters)))
         for i in own:
             p = objective.parameters[i]
-            step = 1e-5
+            step = FIRST_DIFFERENCE
             above, below = (stress({**values, p.path: p.value(x[i] + s * step)}) for s in (1.0, -1.0))
             slopes[:, i] = (above - below) / (2 * step)
         half = wide * np.sqrt(np.einsum("si,ij,sj->s", slopes, covariance, slopes))

@@ -44,11 +44,11 @@ def other_law(problem: Problem, path: str) -> tuple[str, Parameter] | None:
     law = part_of(problem, owner)
     value = numbers(problem).get(path, 0.0)
     if key == "mu" and getattr(law, "type", "") == "coulomb" and value > 0.0:
-        m = min(M_OVER_MU * value, 0.9)
-        return f"{owner}={{type: shear, m: {m!r}}}", Parameter.of(f"{owner}.m", m, (1e-4, HIGHEST_FACTOR))
+        m = min(M_OVER_MU * value, HIGHEST_FACTOR)
+        return f"{owner}={{type: shear, m: {m!r}}}", Parameter.of(f"{owner}.m", m, (0.0, HIGHEST_FACTOR))
     if key == "m" and getattr(law, "type", "") == "shear" and value > 0.0:
         mu = value / M_OVER_MU
-        return f"{owner}={{type: coulomb, mu: {mu!r}}}", Parameter.of(f"{owner}.mu", mu, (1e-4, 2.0))
+        return f"{owner}={{type: coulomb, mu: {mu!r}}}", Parameter.of(f"{owner}.mu", mu, None)
     return None
 
 

@@ -10,9 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.measures.measure import MeasureError
+from prensa.precision import EPS, NEGLIGIBLE, SMALLEST
 from prensa.types import Array, Index
-
-ON_LINE = 1e-9  # distance, of the size of the outline, at which an end of an edge lies on a line
 
 
 class Spot(NamedTuple):
@@ -99,7 +98,7 @@ def crossings(x: Array, edges: Index, values: Array, level: float, axis: int, ma
     """
     a, b, c = _polynomials(values - level, edges)
     size = float(np.ptp(values[edges])) if len(edges) else 0.0
-    close = ON_LINE * max(size, 1e-300)
+    close = NEGLIGIBLE * max(size, SMALLEST)
     found: list[Spot] = []
     for e in np.flatnonzero((np.abs(a) + np.abs(b) >= np.abs(c) - close) & (np.abs(a) + np.abs(b) > close)):
         for s in _roots(a[e], b[e], c[e]):
@@ -115,7 +114,7 @@ def crossings(x: Array, edges: Index, values: Array, level: float, axis: int, ma
 
 def _roots(a: float, b: float, c: float) -> list[float]:
     """Real roots of a s² + b s + c, without cancellation."""
-    if abs(a) <= 1e-14 * abs(b):
+    if abs(a) <= EPS * abs(b):
         return [-c / b]
     under = b * b - 4.0 * a * c
     if under < 0.0:
@@ -194,7 +193,7 @@ def _distance(p: Array, corners: Array) -> float:
     """Distance of a point (2,) from edges with nodes at corners (k, 2|3, 2)."""
     first, last = corners[:, 0] - p, corners[:, 1] - p
     way = last - first
-    length = np.maximum((way**2).sum(axis=1), 1e-300)
+    length = np.maximum((way**2).sum(axis=1), SMALLEST)
     s = np.clip(-2.0 * (first * way).sum(axis=1) / length - 1.0, -1.0, 1.0)
     if corners.shape[1] == 2:
         r = first + 0.5 * (s + 1.0)[:, None] * way
@@ -204,7 +203,7 @@ def _distance(p: Array, corners: Array) -> float:
     for _ in range(20):  # Newton for r·r' = 0
         r, dr = (a * s[:, None] + b) * s[:, None] + middle, 2.0 * a * s[:, None] + b
         curve = (dr**2).sum(axis=1) + 2.0 * (r * a).sum(axis=1)
-        step = (r * dr).sum(axis=1) / np.where(curve > 0, curve, (dr**2).sum(axis=1) + 1e-300)
+        step = (r * dr).sum(axis=1) / np.where(curve > 0, curve, (dr**2).sum(axis=1) + SMALLEST)
         s = np.clip(s - step, -1.0, 1.0)
     r = (a * s[:, None] + b) * s[:, None] + middle
     ends = np.minimum((first**2).sum(axis=1), (last**2).sum(axis=1))

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from prensa.mesh.convert import Draft, Midpoints
-from prensa.mesh.mesh import COINCIDENT, MeshError, boundary_edges, edges_between, oriented
+from prensa.mesh.mesh import MeshError, boundary_edges, edges_between, oriented
 from prensa.mesh.spacing import graded
 from prensa.model import meshes as model
+from prensa.precision import DRAWN, NEGLIGIBLE, ROUND_OFF, SMALLEST
 from prensa.types import Array, Index
 
 CORE = 0.5  # half-width of the core of a disc on its axes, and …
@@ -37,7 +38,7 @@ def merged_grids(parts: list[Array]) -> tuple[Array, Index]:
     first = np.cumsum([0, *(p.shape[0] * p.shape[1] for p in parts)])
     points = np.concatenate([p.reshape(-1, 2) for p in parts])
     cells = np.concatenate([grid(p) + k for p, k in zip(parts, first)])
-    step = 10 * COINCIDENT * float(np.ptp(points, axis=0).max())
+    step = DRAWN * float(np.ptp(points, axis=0).max())
     _, keep, number = np.unique(
         np.round(points / step).astype(np.int64), axis=0, return_index=True, return_inverse=True
     )
@@ -78,13 +79,13 @@ def disc(m: model.Disc) -> Draft:
         parts += [core @ turn, wedges @ turn]
     points, cells = merged_grids(parts)
     outline = boundary_edges(cells)
-    edges = {"rim": edges_between(outline, np.flatnonzero(np.abs(np.hypot(*points.T) - 1.0) < 1e-9))}
+    edges = {"rim": edges_between(outline, np.flatnonzero(np.abs(np.hypot(*points.T) - 1.0) < NEGLIGIBLE))}
     for name in closing:
         column = 0 if name in ("left", "right") else 1
-        edges[name] = edges_between(outline, np.flatnonzero(np.abs(points[:, column]) < 1e-9))
+        edges[name] = edges_between(outline, np.flatnonzero(np.abs(points[:, column]) < NEGLIGIBLE))
     places = {"centre": (0.0, 0.0), **_RIM}
     near = {name: np.hypot(*(points - p).T) for name, p in places.items()}
-    corners = {name: int(np.argmin(d)) for name, d in near.items() if d.min() < 1e-9}
+    corners = {name: int(np.argmin(d)) for name, d in near.items() if d.min() < NEGLIGIBLE}
     centre = np.array(m.centre)
     return Draft(centre + m.radius * points, cells, edges, corners, {"rim": _round(centre)})
 
@@ -93,13 +94,13 @@ def disc(m: model.Disc) -> Draft:
 def annulus(m: model.Annulus) -> Draft:
     """Draft of a `prensa.Annulus`."""
     start, end = m.angles
-    closed = end - start >= 2 * np.pi * (1 - 1e-9)
+    closed = end - start >= 2 * np.pi * (1 - NEGLIGIBLE)
     around, through = m.n
     angle = np.linspace(start, end, around + 1)
     target = {"inner": (m.inner,), "outer": (m.outer,), None: ()}[m.grade]
     radius = graded(m.inner, m.outer, through, target, m.ratio if m.grade else 1.0)
     direction = np.column_stack([np.cos(angle), np.sin(angle)])
-    direction[np.abs(direction) < 1e-15] = 0.0  # a side on an axis lies on it exactly
+    direction[np.abs(direction) < ROUND_OFF] = 0.0  # a side on an axis lies on it exactly
     node = np.arange((around + 1) * (through + 1)).reshape(around + 1, through + 1)
     if closed:
         node[-1] = node[0]
@@ -205,7 +206,7 @@ def _curve(name: str, side: model.ArcSide | model.SplineSide | None, a: Array, b
             far = not np.isfinite(chords.sum() * len(chords))
         if far:
             raise MeshError(f"side {name!r}: points of the spline are too far apart to be computed with")
-        share = np.cumsum(chords) / max(float(chords.sum()), 1e-300)
+        share = np.cumsum(chords) / max(float(chords.sum()), SMALLEST)
         if (np.diff(share, prepend=0.0) <= 0.0).any():  # there, or so near to each other that the length does not tell
             raise MeshError(f"side {name!r}: two points of the spline are at one place")
         return _SplineCurve(points)
@@ -214,7 +215,7 @@ def _curve(name: str, side: model.ArcSide | model.SplineSide | None, a: Array, b
     if side.centre is not None:
         centre = np.array(side.centre)
         radii = np.linalg.norm(a - centre), np.linalg.norm(b - centre)
-        if abs(radii[0] - radii[1]) > 1e-6 * max(radii):
+        if abs(radii[0] - radii[1]) > DRAWN * max(radii):
             raise MeshError(
                 f"side {name!r}: its corners are {radii[0]:g} and {radii[1]:g} from the centre {side.centre}; give 'through'"
             )
@@ -234,7 +235,7 @@ def _curve(name: str, side: model.ArcSide | model.SplineSide | None, a: Array, b
 def _circumcentre(name: str, a: Array, b: Array, c: Array) -> Array:
     """Centre of the circle through three points."""
     d = 2.0 * np.array([b - a, c - a])
-    if abs(np.linalg.det(d)) <= 1e-12 * np.linalg.norm(b - a) ** 2:
+    if abs(np.linalg.det(d)) <= NEGLIGIBLE * np.linalg.norm(b - a) ** 2:
         raise MeshError(f"side {name!r}: the point {c.tolist()} lies on the straight line between the corners")
     return a + np.linalg.solve(d, 0.25 * np.diag(d @ d.T))
 

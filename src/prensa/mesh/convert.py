@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from prensa.mesh.mesh import CELL_NAMES, CORNERS, Mesh, MeshError, corner_cells, keys, meshed_like, sides
+from prensa.precision import NEGLIGIBLE
 from prensa.types import Array, Index
 
 # ends a, b (k, 2) of edges of a curved boundary → points (k, 2) half way between them along the boundary
@@ -64,7 +65,7 @@ def split(points: Array, cells: Index) -> Index:
     x = points[cells]
     first = np.linalg.norm(x[:, 2] - x[:, 0], axis=1)
     second = np.linalg.norm(x[:, 3] - x[:, 1], axis=1)
-    along = first <= second * (1 + 1e-9)
+    along = first <= second * (1 + NEGLIGIBLE)
     alone = np.bincount(cells.ravel(), minlength=len(points))[cells] == 1
     into_first, into_second = alone[:, [0, 2]].any(axis=1), alone[:, [1, 3]].any(axis=1)
     along = np.where(into_first != into_second, into_first, along)

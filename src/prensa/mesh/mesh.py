@@ -15,14 +15,14 @@ from itertools import pairwise
 import numpy as np
 
 from prensa.errors import PrensaError
+from prensa.model.fields import LARGEST
 from prensa.model.names import suggest
+from prensa.precision import DRAWN
 from prensa.types import Array, Flags, Index
 
 CORNERS = {3: 3, 4: 4, 6: 3, 8: 4}  # corners of a cell, by its nodes
 CELL_NAMES = {3: "T3", 4: "Q4", 6: "T6", 8: "Q8"}
-LARGEST = 1e100  # coordinate, in any unit: its square and cube do not overflow
-COINCIDENT = 1e-7  # distance, of the size of the mesh, below which two nodes are at one place
-POINTS_AT_ONCE = 2**20  # candidate pairs of points that a neighbour search holds at once
+POINTS_AT_ONCE = 2**20  # candidate pairs that a search among points, or points and sides, holds at once: some tens of megabytes
 
 
 class MeshError(PrensaError):
@@ -259,7 +259,7 @@ def _check_cells(points: Array, cells: Index) -> None:
 def _check_open_joints(points: Array, outline: Index) -> None:
     """Nodes of the outline at one place, and nodes in the middle of a side: the mesh is open there."""
     nodes = np.unique(outline)
-    close = COINCIDENT * float(np.ptp(points, axis=0).max())
+    close = DRAWN * float(np.ptp(points, axis=0).max())
     i, j = coincident(points[nodes], close)
     if len(i):
         a, b = nodes[i[0]], nodes[j[0]]
@@ -270,7 +270,7 @@ def _check_open_joints(points: Array, outline: Index) -> None:
     pieces = segments(outline)
     start, along = points[pieces[:, 0]], points[pieces[:, 1]] - points[pieces[:, 0]]
     length = np.hypot(along[:, 0], along[:, 1])
-    i, j = within(points[nodes], start + 0.5 * along, 0.5 * length * (1 - 1e-6))
+    i, j = within(points[nodes], start + 0.5 * along, 0.5 * length * (1 - DRAWN))
     r = points[nodes[j]] - start[i]
     inside = np.flatnonzero(np.abs(along[i, 0] * r[:, 1] - along[i, 1] * r[:, 0]) <= close * length[i])
     if len(inside):

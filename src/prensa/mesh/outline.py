@@ -10,12 +10,13 @@ from itertools import pairwise
 import numpy as np
 
 from prensa.mesh.mesh import Mesh, boundary_edges, keys
+from prensa.precision import SMALLEST
 from prensa.types import Array, Flags, Index
 
 SizeOf = Callable[[Array], Array]
 
 CORNER = np.radians(35.0)  # turn of an outline from which on it has a corner there
-GRADING = 0.3  # growth of sizes along an outline over the way
+GROWTH = 0.25  # of element sizes over the way, everywhere: neighbours differ by a quarter
 NEARNESS = 0.3  # of an element size: hard points nearer to another one than this are left out
 BULGE = 0.1  # of a side's middle off its chord's, over the chord, at most: it turns by 45 degrees
 PIECES = 16  # straight pieces of an edge by which its length is measured
@@ -143,7 +144,7 @@ def _flat_enough(a: Array, middle: Array, b: Array) -> Array:
     """
     flat = 0.5 * (a + b)
     off, most = np.hypot(*(middle - flat).T), BULGE * np.hypot(*(b - a).T)
-    return flat + np.minimum(1.0, most / np.maximum(off, 1e-300))[:, None] * (middle - flat)
+    return flat + np.where(off > most, most / np.maximum(off, SMALLEST), 1.0)[:, None] * (middle - flat)
 
 
 def _stations(chain: Chain, size: SizeOf, touching: Flags | None, least: int) -> Array:
@@ -167,7 +168,7 @@ def _spaced(chain: Chain, size: SizeOf, a: float, b: float, least: int) -> Array
     n = max(200, 8 * len(chain.edges))
     s = np.linspace(a, b, n)
     h = size(chain(s))
-    way = GRADING * s
+    way = GROWTH * s
     h = np.minimum(np.minimum.accumulate(h - way) + way, np.minimum.accumulate((h + way)[::-1])[::-1] - way)
     count = np.concatenate([[0.0], np.cumsum(0.5 * (1 / h[1:] + 1 / h[:-1]) * np.diff(s))])
     k = max(round(count[-1]), least)

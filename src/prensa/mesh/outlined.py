@@ -9,14 +9,13 @@ import numpy as np
 from prensa.geometry.chain import ChainError, Piece, chain, signed_area
 from prensa.mesh.convert import Draft, draft_of
 from prensa.mesh.mesh import MeshError
-from prensa.mesh.outline import Chain, SizeOf, resampled
+from prensa.mesh.outline import GROWTH, Chain, SizeOf, resampled
 from prensa.mesh.triangulate import inside, triangulated
 from prensa.model import meshes as model
 from prensa.types import Array
 
 ARC = 24  # straight pieces of a quarter of a circle
 AT_FILLETS = 4.0  # elements along a quarter of a circle, at least
-RISE = 0.25  # growth of sizes over the way from a fillet
 
 
 def outlined(m: model.Outline) -> Draft:
@@ -94,6 +93,6 @@ def _sizes(size: float, pieces: list[Piece]) -> SizeOf:
 
     def of(x: Array) -> Array:
         way = np.hypot(x[:, None, 0] - places[:, 0], x[:, None, 1] - places[:, 1])
-        return np.asarray(np.minimum((there + RISE * way).min(axis=1), size))
+        return np.asarray(np.minimum((there + GROWTH * way).min(axis=1), size))
 
     return of

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from prensa.mesh.mesh import CELL_NAMES, CORNERS, Mesh, corner_cells, sides
+from prensa.precision import SMALLEST
 from prensa.types import Array, Index
 
-POOR = 0.2  # scaled Jacobian below which stresses of an element are poor
+POOR = 0.2  # scaled Jacobian below which an element is out of shape, and its stresses are poor
 MAX_ASPECT = 50.0  # longest over shortest side above which there is a warning
 
 
@@ -49,7 +50,7 @@ class Quality:
         """Elements that are so much longer than wide that they lock where they bend."""
         return np.flatnonzero(self.aspect > MAX_ASPECT)
 
-    def warnings(self, even: float = 0.0, quiet: Array | None = None) -> list[str]:
+    def warnings(self, even: float, quiet: Array | None = None) -> list[str]:
         """Elements likely to spoil results, each with a remedy.
 
         Needles spoil nothing whose stresses vary over at least twice their length: ``even`` is the least extent of the body,
@@ -85,7 +86,7 @@ def quality(mesh: Mesh) -> Quality:
         middle = mesh.points[sides(mesh.cells)[..., 2]]  # half the tangents at the ends: 4 m − 3 a − b
         after, before = 4 * (middle - x) - after, 4 * (np.roll(middle, 1, axis=1) - x) - before
     cross = after[..., 0] * before[..., 1] - after[..., 1] * before[..., 0]
-    sine = cross / np.maximum(np.linalg.norm(after, axis=2) * np.linalg.norm(before, axis=2), 1e-300)
+    sine = cross / np.maximum(np.linalg.norm(after, axis=2) * np.linalg.norm(before, axis=2), SMALLEST)
     jacobian = sine.min(axis=1) * (2 / np.sqrt(3.0) if c == 3 else 1.0)
     longest = length.max(axis=1)
     return Quality(CELL_NAMES[mesh.cells.shape[1]], jacobian, longest / length.min(axis=1), longest, x.mean(axis=1))

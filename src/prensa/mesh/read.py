@@ -11,7 +11,6 @@ from prensa.importers.deck import LABELS, Deck, FileError
 from prensa.mesh.convert import Draft, draft_of, mesh_from_draft, split
 from prensa.mesh.mesh import (
     CELL_NAMES,
-    COINCIDENT,
     CORNERS,
     Mesh,
     MeshError,
@@ -24,6 +23,7 @@ from prensa.mesh.mesh import (
 from prensa.model import meshes as model
 from prensa.model.names import suggest
 from prensa.model.units import factor
+from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.types import Array, Index
 
 
@@ -95,7 +95,7 @@ def _cells(deck: Deck, labels: list[int]) -> tuple[Array, dict[int, Index], dict
     if not np.isfinite(xyz).all():
         k = int(np.argmax(~np.isfinite(xyz).all(axis=1)))
         raise FileError(f"node {order[k] % LABELS} has a coordinate that is not a finite number")
-    if np.ptp(xyz[:, 2]) > 1e-9 * np.ptp(xyz, axis=0).max():
+    if np.ptp(xyz[:, 2]) > NEGLIGIBLE * np.ptp(xyz, axis=0).max():
         raise FileError("its elements do not lie in the plane of x and y (their z differs); draw the section in x, y")
     by_kind: dict[int, list[list[int]]] = {}
     for label in labels:
@@ -109,7 +109,7 @@ def _merged(
 ) -> tuple[Array, dict[int, Index], dict[int, int]]:
     """The same with nodes at one place made one."""
     n = len(points)
-    pairs = coincident(points, COINCIDENT * float(np.ptp(points, axis=0).max()))
+    pairs = coincident(points, DRAWN * float(np.ptp(points, axis=0).max()))
     if not len(pairs[0]):
         return points, kinds, label
     from scipy.sparse import coo_matrix

@@ -13,13 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.mesh.mesh import Mesh, areas, corner_cells, segments
+from prensa.mesh.outline import GROWTH
 from prensa.model.remeshing import Sizes
 from prensa.types import Array, Index
 
 LARGEST_SIZE = 1 / 12  # largest element over the root of the section's area
 TOOL_SIZE = 0.6  # elements at tools over those
 SMALLEST_SIZE = 1 / 8  # smallest elements over those at tools
-SLOPE = 0.25  # growth of sizes over the way
 NEIGHBOURS = 32  # nodes of the outline that are looked at for the size at a place
 BENT = 0.15  # turn (rad) of an outline between neighbouring sides from which its curvature counts
 LARGE = 1.5  # size of an element over that asked for from which it is much too large: new meshes have hardly any
@@ -78,7 +78,7 @@ class SizeField:
 
                 distance, near = cKDTree(places).query(x, min(NEIGHBOURS, len(places)))
                 distance, near = distance.reshape(len(x), -1), near.reshape(len(x), -1)
-                h = np.minimum(h, (sizes[near] + SLOPE * distance).min(axis=1))
+                h = np.minimum(h, (sizes[near] + GROWTH * distance).min(axis=1))
         return np.clip(h, self.least, self.far)
 
     def by_tools(self, x: Array) -> Array:
@@ -87,7 +87,7 @@ class SizeField:
         for distance in self.tools:
             gap, radius = distance(x)
             arc = np.maximum(self.share * 0.5 * np.pi * radius / self.asked.per_radius, self.least)
-            h = np.minimum(h, np.minimum(self.near, arc) + SLOPE * np.maximum(gap, 0.0))
+            h = np.minimum(h, np.minimum(self.near, arc) + GROWTH * np.maximum(gap, 0.0))
         return h
 
     @cached_property

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from prensa.mesh.mesh import MeshError
+from prensa.precision import ROUND_OFF, SMALLEST
 from prensa.types import Array
 
 
@@ -29,17 +30,17 @@ def graded(
             return np.linspace(start, end, n + 1)
     targets = np.unique(np.asarray(towards, dtype=np.float64))
     span = end - start
-    if targets[0] < start - 1e-12 * span or targets[-1] > end + 1e-12 * span:
+    if targets[0] < start - ROUND_OFF * span or targets[-1] > end + ROUND_OFF * span:
         raise MeshError(f"grading target {targets.tolist()} lies outside {start:g} … {end:g}")
     fine = np.linspace(start, end, 20_001)
     fine = np.unique(np.concatenate([fine, targets]))
     distance = np.min(np.abs(fine[:, None] - targets[None, :]), axis=1)
     if between is not None:
         distance[(fine >= between[0]) & (fine <= between[1])] = 0.0
-    density = 1.0 / (1.0 + (ratio - 1.0) * distance / max(distance.max(), 1e-300))
+    density = 1.0 / (1.0 + (ratio - 1.0) * distance / max(distance.max(), SMALLEST))
     count = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(fine))])
     knots = np.unique(np.concatenate([[start], targets, [end]]))
-    knots = knots[np.concatenate([[True], np.diff(knots) > 1e-12 * span])]
+    knots = knots[np.concatenate([[True], np.diff(knots) > ROUND_OFF * span])]
     if n < len(knots) - 1:
         raise MeshError(f"{n} elements cannot keep {len(knots) - 2} grading targets as mesh lines")
     share = np.diff(np.interp(knots, fine, count))
@@ -50,7 +51,7 @@ def graded(
             break
         parts[k] += 1
     while parts.sum() > n:
-        parts[np.argmax(parts - exact + (parts > 1) * 1e3)] -= 1
+        parts[np.argmax(np.where(parts > 1, parts - exact, -np.inf))] -= 1
     out = [np.array([knots[0]])]
     for a, b, m in zip(knots[:-1], knots[1:], parts):
         levels = np.linspace(float(np.interp(a, fine, count)), float(np.interp(b, fine, count)), int(m) + 1)

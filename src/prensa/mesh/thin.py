@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from prensa.mesh.mesh import Mesh, keys, renumbered, sides
+from prensa.precision import NEGLIGIBLE
 
 
 def thin_way_up(mesh: Mesh) -> Mesh:
@@ -26,5 +27,5 @@ def thin_way_up(mesh: Mesh) -> Mesh:
     _, strip = connected_components(coo_matrix((np.ones(len(pairs)), pairs.T), (n, n)), directed=False)
     of = strip[pairs[:, 0]]
     length = np.bincount(of, np.linalg.norm(steps, axis=1))[of].reshape(2, -1)
-    turn = length[0] < (1.0 - 1e-9) * length[1]
+    turn = length[0] < (1.0 - NEGLIGIBLE) * length[1]
     return renumbered(mesh, np.where(turn[:, None], np.roll(mesh.cells, -1, axis=1), mesh.cells)) if turn.any() else mesh

@@ -11,13 +11,12 @@ import numpy as np
 
 from prensa.errors import PrensaError
 from prensa.mesh.crossing import meeting
-from prensa.mesh.mesh import Mesh, keys, sides
-from prensa.mesh.outline import NewOutline, SizeOf
+from prensa.mesh.mesh import POINTS_AT_ONCE, Mesh, keys, sides
+from prensa.mesh.outline import GROWTH, NewOutline, SizeOf
+from prensa.precision import NEGLIGIBLE
 from prensa.types import Array, Flags, Index
 
 NO_MESHER = "'remesh' needs the mesher MMG, which is not installed: pip install 'prensa[remesh]'"
-GROWTH = 1.25  # of the sizes of neighbouring elements, at most
-PAIRS_AT_ONCE = 1_000_000  # places and sides of an outline looked at together: some tens of megabytes
 
 
 class TriangulationError(PrensaError):
@@ -82,12 +81,12 @@ def _triangles(points: Array, edges: Index, size: SizeOf) -> tuple[Array, Index]
     np.add.at(h, edges, 0.5 * length[:, None])
     try:
         mesh = _given(points, _between(points, edges), edges, h)
-        mesh.remesh(hgrad=GROWTH, verbose=-1, nosurf=1)
+        mesh.remesh(hgrad=1 + GROWTH, verbose=-1, nosurf=1)
         vertices = mesh.get_vertices()
         target, number = size(vertices), _numbers(vertices, points)
         target[number] = h  # at the outline sizes are those of its sides
         mesh["metric"] = np.ascontiguousarray(target[:, None])  # MMG clears megabytes for every mesh: the same one goes on
-        mesh.remesh(hgrad=GROWTH, hgradreq=GROWTH, verbose=-1, nosurf=1)
+        mesh.remesh(hgrad=1 + GROWTH, hgradreq=1 + GROWTH, verbose=-1, nosurf=1)
     except RuntimeError as error:
         raise TriangulationError(f"MMG makes no mesh of the outline ({error})") from None
     return _ordered(mesh.get_vertices(), mesh.get_triangles().astype(np.int64), points, edges)
@@ -135,7 +134,7 @@ def _numbers(vertices: Array, points: Array) -> Index:
     from scipy.spatial import cKDTree
 
     distance, number = cKDTree(vertices).query(points)
-    if not distance.max() < 1e-9 * np.ptp(points):
+    if not distance.max() < NEGLIGIBLE * np.ptp(points):
         raise TriangulationError("MMG moved nodes of the outline: it crosses or touches itself")
     return np.asarray(number, dtype=np.int64)
 
@@ -159,7 +158,7 @@ def inside(x: Array, points: Array, edges: Index) -> Flags:
     """Whether places x (n, 2) are inside the outlines and outside of their holes: crossings of a ray along +x."""
     a, b = points[edges[:, 0]], points[edges[:, 1]]
     out = np.empty(len(x), dtype=bool)
-    step = max(PAIRS_AT_ONCE // max(len(edges), 1), 1)
+    step = max(POINTS_AT_ONCE // max(len(edges), 1), 1)
     for k in range(0, len(x), step):
         y = x[k : k + step, 1:2]
         spans = (a[:, 1] <= y) != (b[:, 1] <= y)

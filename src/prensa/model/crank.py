@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from prensa.model.fields import described
 from prensa.model.names import Finding, suggest
 from prensa.model.units import Angle, Length, Number
+from prensa.precision import NEGLIGIBLE
 
 AXIS = {"down": ("y", -1.0), "up": ("y", 1.0), "left": ("x", -1.0), "right": ("x", 1.0)}
 
@@ -40,7 +41,7 @@ class Crank:
             raise ValueError("give either 'start', the angle before bottom dead centre, or 'height' above it")
         if self.height is not None and self.height > self.stroke:
             raise ValueError(f"the slide is never {self.height:g} above bottom dead centre: its stroke is {self.stroke:g}")
-        if not 0.0 < self.first - self.end <= math.tau * (1 + 1e-12):
+        if not 0.0 < self.first - self.end <= math.tau * (1 + NEGLIGIBLE):
             raise ValueError(
                 f"the crank turns from {math.degrees(self.first):.6g} to {math.degrees(self.end):.6g} degrees before bottom dead "
                 "centre; angles fall as it turns, by a turn at most, and are negative beyond bottom dead centre"
@@ -117,7 +118,7 @@ def findings(p: Any, step: Any, path: tuple[str | int, ...]) -> Iterator[Finding
             )
             yield Finding((*here, "strokes_per_minute"), message)
         for other, seconds in durations.items():
-            if abs(seconds - crank.seconds) > 1e-9 * seconds:
+            if abs(seconds - crank.seconds) > NEGLIGIBLE * seconds:
                 message = (
                     f"the crank of {name!r} takes {crank.seconds:.6g} s for its turn and that of {other!r} {seconds:.6g} s: a "
                     "step has one duration; leave out one of the speeds"

@@ -11,6 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag,
 
 from prensa.model.fields import as_names, described
 from prensa.model.units import Angle, Length, LengthUnit, Number, Whole
+from prensa.precision import NEGLIGIBLE
 
 MOST_ELEMENTS = 5_000_000  # of a body: some thirty gigabytes, told before they are asked for
 
@@ -229,7 +230,7 @@ class Annulus:
         if self.outer <= self.inner:
             raise ValueError(f"outer radius {self.outer:g} must exceed inner radius {self.inner:g}")
         sweep = self.angles[1] - self.angles[0]
-        if not 0.0 < sweep <= math.tau * (1 + 1e-9):
+        if not 0.0 < sweep <= math.tau * (1 + NEGLIGIBLE):
             raise ValueError(
                 "'angles' must increase by at most a whole turn (numbers are radians; '90 deg' is converted)"
             )

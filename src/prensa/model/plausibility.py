@@ -9,6 +9,7 @@ from prensa.model.problem import Problem
 from prensa.model.seconds import stated
 from prensa.model.units import factor
 from prensa.model.unsaid import space_left_out
+from prensa.precision import NEGLIGIBLE
 
 STIFFEST, STRONGEST = 2000.0, 20.0  # GPa: above the modulus of diamond, and above the strength of any metal
 WEAKEST = 1e-5  # of E: below the flow stress of any metal; lead has 3e-4, superplastic alloys 5e-5
@@ -35,7 +36,7 @@ def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[s
         yield f"bodies.{name}.material: {amount}{meant or '; check the units of both'}"
     elif units.force == "N" and units.length in ("mm", "cm", "m") and first <= E / 20 and material.poisson < 0.45:
         for unit, share in (("GPa", 1.0), ("MPa", 1e3)):
-            own = abs(factor(f"1 {unit}", units.length, units.force, (1, -2)) - 1.0) < 1e-9
+            own = abs(factor(f"1 {unit}", units.length, units.force, (1, -2)) - 1.0) < NEGLIGIBLE
             if not own and any(low <= E / share <= high for low, high in METALS):
                 stress = f"{units.force}/{units.length}²"
                 yield f"bodies.{name}.material: E = {E:g} in {stress}; did you mean '{E:g} {unit}'?"

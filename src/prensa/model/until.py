@@ -13,6 +13,7 @@ from prensa.model.fields import described
 from prensa.model.names import Finding, suggest
 from prensa.model.tables import DRIVEN, tables_of
 from prensa.model.units import Angle, Displacement, Force, Moment, Number
+from prensa.precision import NEGLIGIBLE
 
 Path: TypeAlias = tuple[str | int, ...]
 
@@ -122,7 +123,7 @@ def tables_beyond(p: Any) -> Iterator[Finding]:
         return
     for prefix, owner, first in [((), p, 0), *((("steps", i), s, i) for i, s in enumerate(p.steps) if s is not None)]:
         for path, table in tables_of(owner):
-            over = next((i for i in open_ended if i >= first and table[-1][0] > i + 1 + 1e-9), None)
+            over = next((i for i in open_ended if i >= first and table[-1][0] > i + 1 + NEGLIGIBLE), None)
             if over is not None:
                 yield Finding(
                     (*prefix, *path),

@@ -28,6 +28,7 @@ SEQUENTIAL, DIVERGING = "viridis", "RdBu_r"
 
 # widths of figures and sizes of letters go together: 4.5 inches as wide as a phone show 10.2 points as 10 pixels
 RC: Any = {
+    "figure.figsize": (5.4, 3.6),
     "figure.dpi": 100,
     "savefig.dpi": 180,
     "figure.constrained_layout.use": True,

@@ -9,6 +9,8 @@ import numpy as np
 
 from prensa.types import Array
 
+ACCURACY = 1e-10  # relative, of what is integrated and of minima that are looked for
+
 
 def positive(**values: float) -> None:
     """Raise ValueError unless every named value is a finite number above zero."""

@@ -14,12 +14,11 @@ import numpy as np
 
 from prensa.types import Index
 
-from ._check import Array, not_negative, positive
+from ._check import ACCURACY, Array, not_negative, positive
 
 REWEIGHTINGS = 60  # reweighted least squares
-POWER_SETTLED = 1e-5  # change of the power over the power that ends them
+STATIONARY = 1e-5  # change of the power over the power that ends them, and rates over their mean below which they count as none
 SIDE_PLACES = np.array([0.0, 0.5, 1.0])  # along a side at which jumps are looked at
-LEAST_RATE = 1e-5  # of the mean rate of strain, below which a rate is not told from none
 # Gauss points of a triangle, exact for degree 5: Radon (1948)
 RADON_A, RADON_B = (6 - np.sqrt(15)) / 21, (6 + np.sqrt(15)) / 21
 RADON_POINTS = np.array(
@@ -58,11 +57,11 @@ def axisymmetric_bound(points: Any, triangles: Any, stress: float, walls: Any) -
         size = np.sqrt((rate.reshape(-1, 4) ** 2).sum(axis=1))
         power = float(sizes @ size) + _jumped(jump, across)
         least = min(least, power)
-        if abs(last - power) <= POWER_SETTLED * power:
+        if abs(last - power) <= STATIONARY * power:
             break
         last = power
-        w = np.repeat(sizes / np.maximum(size, LEAST_RATE * size.mean()), 4)
-        u = across / np.maximum(np.abs(jump), LEAST_RATE * np.abs(jump).mean())
+        w = np.repeat(sizes / np.maximum(size, STATIONARY * size.mean()), 4)
+        u = across / np.maximum(np.abs(jump), STATIONARY * np.abs(jump).mean())
     return least
 
 
@@ -82,7 +81,7 @@ class _Body:
         twice = sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0]
         if not (twice > 0).all():
             raise ValueError("triangles: some are folded, or walked clockwise")
-        self.tiny = 1e-9 * float(np.ptp(x, axis=0).max())
+        self.tiny = ACCURACY * float(np.ptp(x, axis=0).max())
         if x[:, 0].min() < -self.tiny:
             raise ValueError("points: some lie beyond the axis")
         pairs = np.sort(cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)

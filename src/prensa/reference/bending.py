@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._check import Array, one_of, plane_strain_modulus, poisson, positive
+from ._check import ACCURACY, Array, one_of, plane_strain_modulus, poisson, positive
 from .upsetting import Flow, _check_material, _plane_strain_path, _uniaxial_elastic
 
 PLANE_SPACES = ("plane strain", "plane stress")
@@ -132,4 +132,4 @@ def _checked(curvature: ArrayLike, thickness: float, E: float, nu: float, space:
 def _released(curvature: Array, moment: Array, modulus: float, thickness: float) -> Bending:
     """Take the moment off elastically; round-off below zero counts as flat."""
     left = np.maximum(curvature - 12.0 * moment / (modulus * thickness**3), 0.0)
-    return Bending(curvature, np.asarray(moment), np.where(left < 1e-14 * curvature, 0.0, left))
+    return Bending(curvature, np.asarray(moment), np.where(left < ACCURACY * curvature, 0.0, left))

@@ -40,5 +40,5 @@ def elastica_clamped(shortening: float, *, E: float, length: float, thickness: f
         force = critical * (2.0 * ellipk(m) / math.pi) ** 2
         return float(length * (2.0 - 2.0 * ellipe(m) / ellipk(m)) + force / axial - shortening)
 
-    m = brentq(excess, 0.0, 1.0 - 1e-9, xtol=1e-14)
+    m = brentq(excess, 0.0, math.nextafter(1.0, 0.0))
     return float(critical * (2.0 * ellipk(m) / math.pi) ** 2)

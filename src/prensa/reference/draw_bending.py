@@ -119,7 +119,7 @@ class _Strip:
             width *= 2.0
         else:
             raise ValueError(f"pull = {pull!r}: more than the strip can bear; lower the tension or the friction")
-        stretch = float(brentq(missing, low, high, xtol=1e-13))
+        stretch = float(brentq(missing, low, high))
         self.along, self.across, self.plastic = self._after(stretch, curvature)
         self.stretch, self.curvature = stretch, curvature
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from ._check import not_negative, positive
+from ._check import ACCURACY, not_negative, positive
 
 
 def _check_reduction(before: float, after: float, alpha: float) -> None:
@@ -89,7 +89,7 @@ def strip_upper_bound(*, before: float, after: float, alpha: float, k: float, m:
         return sum(v * size * share for v, size, share in jumps) * k / before
 
     low = -2.0 * before
-    found = minimize_scalar(power, bounds=(low, reach + 2.0 * before), method="bounded", options={"xatol": 1e-10})
+    found = minimize_scalar(power, bounds=(low, reach + 2.0 * before), method="bounded", options={"xatol": ACCURACY})
     return float(found.fun)
 
 

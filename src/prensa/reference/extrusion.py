@@ -10,8 +10,6 @@ import numpy as np
 
 from ._check import Array, not_negative, positive
 
-HEIGHTS = 81  # of the zone of deformation that are looked at
-
 
 def can_upper_bound(radius: float, punch: float, height: float, stress: float, m: float) -> float:
     """Radii and remaining ``height`` (length), flow ``stress``, friction factor m -> punch force (force), an upper bound.
@@ -25,14 +23,17 @@ def can_upper_bound(radius: float, punch: float, height: float, stress: float, m
 
     Raises ValueError for lengths or a stress <= 0, a punch as wide as the container, m outside 0 ... 1.
     """
+    from scipy.optimize import minimize_scalar
+
     positive(radius=radius, punch=punch, height=height, stress=stress)
     not_negative(m=m)
     if punch >= radius or m > 1:
         raise ValueError("the punch is narrower than the container, and m is at most 1")
     R, p, k = radius, punch, stress / np.sqrt(3.0)
     r: Array = np.linspace(p, R, 2001)
-    best = np.inf
-    for b in np.linspace(0.2, 1.0, HEIGHTS) * height:
+
+    def force(b: float, below: float) -> float:
+        """With a zone of height b and friction of ``below`` times k beneath it."""
         A = p**2 / (2 * b * (R**2 - p**2))
         v = A * (R**2 / r - r)
         beneath = stress * np.pi * p**2
@@ -42,10 +43,12 @@ def can_upper_bound(radius: float, punch: float, height: float, stress: float, m
         between = k * 2 * np.pi * p * (1 / b + 2 * A) * b**2 / 2
         above = k * np.trapezoid(2 * np.pi * r * v, r)
         sliding = 2 * np.pi * p**3 / (6 * b)
-        below = (m if b >= height * (1 - 1e-9) else 1.0) * k * (np.trapezoid(2 * np.pi * r * v, r) + sliding)
+        beneath += below * k * (np.trapezoid(2 * np.pi * r * v, r) + sliding)
         wall = m * k * 2 * np.pi * R * A * b**2
-        best = min(best, beneath + around + between + above + below + m * k * sliding + wall)
-    return float(best)
+        return float(beneath + around + between + above + m * k * sliding + wall)
+
+    inner = minimize_scalar(lambda b: force(b, 1.0), bounds=(0.0, height), method="bounded")
+    return min(force(height, m), float(inner.fun))
 
 
 def can_strain(radius: float, punch: float, height: float, left: float) -> float:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._check import Array, not_negative, positive
+from ._check import ACCURACY, Array, not_negative, positive
 
 # --- limit loads and tubes ----------------------------------------------------------------------------------------
 
@@ -258,7 +258,7 @@ def strip_rolling(
             gain = p * (math.sin(phi) + sign * mu * math.cos(phi)) - state[0] * math.sin(phi)
             return [gain * R / (h + R * (1.0 - math.cos(phi)))]
 
-        return solve_ivp(slope, (start, end), [q], rtol=1e-10, atol=1e-10 * k, dense_output=True).sol
+        return solve_ivp(slope, (start, end), [q], rtol=ACCURACY, atol=ACCURACY * k, dense_output=True).sol
 
     after, before = zone(1.0, 0.0, bite, q0), zone(-1.0, bite, 0.0, 0.0)
     if not before(0.0)[0] > q0:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._check import Array, not_negative, positive
+from ._check import ACCURACY, Array, not_negative, positive
 from .bending import bend_strip
 from .upsetting import Flow
 
@@ -79,7 +79,7 @@ def free_bending(
         return np.array([math.hypot(x, y) - on_punch, x * math.sin(direction) + y * math.cos(direction)]) / thickness
 
     for nose, lever in ((False, 6.0 * thickness / apart), (True, 1.0)):
-        found = root(arrival, [0.95, lever], args=(nose,), tol=1e-8).x
+        found = root(arrival, [0.95, lever], args=(nose,)).x
         half, push, end = line(found, nose)
         # a strip that lay on the punch beyond its middle touches the nose; one that there is bent more lies on the punch
         fits = float(end[4]) <= laid if nose else float(end[2]) <= 0.5 * math.pi
@@ -107,5 +107,5 @@ def _end(half: float, force: Array, laid: float | None, bent: Callable[[float], 
         return [-math.sin(y[2]), -math.cos(y[2]), float(bent(moment(y))), moment(y)]
 
     arrived.terminal = True  # type: ignore[attr-defined]
-    y = solve_ivp(rate, (0.0, way), [0.0, 0.0, half, 0.0], events=arrived, rtol=1e-7, atol=1e-8).y[:, -1]
+    y = solve_ivp(rate, (0.0, way), [0.0, 0.0, half, 0.0], events=arrived, rtol=ACCURACY, atol=ACCURACY).y[:, -1]
     return np.append(y, moment(y))

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._check import Array, one_of, plane_strain_modulus, poisson, positive
+from ._check import ACCURACY, Array, one_of, plane_strain_modulus, poisson, positive
 
 BASES = ("smooth", "bonded")
 
@@ -66,9 +66,11 @@ def _kernel_parts(w: ArrayLike, base: str, nu: float) -> tuple[Array, Array, Arr
     return w, d, q, np.asarray(den)
 
 
-def _panels(upper: float, count: int, order: int = 16) -> tuple[Array, Array]:
-    """Gauss-Legendre points and weights on `count` equal panels of (0, upper)."""
-    x, w = np.polynomial.legendre.leggauss(order)
+def _panels(ratio: float) -> tuple[Array, Array]:
+    """Gauss-Legendre points and weights on equal panels of (0, 40), where kernels have died out, for J_0 or cos of ratio * w."""
+    x, w = np.polynomial.legendre.leggauss(16)
+    upper = 40.0
+    count = max(40, math.ceil(20.0 * ratio))
     width = upper / count
     points = (np.arange(count)[:, None] + 0.5 * (x + 1.0)) * width
     return points.ravel(), np.tile(0.5 * width * w, count)
@@ -156,7 +158,7 @@ def _half_width(
     """Root of the increasing function misfit(a), bracketed by doubling from a guess."""
     from scipy.optimize import brentq
 
-    limit = R * (1.0 - 1e-9) if profile == "circle" else math.inf
+    limit = R * (1.0 - ACCURACY) if profile == "circle" else math.inf
     low = high = min(start, 0.5 * limit)
     while misfit(low) > 0.0:
         low /= 2.0
@@ -164,7 +166,7 @@ def _half_width(
         if high >= limit:
             raise ValueError(f"{name} = {target!r}: the circle is pressed in beyond its radius R = {R!r}; lower {name}")
         high = min(1.5 * high, limit)
-    return float(low if low == high else brentq(misfit, low, high, xtol=1e-14 * high, rtol=1e-14))
+    return float(low if low == high else brentq(misfit, low, high, xtol=np.finfo(float).eps * high))
 
 
 def _solve_for_half_width(
@@ -187,7 +189,7 @@ def _solve_for_half_width(
 
     # Rest of the kernel: int_0^inf (1 - e^-w) cos(wt)/w dw = -ln t + ln(1 + t^2)/2, and (L - 1 + e^-w) by quadrature.
     near = 0.5 * np.log1p((ratio * (x[:, None] - s)) ** 2) @ weighted
-    w, weight = _panels(40.0, max(40, math.ceil(10.0 * ratio)))
+    w, weight = _panels(ratio)
     density = weight * (np.exp(-w) - layer_kernel_defect(w, base, nu)) / w
     far = (np.cos(np.outer(ratio * x, w)) * density) @ (np.cos(np.outer(w, ratio * s)) @ weighted)
 

@@ -110,6 +110,6 @@ def _layer_defect(r: Array, H: float, base: str, nu: float) -> Array:
     """(n,) -> (n, n): int_0^inf (1 - L(kH)) J0(k r_i) J0(k r_j) dk (1/length)."""
     from scipy.special import j0
 
-    w, weight = _panels(30.0, max(40, math.ceil(20.0 * float(r.max()) / H)))
+    w, weight = _panels(float(r.max()) / H)
     bessel = j0(np.outer(r / H, w))
     return np.asarray((bessel * (weight * layer_kernel_defect(w, base, nu) / H)) @ bessel.T)

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
+from scipy.special import spherical_jn
 
-from ._check import Array, not_negative, positive
+from ._check import ACCURACY, Array, not_negative, positive
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _SHARES = 0.5 * (_POINTS + 1.0)
@@ -66,7 +67,7 @@ def orowan_rolling(
 
     def total(weight: Callable[[float, float, float], float]) -> float:
         parts = ((0.0, neutral), (neutral, bite))
-        return sum(float(quad(lambda phi: weight(phi, *at(phi)) * R, a, b, epsrel=1e-6)[0]) for a, b in parts)
+        return sum(float(quad(lambda phi: weight(phi, *at(phi)) * R, a, b)[0]) for a, b in parts)
 
     force = total(lambda phi, s, t: s * math.cos(phi) + t * math.sin(phi)) + recovery
     torque = R * (total(lambda phi, s, t: -t) - mu * recovery)
@@ -96,15 +97,15 @@ class _Arc:
         own = self.k(self.half(phi))
         a = self.friction(s, phi) / own
         root = np.sqrt(np.maximum(1.0 - (a * _SHARES) ** 2, 0.0))
-        shrunk = phi / math.sin(phi) if phi > 1e-9 else 1.0
+        shrunk = 1.0 / float(np.sinc(phi / math.pi))
         w = 0.5 * shrunk * float(_WEIGHTS @ (root * np.cos(_SHARES * phi)))
-        bent = 1.0 / phi - 1.0 / math.tan(phi) if phi > 1e-4 else phi / 3.0
+        bent = float(spherical_jn(1, phi) / spherical_jn(0, phi))  # 1/phi - cot phi
         return self.half(phi) * (s - 2.0 * own * w + sign * self.friction(s, phi) * bent)
 
     def pressure(self, f: float, phi: float, sign: float) -> float:
         """Roll pressure for a horizontal force."""
         guess = f / self.half(phi) + 2.0 * self.k(self.half(phi))
-        return float(brentq(lambda s: self.horizontal(s, phi, sign) - f, 0.2 * guess, 1.5 * guess, rtol=1e-13))
+        return float(brentq(lambda s: self.horizontal(s, phi, sign) - f, 0.0, 1.5 * guess))
 
     def zone(self, sign: float, start: float, end: float, f0: float) -> Any:
         """Horizontal force (1,) as a function of the angle, from f0 at the start."""
@@ -114,4 +115,4 @@ class _Arc:
             return [self.R * (s * math.sin(phi) + sign * self.friction(s, phi) * math.cos(phi))]
 
         scale = self.k(self.h) * self.h
-        return solve_ivp(slope, (start, end), [f0], rtol=1e-8, atol=1e-8 * scale, dense_output=True).sol
+        return solve_ivp(slope, (start, end), [f0], rtol=ACCURACY, atol=ACCURACY * scale, dense_output=True).sol

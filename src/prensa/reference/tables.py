@@ -6,6 +6,7 @@ Units N, mm, MPa. The tables come from programs independent of this package and 
 from __future__ import annotations
 
 import csv
+import math
 from dataclasses import dataclass
 from importlib import resources
 
@@ -95,7 +96,7 @@ def cylinder_on_layer_pressure(delta: float) -> dict[str, Array]:
     Source: as `cylinder_on_layer_table`.
     """
     rows = _rows("example1_smooth_base_pressure")[1:]
-    chosen = [row[1:] for row in rows if abs(float(row[0]) - delta) < 1e-9]
+    chosen = [row[1:] for row in rows if math.isclose(float(row[0]), delta)]
     if not chosen:
         raise ValueError(f"delta = {delta!r}: not tabulated; choose from {sorted({float(row[0]) for row in rows})}")
     return _columns(chosen, ("x", "p", "p_hertz"))

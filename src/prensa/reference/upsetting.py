@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._check import Array, one_of, poisson, positive, reductions
+from ._check import ACCURACY, Array, one_of, poisson, positive, reductions
 
 Flow = Callable[[float], float]
 """Flow curve: equivalent plastic strain (-) -> yield stress (stress)."""
@@ -71,7 +71,7 @@ def _uniaxial_elastic(total: Array, flow: Flow, E: float, nu: float, yield_on: s
 
         if overstress(strain) <= 0.0:
             return strain
-        return float(brentq(overstress, 0.0, strain, xtol=1e-17, rtol=1e-14))
+        return float(brentq(overstress, 0.0, strain, xtol=np.finfo(float).eps * strain))
 
     return np.array([elastic(float(strain)) for strain in total])
 
@@ -158,7 +158,7 @@ def _plane_strain_path(total: Array, flow: Flow, E: float, nu: float, yield_on: 
             tau_y = (-B - math.sqrt(B * B - 4.0 * A * C)) / (2.0 * A)
             tau_z = nu * tau_y + E * elastic_z
             update = math.exp((1.0 - 2.0 * nu) / E * (tau_y + tau_z)) if yield_on == "cauchy" else 1.0
-            if abs(update - J) <= 1e-16:
+            if abs(update - J) <= np.finfo(float).eps:
                 break
             J = update
         return tau_y, tau_z
@@ -180,10 +180,11 @@ def _plane_strain_path(total: Array, flow: Flow, E: float, nu: float, yield_on: 
     result[1, elastic] = nu * result[0, elastic]
     if not elastic.all():
         end = 1.2 * float(total.max())  # d kappa/d(plastic compression) = 1/|n_y| stays below 2/sqrt 3
-        path = solve_ivp(rates, (0.0, end), [0.0, 0.0], method="Radau", rtol=1e-10, atol=1e-14, dense_output=True)
+        eps = np.finfo(float).eps
+        path = solve_ivp(rates, (0.0, end), [0.0, 0.0], method="Radau", rtol=ACCURACY, atol=eps, dense_output=True)
         for i in np.flatnonzero(~elastic):
             target = float(total[i])
-            kappa = float(brentq(lambda k, t=target: strain(k, path.sol(k)) - t, 0.0, end, xtol=1e-15, rtol=1e-14))
+            kappa = float(brentq(lambda k, t=target: strain(k, path.sol(k)) - t, 0.0, end))
             plastic_y, elastic_z = path.sol(kappa)
             result[:, i] = *stresses(elastic_z, kappa), plastic_y, elastic_z, kappa
     return result
@@ -259,7 +260,7 @@ def considere(
     kappa = 0.0
     if best > 0:
         bounds = (float(coarse[best - 1]), float(coarse[best + 1]))
-        found = minimize_scalar(lambda k: -state(k)[0], bounds=bounds, method="bounded", options={"xatol": 1e-10})
+        found = minimize_scalar(lambda k: -state(k)[0], bounds=bounds, method="bounded", options={"xatol": ACCURACY})
         kappa = float(found.x)
     log_force, e, stress = state(kappa)
     return Necking(area * math.exp(log_force), length * math.expm1(e + kappa), stress, kappa)

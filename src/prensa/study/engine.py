@@ -182,7 +182,6 @@ def _dask_settings(configured: Any) -> Any:
             "distributed.worker.memory.target": False,  # results are small and stay in memory
             "distributed.worker.memory.spill": False,
             "distributed.worker.memory.pause": False,
-            "distributed.worker.memory.terminate": 0.95,
             "distributed.comm.timeouts.connect": f"{CONNECT}s",
         }
     )

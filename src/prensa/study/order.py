@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from prensa.precision import NEGLIGIBLE, SMALLEST
 from prensa.types import Array
 
-THE_SAME = 1e-9  # of the results, below which differences say nothing
 LOWEST, HIGHEST = 0.3, 6.0  # orders that are looked for
 SURE = 1.25  # Roache's factor of an order that the results show
 UNSURE = 3.0  # and of results of which it is not sure that they are near their limit
@@ -53,14 +53,14 @@ def observed(sizes: Array, results: Array) -> Convergence:
     keep = np.isfinite(results)
     h, y = sizes[keep], results[keep]
     by_size = np.argsort(-h, kind="stable")
-    h, y = h[by_size] / h.max(initial=1e-300), y[by_size]
+    h, y = h[by_size] / h.max(initial=SMALLEST), y[by_size]
     if len(np.unique(h)) < 3:
         last = float(y[-1]) if len(y) else math.nan
         return _without(
             last, float(np.ptp(y)) if len(y) > 1 else math.nan, "an order takes three results of different sizes"
         )
     spread, scale = float(np.ptp(y)), float(np.abs(y).max())
-    if spread <= THE_SAME * scale:
+    if spread <= NEGLIGIBLE * scale:
         return _without(float(y[-1]), spread, "the results are the same to round-off")
     return _of_fit(h, y, spread)
 
@@ -70,13 +70,13 @@ def _of_fit(h: Array, y: Array, spread: float) -> Convergence:
     if len(y) == 3 and changes[0] * changes[1] <= 0:
         return _without(float(y[-1]), spread, "the results go up and down")
     p = _best_order(h, y)
-    y0, a, scatter = _fit(h, y, p)
-    free = len(y) - 3
-    error, limit_error = _standard_errors(h, a, p, scatter, free)
-    if p <= LOWEST * 1.01 or p >= HIGHEST * 0.99:
+    if p is None:
         return _without(
             float(y[-1]), spread, f"no power of the size between {LOWEST:g} and {HIGHEST:g} fits the results"
         )
+    y0, a, scatter = _fit(h, y, p)
+    free = len(y) - 3
+    error, limit_error = _standard_errors(h, a, p, scatter, free)
     if free and scatter > NOISE * abs(y[0] - y[-1]):
         return _without(float(y[-1]), spread, "the results scatter as much as they converge")
     if free and error > DOUBT * p:
@@ -98,15 +98,14 @@ def _fit(h: Array, y: Array, p: float) -> tuple[float, float, float]:
     return float(y0), float(a), math.sqrt(rest / max(len(h) - 3, 1))
 
 
-def _best_order(h: Array, y: Array) -> float:
-    """The order that fits best, from a coarse search refined."""
+def _best_order(h: Array, y: Array) -> float | None:
+    """The order that fits best, from a coarse search refined; None where that is the least or the largest."""
     orders = np.geomspace(LOWEST, HIGHEST, 60)
     scatters = [_fit(h, y, p)[2] for p in orders]
     k = int(np.argmin(scatters))
-    low, high = orders[max(k - 1, 0)], orders[min(k + 1, len(orders) - 1)]
-    return float(
-        minimize_scalar(lambda p: _fit(h, y, p)[2], bounds=(low, high), method="bounded", options={"xatol": 1e-10}).x
-    )
+    if k in (0, len(orders) - 1):
+        return None
+    return float(minimize_scalar(lambda p: _fit(h, y, p)[2], bounds=(orders[k - 1], orders[k + 1]), method="bounded").x)
 
 
 def _standard_errors(h: Array, a: float, p: float, scatter: float, free: int) -> tuple[float, float]:

@@ -26,6 +26,13 @@ MOST_PANELS = 6
 IN_A_LEGEND = 8  # values that a legend tells apart
 
 
+def _shade(share: Any) -> Any:
+    """Colours of shares 0 … 1; the brightest yellow is hard to see on white."""
+    import matplotlib
+
+    return matplotlib.colormaps[style.SEQUENTIAL](0.92 * np.asarray(share))
+
+
 def label(path: str, factor: Factor | None = None) -> str:
     """A path of the case for an axis: its last two parts say what it is."""
     return ".".join(path.split(".")[-2:]) + (f" ({factor.unit})" if factor and factor.unit else "")
@@ -35,12 +42,13 @@ def _named(quantity: Quantity, name: str | None = None) -> str:
     return f"{name or quantity.text}" + (f" ({quantity.unit})" if quantity.unit else "")
 
 
-def _axes(width: float = 5.4, height: float = 3.6, panels: int = 1) -> tuple[Figure, list[Axes]]:
+def _axes(panels: int = 1, size: tuple[float, float] | None = None) -> tuple[Figure, list[Axes]]:
+    """A figure of a size (inches; that of the style if there is one panel), and its panels."""
     from matplotlib.figure import Figure
 
     columns = min(panels, 3)
     rows = -(-panels // columns)
-    figure = Figure(figsize=(width if panels == 1 else 3.0 * columns, height if panels == 1 else 2.6 * rows))
+    figure = Figure(figsize=size if panels == 1 else (3 * columns, 3 * rows))
     return figure, list(np.ravel(figure.subplots(rows, columns, squeeze=False)))
 
 
@@ -56,7 +64,7 @@ def curves(study: Study, quantity: Quantity) -> tuple[Figure, int] | None:
         figure, (axes, *_) = _axes()
         colour = _Colours(study, [row for row, _ in drawn], quantity.text)
         for row, (x, y, _) in drawn:
-            axes.plot(x, y, color=colour.of(row), linewidth=1.2 if len(drawn) < 40 else 0.7)
+            axes.plot(x, y, color=colour.of(row), linewidth=1.0)
         axes.set_xlabel(drawn[0][1][2])
         axes.set_ylabel(_named(quantity, quantity.name))
         colour.explain(figure, axes)
@@ -100,13 +108,11 @@ class _Colours:
 
     def of(self, row: Row) -> Any:
         """The colour of a case."""
-        import matplotlib
-
         if self.factor is None:
             return style.BLUE
         if self.numbers is not None:
             low, high = self.numbers.min(), self.numbers.max()
-            return matplotlib.colormaps[style.SEQUENTIAL](0.92 * (self.place[id(row)] - low) / (high - low))
+            return _shade((self.place[id(row)] - low) / (high - low))
         return style.CYCLE[self.texts.index(row.point.values[self.factor.path]) % len(style.CYCLE)]
 
     def explain(self, figure: Figure, axes: Axes) -> None:
@@ -119,16 +125,13 @@ class _Colours:
             return
         title = label(self.factor.path, self.factor)
         if self.numbers is not None and len(self.texts) > IN_A_LEGEND:
-            lower = ListedColormap(matplotlib.colormaps[style.SEQUENTIAL](np.linspace(0, 0.92, 256)))
+            lower = ListedColormap(_shade(np.linspace(0, 1, 256)))
             scale = matplotlib.cm.ScalarMappable(Normalize(self.numbers.min(), self.numbers.max()), lower)
             figure.colorbar(scale, ax=axes, label=title)
             return
         if self.numbers is not None:
             low, high = self.numbers.min(), self.numbers.max()
-            shades = {
-                v: matplotlib.colormaps[style.SEQUENTIAL](0.92 * (v - low) / (high - low))
-                for v in np.unique(self.numbers)
-            }
+            shades = {v: _shade((v - low) / (high - low)) for v in np.unique(self.numbers)}
             handles = [Line2D([], [], color=c, label=f"{v:g}") for v, c in shades.items()]
         else:
             handles = [
@@ -171,7 +174,7 @@ def _surface(a: tuple[Factor, Array], b: tuple[Factor, Array], y: Array, quantit
     u, v = np.meshgrid(us, vs)
     there = np.isfinite(z)
     dots: dict[str, Any] = {"color": "white", "markeredgecolor": style.BLACK, "markeredgewidth": 0.5}
-    axes.plot(u[there], v[there], "o", markersize=3.5, clip_on=False, **dots)
+    axes.plot(u[there], v[there], "o", clip_on=False, **dots)
     axes.plot(u[~there], v[~there], "x", color=style.RED, markersize=5, clip_on=False)
     axes.set_xlabel(label(a[0].path, a[0]))
     axes.set_ylabel(label(b[0].path, b[0]))
@@ -182,8 +185,6 @@ def _surface(a: tuple[Factor, Array], b: tuple[Factor, Array], y: Array, quantit
 
 def _lines(axes_of: list[tuple[Factor, Array]], y: Array, quantity: Quantity) -> Figure:
     """The first quantity along x, a line for each value of the second."""
-    import matplotlib
-
     axes_of = sorted(axes_of, key=lambda fx: -len(np.unique(fx[1])))
     (first, x), others = axes_of[0], axes_of[1:]
     figure, (axes, *_) = _axes()
@@ -192,9 +193,7 @@ def _lines(axes_of: list[tuple[Factor, Array]], y: Array, quantity: Quantity) ->
         here = np.ones(len(y), dtype=bool) if value is None else others[0][1] == value
         us = np.unique(x[here])
         means = [y[here & (x == u)].mean() for u in us]
-        colour = (
-            style.BLUE if value is None else matplotlib.colormaps[style.SEQUENTIAL](0.92 * k / max(len(lines) - 1, 1))
-        )
+        colour = style.BLUE if value is None else _shade(k / max(len(lines) - 1, 1))
         axes.plot(us, means, "o-", color=colour, label=None if value is None else f"{value:g}")
     axes.set_xlabel(label(first.path, first))
     axes.set_ylabel(_named(quantity))
@@ -206,7 +205,7 @@ def _lines(axes_of: list[tuple[Factor, Array]], y: Array, quantity: Quantity) ->
 def _panels(axes_of: list[tuple[Factor, Array]], y: Array, quantity: Quantity) -> Figure:
     figure, panels = _axes(panels=len(axes_of))
     for axes, (factor, x) in zip(panels, axes_of):
-        axes.plot(x, y, ".", color=style.BLUE, alpha=0.7)
+        axes.plot(x, y, ".", color=style.BLUE)
         axes.set_xlabel(label(factor.path, factor))
         axes.set_ylabel(_named(quantity))
     for axes in panels[len(axes_of) :]:
@@ -222,17 +221,15 @@ def tornado(study: Study, quantity: Quantity) -> Figure | None:
         return None
     y = [row.value(quantity.text) for row in study.rows if not math.isnan(row.value(quantity.text))]
     with style.styled():
-        figure, (axes, *_) = _axes(height=0.9 + 0.5 * len(found))
+        figure, (axes, *_) = _axes(size=(5, 1 + len(found) / 2))
         for k, e in enumerate(reversed(found)):
             rises = e.at_high >= e.at_low
-            axes.barh(k, e.at_high - e.at_low, left=e.at_low, height=0.55, color=style.RED if rises else style.BLUE)
+            axes.barh(k, e.at_high - e.at_low, left=e.at_low, height=0.5, color=style.RED if rises else style.BLUE)
             _ends(axes, k, e)
-        axes.axvline(float(np.mean(y)), color=style.BLACK, linewidth=0.8)
+        axes.axvline(float(np.mean(y)), color=style.BLACK, linewidth=1.0)
         axes.set_yticks(range(len(found)), [label(e.path) for e in reversed(found)])
         axes.set_xlabel(_named(quantity))
-        ends = [v for e in found for v in (e.at_low, e.at_high)]
-        room = 0.2 * (max(ends) - min(ends) or 1.0)
-        axes.set_xlim(min(ends) - room, max(ends) + room)
+        axes.margins(x=0.25)  # for the values beside the bars
         axes.grid(axis="y", visible=False)
     return figure
 
@@ -242,7 +239,7 @@ def _ends(axes: Axes, k: int, e: Effect) -> None:
     left, right = ((e.low, e.at_low), (e.high, e.at_high))[:: 1 if e.at_low <= e.at_high else -1]
     for (text, x), side in ((left, "right"), (right, "left")):
         shift = (-4 if side == "right" else 4, 0)
-        axes.annotate(_short(text), (x, k), shift, textcoords="offset points", va="center", ha=side, fontsize=7.5)
+        axes.annotate(_short(text), (x, k), shift, textcoords="offset points", va="center", ha=side, fontsize=8)
 
 
 def _short(text: str) -> str:

@@ -10,12 +10,11 @@ from typing import Literal
 import numpy as np
 
 from prensa.errors import PrensaError
-from prensa.study.values import Factor, Scatter, Values
+from prensa.study.values import MOST_CASES, Factor, Scatter, Values
 
 Sampling = Literal["sobol", "lhs", "random"]
 SAMPLINGS: tuple[Sampling, ...] = ("sobol", "lhs", "random")
 DEFAULT_SAMPLES = 64
-MOST_CASES = 100_000
 
 
 @dataclass(frozen=True)

@@ -29,11 +29,11 @@ from typing import Any
 import numpy as np
 
 from prensa.errors import PrensaError, shown
+from prensa.measures.grammar import DEEPEST
 from prensa.model import text as yaml
 
-MOST_OF_A_FACTOR = 100_000
+MOST_CASES = 100_000  # of a study, and values of one factor
 MOST_PARTS = 20_000  # numbers, texts and lists that one value is made of
-DEEPEST = 20  # lists and mappings inside one another
 RANGES = {"lin": "lin(a, b, n)", "log": "log(a, b, n)"}
 DISTRIBUTIONS = {
     "uniform": "uniform(low, high)", "loguniform": "loguniform(low, high)", "triangular": "triangular(low, mode, high)",
@@ -125,8 +125,8 @@ def factor(path: str, given: str) -> Factor:
             raise PrensaError(f"{where}: unknown range or distribution {name!r}; known: {known}")
         else:
             texts.append(part)
-    if len(texts) > MOST_OF_A_FACTOR:
-        raise PrensaError(f"{where}: {len(texts)} values; at most {MOST_OF_A_FACTOR} are taken")
+    if len(texts) > MOST_CASES:
+        raise PrensaError(f"{where}: {len(texts)} values; at most {MOST_CASES} are taken")
     return Values(path, tuple(dict.fromkeys(texts)))
 
 

@@ -12,9 +12,10 @@ import numpy as np
 from scipy.sparse import block_diag, coo_matrix, csr_matrix, identity
 
 from prensa.layout import DofMap
-from prensa.mesh.mesh import COINCIDENT, Mesh, MeshError
+from prensa.mesh.mesh import Mesh, MeshError
 from prensa.model import problem as model
 from prensa.model.spatial import SPATIAL_AXES
+from prensa.precision import DRAWN
 from prensa.system.mortar import Side, combinations, integrals
 from prensa.types import Array, Flags, Index
 
@@ -153,7 +154,7 @@ def _closed(n: int, rows: Index, cols: Index, values: Array) -> csr_matrix:
 # ------------------------------------------------------------------------------------------------------ matching meshes
 def _pairs(X: Array, slave: Side, master: Side) -> tuple[Index, Flags]:
     """Nearest master node (k,) of each slave node, and whether it is at the same place (k,)."""
-    size = COINCIDENT * 10 * float(np.ptp(X, axis=0).max())
+    size = DRAWN * float(np.ptp(X, axis=0).max())
     from scipy.spatial import cKDTree
 
     distance, near = cKDTree(X[master.nodes]).query(X[slave.nodes])

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 TRIALS = 400  # random points at which a law is tried
-FD_STEP = 1e-6  # of finite differences, over the size of the argument
 FD_ERROR = 1e-6  # accepted difference of a derivative from finite differences, over the size of its terms
+KINK = 1e-3  # change of a slope, over its size, within a step of differences from which there is a kink; also the error of slopes
 
 
 class LawError(AssertionError):

@@ -8,7 +8,8 @@ import numpy as np
 
 from prensa.friction.law import At, FrictionLaw, bounded
 from prensa.friction.return_map import Tangential, return_map
-from prensa.testing.common import FD_ERROR, FD_STEP, TRIALS, tell
+from prensa.precision import FIRST_DIFFERENCE, NEGLIGIBLE, ROUND_OFF, SMALLEST
+from prensa.testing.common import FD_ERROR, KINK, TRIALS, tell
 from prensa.types import Array, Flags
 
 
@@ -39,7 +40,7 @@ def check_friction(
     """
     rng = np.random.default_rng(seed)
     n = TRIALS
-    p, kappa = pressure * rng.uniform(0.005, 1.0, n), slip * rng.uniform(0.0, 1.0, n)
+    p, kappa = pressure * rng.uniform(0.0, 1.0, n), slip * rng.uniform(0.0, 1.0, n)
     at = At(np.full(n, k) * rng.uniform(0.5, 1.5, n), dt=1.0, time=1.0, speed=slip * np.linspace(0.0, 2.0, n))
     found = [*_bound_wrong(law, p, kappa, at)]
     if not found:
@@ -66,18 +67,18 @@ def _bound_wrong(law: FrictionLaw, p: Array, kappa: Array, at: At) -> Iterator[s
     half = len(p) // 2
     k, speed = (None if v is None else v[half:] for v in (at.k, at.speed))
     alone = bounded(law, p[half:].copy(), kappa[half:].copy(), at._replace(k=k, speed=speed))
-    if not all(np.allclose(a[half:], b, rtol=1e-13, atol=0.0) for a, b in zip(first, alone)):
+    if not all(np.allclose(a[half:], b, rtol=ROUND_OFF, atol=0.0) for a, b in zip(first, alone)):
         yield "the bound of a point depends on the other points"
     for number, name in ((0, "∂τ_y/∂p"), (1, "∂τ_y/∂κ")):
         worst = _slope_error(law, (p, kappa), at, number)
-        if worst > 1e3 * FD_ERROR:
+        if worst > KINK:
             yield f"{name} differs from finite differences by {worst:.1e} of the bound: mend it, or return the bound alone"
 
 
 def _slope_error(law: FrictionLaw, points: tuple[Array, Array], at: At, number: int) -> float:
     """Largest error of the law's derivative by pressure (0) or slip (1), kinks left out, over the bound over the argument."""
     x = points[number]
-    h = FD_STEP * float(x.max())
+    h = FIRST_DIFFERENCE * float(x.max())
     mid = np.maximum(x, 2 * h)
 
     def there(values: Array) -> tuple[Array, Array, Array]:
@@ -85,8 +86,8 @@ def _slope_error(law: FrictionLaw, points: tuple[Array, Array], at: At, number: 
 
     centre = there(mid)
     left, right = (centre[0] - there(mid - h)[0]) / h, (there(mid + h)[0] - centre[0]) / h
-    unit = (float(centre[0].max()) + 1e-300) / float(mid.max())
-    smooth = np.abs(right - left) <= 1e-3 * (np.abs(left) + np.abs(right)) + 1e-8 * unit
+    unit = (float(centre[0].max()) + SMALLEST) / float(mid.max())
+    smooth = np.abs(right - left) <= KINK * (np.abs(left) + np.abs(right)) + NEGLIGIBLE * unit
     return float(np.abs(0.5 * (left + right) - centre[1 + number])[smooth].max(initial=0.0)) / unit
 
 
@@ -96,10 +97,10 @@ def _claims_wrong(law: FrictionLaw, p: Array, kappa: Array, at: At) -> Iterator[
         yield "it says that it is frictionless, and its bound is not zero"
     if not law.hardens and not np.array_equal(bounded(law, p, 2.0 * kappa + 1.0, at)[0], tau):
         yield "it says that it does not harden, and its bound changes with the slip"
-    if law.proportional and not np.allclose(bounded(law, 2.0 * p, kappa, at)[0], 2.0 * tau, rtol=1e-12, atol=0.0):
+    if law.proportional and not np.allclose(bounded(law, 2.0 * p, kappa, at)[0], 2.0 * tau, rtol=ROUND_OFF, atol=0.0):
         yield "it says that it is proportional to the pressure, and twice the pressure does not give twice the bound"
     ahead = law.softening(p, kappa, at)
-    if (ahead < 0).any() or (ahead < -slope - 1e-9 * np.abs(slope).max(initial=0.0)).any():
+    if (ahead < 0).any() or (ahead < -slope - NEGLIGIBLE * np.abs(slope).max(initial=0.0)).any():
         yield "its 'softening' is less than the rate at which its bound falls with the slip"
 
 
@@ -109,9 +110,9 @@ def _map_wrong(law: FrictionLaw, p: Array, kappa: Array, at: At, d: int, rng: np
         return
     softest = float(law.softening(p, kappa, at).max())
     reach = float(tau.max())
-    k_t = np.full(n, max(3.0 * softest, 2.0 * reach / max(float(kappa.max()), 1e-300)))
+    k_t = np.full(n, max(3.0 * softest, 2.0 * reach / max(float(kappa.max()), SMALLEST)))
     lam = rng.normal(size=(n, d)) * 0.4 * reach
-    dg = rng.normal(size=(n, d)) * (np.where(np.arange(n) % 2, 1.0, 0.05) * reach / k_t)[:, None]
+    dg = rng.normal(size=(n, d)) * (rng.uniform(0.0, 1.0, n) * reach / k_t)[:, None]
     touching = np.ones(n, dtype=bool)
 
     def mapped(dg: Array = dg, p: Array = p, lam: Array = lam, kappa: Array = kappa) -> Tangential:
@@ -123,13 +124,13 @@ def _map_wrong(law: FrictionLaw, p: Array, kappa: Array, at: At, d: int, rng: np
     if not out.slip.any() or out.slip.all():
         yield "at the given sizes all points stick or all slip: give 'pressure', 'slip' and 'k' at which it is used"
         return
-    if np.abs(size - bound)[out.slip].max() > 1e-11 * reach:
+    if np.abs(size - bound)[out.slip].max() > ROUND_OFF * reach:
         yield f"a slipping point is not on the bound: off by {np.abs(size - bound)[out.slip].max() / reach:.1e} of it"
-    if (size > bound + 1e-11 * reach)[~out.slip].any():
+    if (size > bound + ROUND_OFF * reach)[~out.slip].any():
         yield "a sticking point is beyond the bound"
     slipped = -dg - (out.t - lam) / k_t[:, None]  # what the elastic part of the tangential motion leaves
     work = (out.t * slipped).sum(axis=1)
-    if (work < -1e-11 * reach * np.abs(slipped).max())[out.slip].any():
+    if (work < -ROUND_OFF * reach * np.abs(slipped).max())[out.slip].any():
         yield "slip does negative work: friction would drive"
     yield from _tangent_wrong(law, out, mapped, dg, p, k_t, reach)
     # radial slip in two halves is the whole: the map is exact along a straight path
@@ -138,7 +139,7 @@ def _map_wrong(law: FrictionLaw, p: Array, kappa: Array, at: At, d: int, rng: np
     whole = mapped(straight, p, np.zeros((n, d)))
     first = mapped(0.5 * straight, p, np.zeros((n, d)))
     second = mapped(0.5 * straight, p, first.t, first.kappa)
-    if np.abs(second.t - whole.t).max() > 1e-9 * reach:
+    if np.abs(second.t - whole.t).max() > NEGLIGIBLE * reach:
         yield f"two half steps of a straight slip differ from the whole one by {np.abs(second.t - whole.t).max() / reach:.1e}"
 
 
@@ -146,19 +147,19 @@ def _tangent_wrong(
     law: FrictionLaw, out: Tangential, mapped: object, dg: Array, p: Array, k_t: Array, reach: float
 ) -> Iterator[str]:
     assert callable(mapped)
-    e = FD_STEP * reach / float(k_t.max())
+    e = FIRST_DIFFERENCE * reach / float(k_t.max())
     for j in range(dg.shape[1]):
         step = e * np.eye(dg.shape[1])[j]
         plus, minus = mapped(dg + step), mapped(dg - step)
         smooth = _smooth(out, plus, minus)
         error = np.abs((plus.t - minus.t) / (2 * e) - out.dt_dg[:, :, j])[smooth].max(initial=0.0) / k_t.max()
-        if error > 10 * FD_ERROR:
+        if error > FD_ERROR:
             yield f"the traction's derivative by the slip differs from finite differences by {error:.1e} of k_T"
-    h = FD_STEP * p
+    h = FIRST_DIFFERENCE * p
     plus, minus = mapped(dg, p + h), mapped(dg, p - h)
     smooth = _smooth(out, plus, minus)
     error = (np.abs((plus.t - minus.t) / (2 * h)[:, None] - out.dt_dp) * p[:, None])[smooth].max(initial=0.0) / reach
-    if error > 10 * FD_ERROR:
+    if error > FD_ERROR:
         yield f"the traction's derivative by the pressure differs from finite differences by {error:.1e} of the bound"
 
 
@@ -166,6 +167,6 @@ def _smooth(out: Tangential, plus: Tangential, minus: Tangential) -> Flags:
     """Points whose status and branch of the bound do not change within the step."""
     same = (plus.slip == out.slip) & (minus.slip == out.slip)
     for a, b in ((plus.dt_dp, minus.dt_dp), (plus.dt_dg, minus.dt_dg)):
-        scale = np.abs(out.dt_dg).max() if a.ndim == 3 else np.abs(out.dt_dp).max() + 1e-300
-        same &= np.abs(a - b).reshape(len(a), -1).max(axis=1) <= 1e-3 * scale
+        scale = np.abs(out.dt_dg).max() if a.ndim == 3 else np.abs(out.dt_dp).max() + SMALLEST
+        same &= np.abs(a - b).reshape(len(a), -1).max(axis=1) <= KINK * scale
     return same

@@ -9,7 +9,8 @@ import numpy as np
 
 from prensa.materials.flow_curve import FlowCurve, partial, stress_at
 from prensa.materials.material import IsotropicMaterial, Material, principal_stress
-from prensa.testing.common import FD_ERROR, FD_STEP, TRIALS, tell
+from prensa.precision import EPS, FIRST_DIFFERENCE, NEGLIGIBLE, ROUND_OFF
+from prensa.testing.common import FD_ERROR, KINK, TRIALS, tell
 from prensa.types import Array
 
 if TYPE_CHECKING:
@@ -66,17 +67,17 @@ def _curve_wrong(curve: FlowCurve, a: Array, r: Array) -> Iterator[str]:
         yield "the flow stress is another one when asked again: a curve must not remember anything"
     half = len(a) // 2
     alone = partial(curve, a[half:].copy(), r[half:].copy())
-    if not all(np.allclose(x[half:], y, rtol=1e-12, atol=0.0) for x, y in zip(first, alone)):
+    if not all(np.allclose(x[half:], y, rtol=ROUND_OFF, atol=0.0) for x, y in zip(first, alone)):
         yield "the flow stress of a point depends on the other points"
     for number, x, name in ((0, a, "∂σ_y/∂ε̄"), (1, r, "∂σ_y/∂ε̄̇")):
-        h = FD_STEP * float(x.max())
-        mid = np.maximum(x, 1e-3 * float(x.max()))
+        h = FIRST_DIFFERENCE * float(x.max())
+        mid = np.maximum(x, 2 * h)
         there = [partial(curve, m, r) if number == 0 else partial(curve, a, m) for m in (mid - h, mid, mid + h)]
         left, right = (there[1][0] - there[0][0]) / h, (there[2][0] - there[1][0]) / h
         unit = float(there[1][0].max()) / mid
-        smooth = np.abs(right - left) <= 1e-2 * (np.abs(left) + np.abs(right)) + 1e-8 * unit
+        smooth = np.abs(right - left) <= KINK * (np.abs(left) + np.abs(right)) + NEGLIGIBLE * unit
         worst = float((np.abs(0.5 * (left + right) - there[1][1 + number]) / unit)[smooth].max(initial=0.0))
-        if worst > 1e3 * FD_ERROR:
+        if worst > KINK:
             mend = "mend it, or return the stress alone"
             if number == 1 and isinstance(given, tuple) and len(given) == 2:
                 mend = "a curve that depends on the rate returns three values, or the stress alone"
@@ -91,9 +92,9 @@ def _compiled_wrong(curve: FlowCurve, a: Array, r: Array) -> Iterator[str]:
 
     compiled = stresses(f, a, r, 1.0)[:, :2]
     stress, by_strain, by_rate = partial(curve, a, r)
-    if not np.allclose(compiled[:, 0], stress, rtol=1e-11, atol=0.0):
+    if not np.allclose(compiled[:, 0], stress, rtol=ROUND_OFF, atol=0.0):
         yield "the compiled curve has other stresses than 'stress'"
-    elif not np.allclose(compiled[:, 1], by_strain + by_rate, rtol=1e-8, atol=1e-8 * float(stress.max())):
+    elif not np.allclose(compiled[:, 1], by_strain + by_rate, rtol=NEGLIGIBLE, atol=NEGLIGIBLE * float(stress.max())):
         yield "the compiled curve has other slopes than 'stress'"
 
 
@@ -118,7 +119,7 @@ def _return_wrong(curve: FlowCurve, a: Array, rate: float, rng: np.random.Genera
         trial = 2.0 * G * np.sqrt(1.5 * ((eps - eps.mean(axis=1, keepdims=True)) ** 2).sum(axis=1))
         found = np.sqrt(1.5 * ((tau - tau.mean(axis=1, keepdims=True)) ** 2).sum(axis=1))
         blur = (
-            1e-11 * trial + 1e-15 * np.abs(by_rate) * new[:, 0] / dt
+            ROUND_OFF * trial + 4 * EPS * np.abs(by_rate) * new[:, 0] / dt
         )  # what round-off of the difference makes of the rate
         excess = np.where(flowed, np.abs(found - jac * stress), found - jac * stress)
         if (excess > blur).any():
@@ -178,7 +179,7 @@ def _principal_wrong(material: IsotropicMaterial, strain: float, rng: np.random.
             return
     order = [2, 0, 1]
     turned = principal_stress(material, np.ascontiguousarray(eps[:, order]))
-    if not np.allclose(turned, tau[:, order], rtol=1e-8, atol=1e-8 * float(np.abs(tau).max())):
+    if not np.allclose(turned, tau[:, order], rtol=NEGLIGIBLE, atol=NEGLIGIBLE * float(np.abs(tau).max())):
         yield "its stresses depend on the order of the principal strains: it is not isotropic"
 
 
@@ -201,7 +202,7 @@ def _at_rest(law: Law, n: int) -> Array:
 def _law_wrong(law: Law, finite: bool, space: str, strain: float, dt: float, rng: np.random.Generator) -> Iterator[str]:
     n, c = 60, law.layout.components
     undeformed, E = _at_rest(law, n), law.E
-    old = _answer(law, rng.normal(size=(n, c)) * 0.7 * strain, undeformed, dt).new
+    old = _answer(law, rng.normal(size=(n, c)) * strain, undeformed, dt).new
     h = rng.normal(size=(n, c)) * np.where(np.arange(n) % 2, strain, strain / 300)[:, None]
     kept = old.copy()
     base = _answer(law, h, old, dt)
@@ -213,10 +214,10 @@ def _law_wrong(law: Law, finite: bool, space: str, strain: float, dt: float, rng
         yield "the answer is another one when asked again: a law must not remember anything"
         return
     alone = _answer(law, h[n // 2 :], old[n // 2 :], dt)
-    if not np.allclose(alone.P, base.P[n // 2 :], rtol=1e-10, atol=1e-12 * E):
+    if not np.allclose(alone.P, base.P[n // 2 :], rtol=ROUND_OFF, atol=ROUND_OFF * E):
         yield "the answer of a point depends on the other points"
     rest = _answer(law, np.zeros((n, c)), undeformed, dt)
-    if np.abs(rest.P).max() > 1e-10 * E:
+    if np.abs(rest.P).max() > ROUND_OFF * E:
         yield f"the undeformed body has a stress, {np.abs(rest.P).max():.3g}"
     told = E * (1 - law.nu) / ((1 + law.nu) * (1 - 2 * law.nu)) if space != "plane stress" else E / (1 - law.nu**2)
     if not 0.5 <= rest.A[0, 0, 0] / told <= 2.0:
@@ -231,17 +232,17 @@ def _law_wrong(law: Law, finite: bool, space: str, strain: float, dt: float, rng
 
 
 def _stiffness_wrong(law: Law, h: Array, old: Array, dt: float, base: Out) -> Iterator[str]:
-    d, size, worst = (1e-7 if law.plastic else 1e-6), np.abs(base.A).max(), 0.0
+    d, size, worst = (EPS**0.5 if law.plastic else FIRST_DIFFERENCE), np.abs(base.A).max(), 0.0
     for k in range(h.shape[1]):
         step = d * np.eye(h.shape[1])[k]
         plus, minus = _answer(law, h + step, old, dt), _answer(law, h - step, old, dt)
-        smooth = np.abs(plus.A - minus.A).max(axis=(1, 2)) <= 1e-3 * size  # no kink within the step
+        smooth = np.abs(plus.A - minus.A).max(axis=(1, 2)) <= KINK * size  # no kink within the step
         error = np.abs((plus.P - minus.P) / (2 * d) - base.A[:, :, k]).max(axis=1)
         worst = max(worst, float(error[smooth].max(initial=0.0)) / size)
-    if worst > 2 * FD_ERROR:
+    if worst > FD_ERROR:
         yield f"the tangent differs from finite differences of the stress by {worst:.1e} of its size"
     skew = np.abs(base.A - base.A.transpose(0, 2, 1)).max() / size
-    if law.symmetric and skew > 1e-8:
+    if law.symmetric and skew > NEGLIGIBLE:
         yield f"it says that its tangent is symmetric, and {skew:.1e} of it is not"
 
 
@@ -266,18 +267,18 @@ def _turned_wrong(
         Q = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         Q *= np.linalg.det(Q)
     else:
-        Q[:2, :2] = [[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]]
+        Q[:2, :2] = [[np.cos(1.0), -np.sin(1.0)], [np.sin(1.0), np.cos(1.0)]]
     out = _answer(law, _components(law, Q @ _gradient(law, h) - np.eye(3)), old, dt)
     full = np.zeros((len(h), 3, 3))
     for place, (i, j) in enumerate(law.layout.full):
         full[:, i, j] = base.P[:, place]
     error = np.abs(out.P - _components(law, Q @ full)).max() / np.abs(base.P).max()
-    if error > 1e-9:
+    if error > NEGLIGIBLE:
         yield f"a rotation of the body does not turn its stress with it: off by {error:.1e} (it is not objective)"
     turns = np.zeros(law.size, dtype=bool)
     for field in law.fields.values():
         turns[field.columns] = field.travel in ("strain", "flow", "axes")
-    if np.abs(out.new[:, ~turns] - base.new[:, ~turns]).max(initial=0.0) > 1e-9 * np.abs(base.new).max():
+    if np.abs(out.new[:, ~turns] - base.new[:, ~turns]).max(initial=0.0) > NEGLIGIBLE * np.abs(base.new).max():
         yield "a rotation of the body changes its history"
 
 
@@ -295,18 +296,18 @@ def _elastic_wrong(
     law: Law, finite: bool, strain: float, dt: float, undeformed: Array, rng: np.random.Generator
 ) -> Iterator[str]:
     n, c = len(undeformed), law.layout.components
-    h, more = rng.normal(size=(2, n, c)) * 0.7 * strain
+    h, more = rng.normal(size=(2, n, c)) * strain
     P = _answer(law, h, undeformed, dt).P
-    d, worst = 1e-5, 0.0
+    d, worst = FIRST_DIFFERENCE, 0.0
     for k in range(c):
         step = d * np.eye(c)[k]
         up, down = (law.energy(_answer(law, h + sign * step, undeformed, dt).new) for sign in (1.0, -1.0))
         worst = max(worst, float(np.abs((up - down) / (2 * d) - P[:, k]).max()))
-    if law.symmetric and worst > 1e-5 * np.abs(P).max() + 1e-9 * law.E:
+    if law.symmetric and worst > FD_ERROR * np.abs(P).max() + NEGLIGIBLE * law.E:
         yield f"its stress is not the derivative of its energy: off by {worst / np.abs(P).max():.1e}"
     f = _gradient(law, more) @ _gradient(law, h) - np.eye(3)
     whole = _answer(law, _components(law, f) if finite else h + more, undeformed, dt)
     halves = _answer(law, more, _answer(law, h, undeformed, dt).new, dt)
     a, b = law.cauchy(whole.new), law.cauchy(halves.new)
-    if np.abs(a - b).max() > 1e-8 * np.abs(a).max():
+    if np.abs(a - b).max() > NEGLIGIBLE * np.abs(a).max():
         yield f"two steps of an elastic body give another stress than the whole: off by {np.abs(a - b).max():.2g}"

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from prensa.precision import EPS, NEGLIGIBLE, ROUND_OFF
 from prensa.types import Array
 
 
@@ -75,6 +76,9 @@ class Tool(Protocol):
         """Width of what lies within ``depth`` of the end in a unit direction, and of the whole; for ends that may be sharp."""
 
 
+AT_CENTRE = 1e-3  # distance to a centre of curvature over the radius below which curvature grows no more: no normal is left there
+
+
 def turned(n: Array) -> Array:
     """Vectors (k, 2) turned by +90°."""
     return np.stack([-n[:, 1], n[:, 0]], axis=1)
@@ -90,11 +94,11 @@ def newton_along(shape: Tool, xi: Array, direction: Array, limit: float) -> Arra
     for _ in range(60):
         close = shape.closest(xi + h[:, None] * direction)
         slope = close.n @ direction
-        step = np.where(slope < -1e-9, close.g / np.where(slope < -1e-9, -slope, 1.0), 0.0)
-        miss |= (slope >= -1e-9) & (np.abs(close.g) > 1e-12 * limit)
+        step = np.where(slope < -NEGLIGIBLE, close.g / np.where(slope < -NEGLIGIBLE, -slope, 1.0), 0.0)
+        miss |= (slope >= -NEGLIGIBLE) & (np.abs(close.g) > ROUND_OFF * limit)
         h = np.where(miss, h, h + step)
         miss |= h > limit
-        if (miss | (np.abs(step) <= 1e-15 * limit)).all():
+        if (miss | (np.abs(step) <= 4 * EPS * limit)).all():
             break
     return np.where(miss, np.inf, h)
 

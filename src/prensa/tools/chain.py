@@ -9,8 +9,9 @@ from math import isfinite
 
 import numpy as np
 
-from prensa.geometry.chain import SMOOTH, Piece, corner, signed_area
+from prensa.geometry.chain import Piece, corner, signed_area
 from prensa.geometry.outline import width
+from prensa.precision import DRAWN, NEGLIGIBLE, ROUND_OFF, SMALLEST
 from prensa.tools import projection
 from prensa.tools.analytic import Closest
 from prensa.types import Array
@@ -30,7 +31,7 @@ class Chain:
     def __init__(self, pieces: Sequence[Piece], closed: bool) -> None:
         self.pieces, self.closed = tuple(pieces), closed
         ends = np.array([p.at(t) for p in pieces for t in (p.lo, p.hi) if isfinite(t)] or [pieces[0].origin])
-        self.size = float(max(np.abs(ends).max(), 1e-300))
+        self.size = float(max(np.abs(ends).max(), SMALLEST))
         self.centre = 0.5 * (ends.min(axis=0) + ends.max(axis=0))
         self.period = sum(p.length for p in pieces) if closed else np.inf
         self.cavity = closed and signed_area(pieces) < 0
@@ -76,7 +77,7 @@ class Chain:
         """Heap of boxes (least x, largest x, least y, largest y); leaves are the pieces, the empty ones never near."""
         leaves = 1 << max(len(self.pieces) - 1, 0).bit_length()
         boxes = np.tile([np.inf, -np.inf, np.inf, -np.inf], (2 * leaves, 1))
-        slack = 1e-12 * self.size
+        slack = ROUND_OFF * self.size
         for i, p in enumerate(self.pieces):
             x0, x1, y0, y1 = p.box
             boxes[leaves + i] = x0 - slack, x1 + slack, y0 - slack, y1 + slack
@@ -96,7 +97,7 @@ class Chain:
         """Distance (k,) along the unit direction to the surface, negative from inside; inf where a ray misses it."""
         h = np.empty(len(xi))
         inside = self.closest(xi).g < 0.0
-        slack = 1e-12 * (self.size + limit)
+        slack = ROUND_OFF * (self.size + limit)
         projection.ray(self._table, self._boxes, slack, np.ascontiguousarray(xi), inside, direction[0], direction[1], h)
         return np.where(h > limit, np.inf, h)
 
@@ -119,7 +120,7 @@ class Chain:
     def _holds_half_plane(self) -> bool:
         """Whether an open chain bounds at least all that lies behind a line: its ends do not turn towards each other."""
         bends = sum(p.side * p.length / p.radius for p in self.pieces if p.radius)
-        return not self.closed and bends + sum(corner(p, q) for p, q in pairwise(self.pieces)) <= 1e-9
+        return not self.closed and bends + sum(corner(p, q) for p, q in pairwise(self.pieces)) <= NEGLIGIBLE
 
     @property
     def extent(self) -> float:
@@ -137,7 +138,7 @@ class Chain:
         out = []
         around = (*self.pieces, self.pieces[0]) if self.closed else self.pieces
         for p, q in pairwise(around):
-            if corner(p, q) > SMOOTH:
+            if corner(p, q) > DRAWN:
                 mean = np.array(p.tangent(p.hi)) + np.array(q.tangent(q.lo))
                 out.append([*q.at(q.lo), *(mean / np.hypot(*mean))])
         return np.array(out).reshape(-1, 4)
@@ -150,4 +151,4 @@ def _joint(p: Piece, q: Piece) -> tuple[float, float, float]:
     (ax, ay), (bx, by) = p.tangent(p.hi), q.tangent(q.lo)
     x, y = ax + bx, ay + by
     length = float(np.hypot(x, y))
-    return y / length, -x / length, float(abs(corner(p, q)) <= SMOOTH)
+    return y / length, -x / length, float(abs(corner(p, q)) <= DRAWN)

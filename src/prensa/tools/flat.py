@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from prensa.precision import NEGLIGIBLE, ROUND_OFF, SMALLEST
 from prensa.tools.analytic import Analytic, Closest
 from prensa.types import Array
 
@@ -44,7 +45,7 @@ class Flat(Analytic):
         y, x = xi @ n0, xi @ e0
         r = self.fillet
         lo, hi = self.a + r, self.b - r
-        tol = _EDGE * (self.b - self.a)
+        tol = NEGLIGIBLE * (self.b - self.a)
         side = np.where(x > hi + tol, 1.0, np.where(x < lo - tol, -1.0, 0.0))
         dx = np.where(side > 0, x - hi, np.where(side < 0, x - lo, 0.0))
         behind = (side != 0) & (y < -r)  # beside the flank
@@ -57,9 +58,9 @@ class Flat(Analytic):
         zero = arc & (length == 0)
         nn = np.where(zero, 1.0, nn)
         n = nn[:, None] * n0 + nt[:, None] * e0
-        c = np.where(arc & ~behind, 1.0 / np.maximum(length, 1e-12 * (self.b - self.a)), 0.0)
+        c = np.where(arc & ~behind, 1.0 / np.maximum(length, ROUND_OFF * (self.b - self.a)), 0.0)
         # along e the angle of the arc runs from 0 (face) outwards; e·n turned: s grows with x on the face
-        angle = np.arctan2(np.abs(dx), np.where(behind, 1e-300, dy))
+        angle = np.arctan2(np.abs(dx), np.where(behind, SMALLEST, dy))
         s = np.where(arc, np.where(side > 0, hi, lo) + side * r * angle, x)
         s = np.where(behind, np.where(side > 0, hi, lo) + side * (0.5 * np.pi * r - (y + r)), s)
         return Closest(g, n, c, s)
@@ -72,7 +73,7 @@ class Flat(Analytic):
         """
         n0, e0 = np.array([self.nx, self.ny]), np.array([-self.ny, self.nx])
         y, x, dy, dx = xi @ n0, xi @ e0, float(direction @ n0), float(direction @ e0)
-        r, tol = self.fillet, _EDGE * (self.b - self.a)
+        r, tol = self.fillet, NEGLIGIBLE * (self.b - self.a)
         h, inside = np.full(len(xi), np.inf), self.closest(xi).g < 0.0
         for out, end in ((1.0, self.b), (-1.0, self.a)):
             if out * dx < 0.0:
@@ -89,7 +90,7 @@ class Flat(Analytic):
                     & (oy + first * dy >= 0.0)
                 )
                 h = np.where(on, first, h)
-        if dy < -_ALONG_FACE:
+        if dy < -NEGLIGIBLE:
             face = -y / dy
             at = x + face * dx
             on = (at >= self.a + r - tol) & (at <= self.b - r + tol) & ((face >= -tol) | inside)

@@ -17,6 +17,7 @@ import numpy as np
 
 from prensa.errors import PrensaError
 from prensa.geometry.outline import around, width
+from prensa.precision import COMPLEX_STEP, EPS, FIRST_DIFFERENCE, NEGLIGIBLE, SECOND_DIFFERENCE
 from prensa.tools.analytic import Closest, turned
 from prensa.types import Array, Index
 
@@ -24,8 +25,6 @@ GRID = 200  # of the grid along a side of the square in which the surface is loo
 TURN = 0.05  # radians that a piece of the polygon may turn before it is halved
 HALVINGS = 24  # of a piece: then its turn is a corner
 SHARP = 0.1  # turn (rad) of a piece that can be halved no more which makes it a corner
-COMPLEX = 1e-30  # step of complex derivatives over the size
-FIRST, SECOND = 6e-6, 1e-4  # steps of central differences, over the size: of g, of derivatives of derivatives
 
 
 class TraceError(PrensaError):
@@ -69,7 +68,7 @@ class Implicit:
             return np.asarray(self.tool.closest(x)[1], dtype=np.float64)
         out = np.empty_like(x)
         for j in range(2):
-            h = (COMPLEX if self._takes_complex else FIRST) * self.unit
+            h = (COMPLEX_STEP if self._takes_complex else FIRST_DIFFERENCE) * self.unit
             step = np.zeros(2)
             step[j] = h
             if self._takes_complex:
@@ -85,18 +84,18 @@ class Implicit:
     def _takes_complex(self) -> bool:
         """Whether g is a function of complex numbers whose derivative is that of real ones."""
         x = np.random.default_rng(0).normal(size=(50, 2)) * self.unit
-        h = FIRST * self.unit
+        h = FIRST_DIFFERENCE * self.unit
         for j in range(2):
             step = np.zeros(2)
             step[j] = 1.0
             try:
                 with np.errstate(all="ignore"):
-                    y = np.asarray(self.tool.distance(x + 1j * COMPLEX * self.unit * step))
+                    y = np.asarray(self.tool.distance(x + 1j * COMPLEX_STEP * self.unit * step))
             except (TypeError, ValueError):
                 return False
             if not np.iscomplexobj(y):
                 return False
-            slope = np.imag(y) / (COMPLEX * self.unit)
+            slope = np.imag(y) / (COMPLEX_STEP * self.unit)
             ahead, behind = self.g(x + h * step) - self.g(x), self.g(x) - self.g(x - h * step)
             smooth = np.abs(ahead - behind) <= 1e-3 * h
             if not np.allclose(slope[smooth], (ahead + behind)[smooth] / (2 * h), rtol=0.0, atol=1e-5):
@@ -130,7 +129,7 @@ class Implicit:
 
     def _curvature(self, x: Array, n: Array) -> Array:
         """∂n/∂x along e; at an edge 1/g."""
-        h = (FIRST if self._takes_complex else SECOND) * self.unit
+        h = (FIRST_DIFFERENCE if self._takes_complex else SECOND_DIFFERENCE) * self.unit
         e = turned(n)
         c = ((self._normal(x + h * e) - self._normal(x - h * e)) * e).sum(axis=1) / (2 * h)
         return np.asarray(np.where(np.isfinite(c), c, 0.0))
@@ -156,9 +155,13 @@ class Implicit:
 
     # -------------------------------------------------------------------------------------------------------- surface
     @cached_property
+    def _half(self) -> float:
+        """Half the side of a square about the reference point that the surface lies in; 0 where none is known."""
+        return float(getattr(self.tool, "reach", 0.0) or 0.0) or 1.1 * self._bounded
+
+    @cached_property
     def _square(self) -> float:
-        given = float(getattr(self.tool, "reach", 0.0) or 0.0)
-        half = given or 1.1 * self._bounded
+        half = self._half
         if not half > 0:
             raise TraceError(
                 f"the surface of {type(self.tool).__name__} has no end: give 'reach', half the side (length) of the square about "
@@ -219,7 +222,7 @@ class Implicit:
             if not len(split):
                 break
             x = np.insert(x, split + 1, self._on(0.5 * (x[split] + x[split + 1])), axis=0)
-        keep = np.concatenate([[True], np.hypot(*np.diff(x, axis=0).T) > 1e-9 * self.unit])
+        keep = np.concatenate([[True], np.hypot(*np.diff(x, axis=0).T) > NEGLIGIBLE * self.unit])
         keep[-1] = True
         return x[keep]
 
@@ -285,7 +288,7 @@ class Implicit:
         if self._stated:
             return np.inf
         most = float(self._curvature(self.surface.x, self.surface.n).max())
-        return 1.0 / most if most > 1e-9 / self.unit else np.inf
+        return 1.0 / most if most > NEGLIGIBLE / self.unit else np.inf
 
     # ----------------------------------------------------------------------------------------------- rays and pictures
     def along(self, xi: Array, direction: Array, limit: float) -> Array:
@@ -310,12 +313,12 @@ class Implicit:
         for _ in range(30):
             x = xi + h[:, None] * direction
             g, slope = self.g(x), self._normal(x) @ direction
-            step = np.where(np.abs(slope) > 1e-9, g / np.where(np.abs(slope) > 1e-9, -slope, 1.0), 0.0)
+            step = np.where(np.abs(slope) > NEGLIGIBLE, g / np.where(np.abs(slope) > NEGLIGIBLE, -slope, 1.0), 0.0)
             step = np.clip(step, -1e-3 * self.unit, 1e-3 * self.unit)
             h = h + step
-            if (np.abs(step) <= 1e-15 * limit).all():
+            if (np.abs(step) <= 4 * EPS * limit).all():
                 break
-        missed = np.abs(self.g(xi + h[:, None] * direction)) > 1e-9 * (self.unit + limit)
+        missed = np.abs(self.g(xi + h[:, None] * direction)) > NEGLIGIBLE * (self.unit + limit)
         return np.where(missed | (h > limit), np.inf, h)
 
     def across(self, direction: Array, depth: float) -> tuple[float, float]:
@@ -329,7 +332,7 @@ class Implicit:
         """Closed polygons, each (n, 2): the traced surface, or what of an endless tool is within ``depth`` of it."""
         if np.isfinite(self.period) and not self._stated:
             return [around(self.surface.x, depth) if self.cavity else self.surface.x]
-        half = (float(getattr(self.tool, "reach", 0.0) or 0.0) or 1.1 * self._bounded) + depth
+        half = self._half + depth
 
         def cut(x: Array) -> Array:
             return np.asarray(np.maximum(self.g(x), np.abs(x).max(axis=1) - half))

@@ -9,6 +9,7 @@ import numpy as np
 
 from prensa.errors import PrensaError
 from prensa.mesh.mesh import Mesh
+from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.tools.analytic import Tool
 from prensa.tools.tool import ToolShape
 from prensa.types import Array, Index
@@ -47,7 +48,7 @@ def surface_normal(points: Array, edges: Index) -> Array:
 def side_of(name: str, target: str, points: Array, edges: Index) -> Array:
     """`surface_normal` of the boundary that tool *name* is to touch; `ToolError` if it ends where it begins and has none."""
     t = points[edges[:, 1]] - points[edges[:, 0]]
-    if np.hypot(*t.sum(axis=0)) <= 1e-9 * np.hypot(*t.T).sum():
+    if np.hypot(*t.sum(axis=0)) <= NEGLIGIBLE * np.hypot(*t.T).sum():
         raise ToolError(
             f"tools.{name}: 'touching: {target}' does not say on which side: that boundary runs all around and has no mean "
             f"normal; give 'above: {target}', 'below: {target}' or 'at'"
@@ -104,7 +105,7 @@ def place(name: str, d: ToolShape, meshes: dict[str, Mesh], rounding: float = 0.
         )
     where = start - gaps.min() * outward
     inside = float(-shape.closest(points - where).g.min())
-    if inside > 1e-6 * size:
+    if inside > DRAWN * size:
         k = int(np.argmin(shape.closest(points - where).g))
         raise ToolError(
             f"tools.{name}: moved along {(-outward).tolist()} until it touches {target!r}, the {d.type} has the node at "

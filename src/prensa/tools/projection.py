@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from prensa.kernels.compiled import njit
+from prensa.precision import ROUND_OFF
+from prensa.tools.analytic import AT_CENTRE
 
 # columns of the table of pieces
 X, Y, DX, DY, LO, HI = 0, 1, 2, 3, 4, 5  # line: origin, direction; arc: centre, direction of its middle
@@ -20,7 +22,6 @@ SA, SB = 17, 18  # whether the corners at the ends are smooth
 S = 19  # surface coordinate of the piece's coordinate 0 (line), of its middle (arc)
 HALF = 20  # half the length of an arc
 COLUMNS = 21
-_LEAST = 1e-12  # distance to a corner over the size of the chain at which its fan has no direction left
 
 
 @njit(cache=True)
@@ -96,9 +97,9 @@ def closest(table, boxes, size, xi, g, n, c, s):
                 sign = 1.0 if (x - vx) * mx + (y - vy) * my >= 0.0 else -1.0
                 g[k] = sign * d
                 n[k, 0], n[k, 1] = mx, my
-                if d > _LEAST * size:
+                if d > ROUND_OFF * size:
                     n[k, 0], n[k, 1] = sign * (x - vx) / d, sign * (y - vy) / d
-                c[k] = sign / max(d, _LEAST * size)
+                c[k] = sign / max(d, ROUND_OFF * size)
                 if p[R] == 0.0:
                     s[k] = p[S] + (p[LO] if where < 0 else p[HI])
                 else:
@@ -120,7 +121,7 @@ def closest(table, boxes, size, xi, g, n, c, s):
         vx, vy = x - (p[X] + p[R] * p[DX]), y - (p[Y] + p[R] * p[DY])
         along, across = p[DX] * vx + p[DY] * vy, p[DX] * vy - p[DY] * vx
         g[k] = side * (vx * vx + vy * vy + 2.0 * p[R] * along) / (r + p[R])
-        c[k] = side / max(r, 1e-3 * p[R])
+        c[k] = side / max(r, AT_CENTRE * p[R])
         s[k] = p[S] + side * p[R] * np.arctan2(across, p[R] + along)
 
 
@@ -133,7 +134,7 @@ def _hits(p, x, y, dx, dy):
             return np.inf, np.inf
         ox, oy = p[X] - x, p[Y] - y
         t = (ox * dy - oy * dx) / cross
-        slack = 1e-12 * (abs(ox) + abs(oy))  # a ray through a corner meets at least one of its sides
+        slack = ROUND_OFF * (abs(ox) + abs(oy))  # a ray through a corner meets at least one of its sides
         if t < p[LO] - slack or t > p[HI] + slack:
             return np.inf, np.inf
         return (ox * p[DY] - oy * p[DX]) / cross, np.inf
@@ -146,7 +147,7 @@ def _hits(p, x, y, dx, dy):
     out = np.array([-b - root, -b + root])
     for m in range(2):
         hx, hy = ox + out[m] * dx, oy + out[m] * dy
-        if hx * p[DX] + hy * p[DY] < p[R] * (p[COS] - 1e-12):
+        if hx * p[DX] + hy * p[DY] < p[R] * (p[COS] - ROUND_OFF):
             out[m] = np.inf
     return out[0], out[1]
 

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from prensa.checks.check import Attempted, Failed, cut_by, ended_by
-from prensa.checks.thresholds import LEAST_NORMAL
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
 from prensa.linear.rigid_modes import free_to_move
 from prensa.policy import DEFAULT, Policy
+from prensa.precision import SMALLEST
 from prensa.system.assembly import Block
 from prensa.system.contacts import contacts_of, were_closed
 from prensa.system.failure import (
@@ -134,7 +134,7 @@ def least_corner(x: Array) -> Array:
     for k, out in enumerate(area):
         np.multiply(dx[k - 1], dy[k], out=out)
         out -= dy[k - 1] * dx[k]
-    return np.asarray(area.min(axis=0) / np.maximum(np.abs(area.mean(axis=0)), LEAST_NORMAL))
+    return np.asarray(area.min(axis=0) / np.maximum(np.abs(area.mean(axis=0)), SMALLEST))
 
 
 def tunnelled(system: System, state: State, u: Array, policy: Policy = DEFAULT) -> Tunnelled | None:

@@ -12,11 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.checks.check import Solved, ended_by
-from prensa.checks.thresholds import LEAST_NORMAL, NO_DIFFERENCE, NOTABLE_DEPTH
+from prensa.checks.thresholds import NO_DIFFERENCE, NOTABLE_DEPTH
 from prensa.elements.shapes import table
 from prensa.errors import Finding
 from prensa.mesh.crossing import apart, left, near
 from prensa.mesh.mesh import segments
+from prensa.precision import SMALLEST
 from prensa.system.contact_surfaces import contact_edges
 from prensa.system.failure import Fold, Folded, Hang, Past
 from prensa.system.system import System
@@ -179,7 +180,7 @@ def least_on_sides(x: Array) -> Array:
     """
     J = np.einsum("pad,aec->pedc", _slopes_on_sides(len(x)), x)
     det = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
-    return np.asarray(det.min(axis=0) / np.maximum(np.abs(det.mean(axis=0)), LEAST_NORMAL))
+    return np.asarray(det.min(axis=0) / np.maximum(np.abs(det.mean(axis=0)), SMALLEST))
 
 
 @cache

@@ -12,11 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.checks.check import Committed, Failed, Finished, ended_by, warning
-from prensa.checks.thresholds import LEAST_NORMAL, NO_DIFFERENCE
+from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding
 from prensa.materials.flow_curve import FlowCurve
 from prensa.model.units import factor
 from prensa.policy import Policy
+from prensa.precision import SMALLEST
 from prensa.system.assembly import Block
 from prensa.system.failure import BeyondSmall, in_degrees
 from prensa.system.interaction import Context
@@ -154,7 +155,7 @@ class Validity:
         # mean square of the two principal stretches, whose product is det F
         det, middle = f11 * f22 - f12 * f21, 0.5 * (f11**2 + f12**2 + f21**2 + f22**2)
         apart = np.sqrt(np.maximum(middle**2 - det**2, 0.0))
-        stretch = np.sqrt(np.maximum(np.array([middle - apart, middle + apart]), LEAST_NORMAL))
+        stretch = np.sqrt(np.maximum(np.array([middle - apart, middle + apart]), SMALLEST))
         strain = _exceeded(np.abs(np.log(stretch)).max(axis=0), block.volume.sum(axis=1), VOLUME_SHARE)
         if strain > max(STRAIN_WARNING, self.stretched.get(block.body, 0.0)):
             self.stretched[block.body] = strain

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from prensa.geometry.outline import around
 from prensa.model.units import Length
-from prensa.tools.analytic import Analytic, Closest, Tool
+from prensa.tools.analytic import AT_CENTRE, Analytic, Closest, Tool
 from prensa.tools.tool import ToolShape
 from prensa.types import Array
 
@@ -74,7 +74,7 @@ class Disc(Analytic):
     def closest(self, xi: Array) -> Closest:
         """Points (k, 2) → `Closest`; the centre itself counts as below it."""
         r, n, phi = _polar(xi)
-        return Closest(r - self.radius, n, 1.0 / np.maximum(r, 1e-3 * self.radius), self.radius * phi)
+        return Closest(r - self.radius, n, 1.0 / np.maximum(r, AT_CENTRE * self.radius), self.radius * phi)
 
 
 def _polar(xi: Array) -> tuple[Array, Array, Array]:
@@ -109,7 +109,7 @@ class Hollow(Analytic):
     def closest(self, xi: Array) -> Closest:
         """Points (k, 2) → `Closest`; the centre itself counts as below it."""
         r, out, phi = _polar(xi)
-        return Closest(self.R - r, -out, -1.0 / np.maximum(r, 1e-3 * self.R), -self.R * phi)
+        return Closest(self.R - r, -out, -1.0 / np.maximum(r, AT_CENTRE * self.R), -self.R * phi)
 
     def along(self, xi: Array, direction: Array, limit: float) -> Array:
         """To the far side of the circle, the only one that a ray from a body can meet from within."""

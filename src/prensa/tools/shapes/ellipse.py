@@ -16,7 +16,8 @@ import numpy as np
 from pydantic import Field
 
 from prensa.model.units import Length
-from prensa.tools.analytic import Analytic, Closest, Tool
+from prensa.precision import EPS, SMALLEST
+from prensa.tools.analytic import AT_CENTRE, Analytic, Closest, Tool
 from prensa.tools.tool import ToolShape
 from prensa.types import Array
 
@@ -94,7 +95,7 @@ class Oval(Analytic):
         speed = np.hypot(a * cos, b * sin)
         n = np.stack([b * sin, -a * cos], axis=1) / speed[:, None]
         g = ((xi - np.stack([a * sin, -b * cos], axis=1)) * n).sum(axis=1)
-        curvature = 1.0 / np.maximum(speed**3 / (a * b) + g, 1e-3 * self.radius)
+        curvature = 1.0 / np.maximum(speed**3 / (a * b) + g, AT_CENTRE * self.radius)
         return Closest(g, n, curvature, a * ellipeinc(phi, 1 - (b / a) ** 2))
 
     def _foot(self, x: Array, y: Array) -> tuple[Array, Array]:
@@ -122,13 +123,13 @@ def _foot(a: float, b: float, x: Array, y: Array) -> tuple[Array, Array]:
     F(t) = (a x/(t + a²))² + (b y/(t + b²))² − 1 = 0 at t > −b²; in z = 1 + t/b², scaled by b.
     """
     r, px, py = (a / b) ** 2, x * a / b**2, y / b
-    z = np.maximum(np.maximum(py, px - (r - 1.0)), 1e-300)  # F ≥ 0: at the left of the root
+    z = np.maximum(np.maximum(py, px - (r - 1.0)), SMALLEST)  # F ≥ 0: at the left of the root
     for _ in range(NEWTON):
         u, v = px / (z + (r - 1.0)), py / z
         slope = 2 * (u * u / (z + (r - 1.0)) + v * v / z)
         step = (u * u + v * v - 1.0) / np.where(slope > 0, slope, 1.0)
         z = z + np.maximum(step, 0.0)
-        if (step <= 1e-15 * z).all():
+        if (step <= 4 * EPS * z).all():
             break
     u = np.minimum(px / (z + (r - 1.0)), 1.0)
     v = np.sqrt((1.0 - u) * (1.0 + u))

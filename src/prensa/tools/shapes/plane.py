@@ -9,6 +9,7 @@ import numpy as np
 
 from prensa.geometry.outline import block
 from prensa.model.fields import Direction
+from prensa.precision import NEGLIGIBLE
 from prensa.tools.analytic import Analytic, Closest
 from prensa.tools.tool import ToolShape
 from prensa.types import Array
@@ -35,7 +36,7 @@ class Plane(ToolShape):
 
     def mirrored(self, on_axis: bool, direction: Array) -> bool:
         """Whether it looks along the axis."""
-        return abs(direction[0]) < 1e-12
+        return abs(direction[0]) < NEGLIGIBLE
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from prensa.geometry.outline import block
 from prensa.model.names import Finding
 from prensa.model.units import Length, Number
+from prensa.precision import NEGLIGIBLE
 from prensa.tools.flat import Flat
 from prensa.tools.tool import ToolShape
 from prensa.types import Array
@@ -55,4 +56,4 @@ class Stamp(ToolShape):
 
     def mirrored(self, on_axis: bool, direction: Array) -> bool:
         """Whether it looks along the axis."""
-        return abs(direction[0]) < 1e-12
+        return abs(direction[0]) < NEGLIGIBLE
