@@ -7,6 +7,7 @@ it. What is a tool's alone (its description, shape, corners) is behind ``tool``.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -24,22 +25,22 @@ class RigidMaster:
     number: int
     dofs: Index
 
-    @property
+    @cached_property
     def name(self) -> str:
         """That of the tool."""
         return self.tool.name
 
-    @property
+    @cached_property
     def shape(self) -> Tool:
         """The tool's shape in its frame."""
         return self.tool.shape
 
-    @property
+    @cached_property
     def at(self) -> Array:
         """Where its reference point is at the beginning (d,)."""
         return self.tool.at
 
-    @property
+    @cached_property
     def dimension(self) -> int:
         """Displacements among its degrees of freedom."""
         return len(self.at)

@@ -50,9 +50,8 @@ class Pairs(NamedTuple):
 
     def stencils(self, N: Array, coef: Array, dofs: Index) -> Stencils:
         """On the nodes that carry the points with N (k, a); coef (k, a + 1): N, and −1 of the tool; dofs (k, d a + m − d)."""
-        dg = on_nodes(N, self.dg[:, None])[:, 0]
-        ds, turn = on_nodes(N, self.ds), on_nodes(N, self.turn)
-        return Stencils(dofs, coef, self.g, self.s, self.n, self.e, dg, ds, turn, self.arm, self.moving, kept=self.kept)
+        dg, ds, turn = on_nodes(N, self.dg[:, None], self.ds, self.turn)
+        return Stencils(dofs, coef, self.g, self.s, self.n, self.e, dg[:, 0], ds, turn, self.arm, self.moving, kept=self.kept)
 
     def replaced(self, rows: Index, by: Pairs) -> Pairs:
         """With some rows (j,) those of others (j pairs)."""

@@ -13,6 +13,7 @@ the spin Ω of the frame. Rigid tools, faces of bodies and planes of symmetry, i
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -218,11 +219,14 @@ def _on_nodes(dim, N, rows, out):
                 out[k, t, d * a + r] = rows[k, t, d + r]
 
 
-def on_nodes(N: Array, rows: Array) -> Array:
-    """Derivatives rows (k, t, d + r) by the motion of points and of the rest → (k, t, d a + r), of their nodes, N (k, a)."""
-    a, d = N.shape[1], {5: 2, 9: 3}[rows.shape[2]]
+def on_nodes(N: Array, *derivatives: Array) -> Sequence[Array]:
+    """Derivatives (k, t, d + r) by the motion of points and of the rest → (k, t, d a + r), of their nodes, N (k, a), of each."""
+    a = N.shape[1]
     if a == 1:
-        return rows
-    out = np.empty((len(rows), rows.shape[1], rows.shape[2] + d * (a - 1)))
-    _on_nodes(DIMENSION[d], N, rows, out)
+        return derivatives
+    out = []
+    for rows in derivatives:
+        d = {5: 2, 9: 3}[rows.shape[2]]
+        out.append(np.empty((len(rows), rows.shape[1], rows.shape[2] + d * (a - 1))))
+        _on_nodes(DIMENSION[d], N, rows, out[-1])
     return out

@@ -48,17 +48,17 @@ class Surface:
     multipliers: Field | None = None
     corners: Corners | None = None
 
-    @property
+    @cached_property
     def against(self) -> str:
         """Name of its master."""
         return self.description.against
 
-    @property
+    @cached_property
     def sharp(self) -> bool:
         """Whether edges may be cut at sharp corners of the tool, anew in each increment."""
         return self.points.with_neighbours
 
-    @property
+    @cached_property
     def exact(self) -> bool:
         """Whether its multipliers are degrees of freedom."""
         return self.multipliers is not None

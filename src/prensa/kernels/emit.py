@@ -785,15 +785,14 @@ def generated(build: Callable[..., Program]) -> Callable[..., Kernel]:
     """What records a program, as what gives its kernel: made once for each set of arguments, by one thread at a time."""
     found: dict[tuple[Any, ...], Kernel] = {}
 
+    # `cache` answers for what is known without a call in Python, but lets several threads make what is not
+    @cache
     @wraps(build)
     def kernel(*args: Any) -> Kernel:
-        made = found.get(args)
-        if made is None:
-            with _lock:
-                made = found.get(args)
-                if made is None:
-                    fresh()
-                    made = found[args] = Kernel(build(*args))
-        return made
+        with _lock:
+            if args not in found:
+                fresh()
+                found[args] = Kernel(build(*args))
+            return found[args]
 
     return kernel

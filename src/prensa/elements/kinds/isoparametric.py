@@ -62,7 +62,8 @@ class Isoparametric(Element, abstract=True):
     def respond(self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, stiffness: bool) -> Failure | None:
         """See `Element`."""
         solid, rows = _kernels(), self.table.rows
-        form = solid.Form(self.nodes, self.points, self.layout.dimension, self.bar, mode.axisymmetric, mode.finite)
+        points, nodes = self.table.N.shape
+        form = solid.Form(nodes, points, self.layout.dimension, self.bar, mode.axisymmetric, mode.finite)
         solid.kinematics(form, c.x, c.d, rows, mode.scale, work.h, work.w, work.flags)
         if np.count_nonzero(work.flags):
             return Failure(int(np.argmax(work.flags)), Why.INVERTED)
