@@ -47,11 +47,14 @@ def test_slopes_are_those_of_python_and_in_a_table_of_all_increments(case: str, 
     assert f"slope {expected.slopes[0, 0]:.6g} at 0.1" in told.stdout
 
 
+TABLE_OF_FRICTION = "friction={type: coulomb, mu: {kappa: [0, 0.1, 1], mu: [0.05, 0.15, 0.2]}}"
+
+
 @pytest.mark.parametrize(
     ("changes", "of", "by", "why"),
     [
         (["bodies.ring.element=q4_enhanced"], "die.force.y", MU, "no enhanced modes"),
-        (["friction={type: shear, m: 0.3}"], "die.force.y", "friction.m", "constant coefficients"),
+        ([TABLE_OF_FRICTION], "die.force.y", "friction.mu.mu.1", "changes a table of friction"),
         ([], "ring.max.plastic_strain", K, "has no derivative with respect to positions and forces"),
     ],
 )

@@ -142,12 +142,10 @@ def stability_warnings(c: Context, result: NewtonResult) -> list[str]:
 def jumped(eq: Equilibrium, result: NewtonResult) -> bool:
     """Whether an increment leads past unstable states, so that its end is on another branch than its start.
 
-    Only asked where the iteration was long and the end is not where the last increments led, or at the beginning of a step the
-    linearised system: matrices are made for it.
+    Only asked where the end is not where the last increments led, or at the beginning of a step the linearised system: matrices are
+    made for it.
     """
     state, policy, system = eq.context.state, eq.policy, eq.system
-    if result.iterations <= policy.easy_iterations:
-        return False
     du = result.u - state.u
     ahead = state.extrapolated(eq.context.dt) if state.dt_last > 0 else result.linear
     if ahead is not None:
@@ -160,7 +158,8 @@ def jumped(eq: Equilibrium, result: NewtonResult) -> bool:
             return False
         if modes.negative:
             return True
-    return False
+    # where the last point that sticks begins to slide, only states just ahead are unstable, none of those on the straight way
+    return state.dt_last > 0 and _extrapolated_modes(eq) is not None
 
 
 def _failed(eq: Equilibrium, result: NewtonResult, short: bool, last: bool) -> NewtonResult:
