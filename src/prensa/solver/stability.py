@@ -142,8 +142,8 @@ def stability_warnings(c: Context, result: NewtonResult) -> list[str]:
 def jumped(eq: Equilibrium, result: NewtonResult) -> bool:
     """Whether an increment leads past unstable states, so that its end is on another branch than its start.
 
-    Only asked where the end is not where the last increments led, or at the beginning of a step the linearised system: matrices are
-    made for it.
+    Only asked where the end is not where the last increments led, or at the beginning of a step the linearised system: it makes
+    matrices.
     """
     state, policy, system = eq.context.state, eq.policy, eq.system
     du = result.u - state.u
