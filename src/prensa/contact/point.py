@@ -17,9 +17,9 @@ from prensa.friction.return_map import BRANCH, DECIDE, OPEN, Bounds, Sides, magn
 from prensa.kernels.differentiate import forward, units
 from prensa.kernels.emit import Kind, Marks, Program, Rows, generated, puts
 from prensa.kernels.record import Node, absolute, differs, given, many, where
+from prensa.precision import EPS
 from prensa.types import Array, Bytes, Flags
 
-EPS = float(np.finfo(np.float64).eps)
 NEARBY = 8  # flag of a branch: a point resists that is open by less than `TOUCH`
 TOUCH = 1e-10  # gap over element depth below which a point touches where an increment starts
 

@@ -19,8 +19,6 @@ from prensa.model import problem as model
 from prensa.tools.place import PlacedTool
 from prensa.types import Array, Index
 
-EPS = float(np.finfo(np.float64).eps)
-
 
 @dataclass(frozen=True)
 class Surface:

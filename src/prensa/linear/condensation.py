@@ -28,7 +28,6 @@ import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix
 
 from prensa.contact.point import TOUCH
-from prensa.contact.surface import EPS
 from prensa.errors import PrensaError
 from prensa.linear.condensed_bodies import Blocks, Bodies, FreeResponse
 from prensa.linear.factorisations import DenseFactors, SingularError
@@ -36,6 +35,7 @@ from prensa.linear.reduction import Reduced, equations_of, in_lengths, weights_o
 from prensa.linear.rigid_modes import free_to_move
 from prensa.model import problem as model
 from prensa.policy import DEFAULT, Policy
+from prensa.precision import EPS
 from prensa.system.assembly import Pattern
 from prensa.system.interaction import Context, Overrides
 from prensa.system.matrix_symmetry import is_linear

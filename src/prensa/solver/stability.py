@@ -142,10 +142,13 @@ def stability_warnings(c: Context, result: NewtonResult) -> list[str]:
 def jumped(eq: Equilibrium, result: NewtonResult) -> bool:
     """Whether an increment leads past unstable states, so that its end is on another branch than its start.
 
-    Only asked where the end is not where the last increments led, or at the beginning of a step the linearised system: it makes
-    matrices.
+    Only asked where the iteration was long, or a contact opens as a whole, and the end is not where the last increments led, or
+    at the beginning of a step the linearised system: it makes matrices.
     """
     state, policy, system = eq.context.state, eq.policy, eq.system
+    comes_off = _comes_off(eq, result)
+    if result.iterations <= policy.easy_iterations and not comes_off:
+        return False
     du = result.u - state.u
     ahead = state.extrapolated(eq.context.dt) if state.dt_last > 0 else result.linear
     if ahead is not None:
@@ -158,8 +161,15 @@ def jumped(eq: Equilibrium, result: NewtonResult) -> bool:
             return False
         if modes.negative:
             return True
-    # where the last point that sticks begins to slide, only states just ahead are unstable, none of those on the straight way
-    return state.dt_last > 0 and _extrapolated_modes(eq) is not None
+    # a tool that comes off leaves the straight way to its end free of contact, while just ahead of the start it begins to slide
+    return comes_off and state.dt_last > 0 and _extrapolated_modes(eq) is not None
+
+
+def _comes_off(eq: Equilibrium, result: NewtonResult) -> bool:
+    """Whether all points of a contact are open at the end that were not at the start."""
+    e = result.evaluation
+    pairs = zip(eq.context.committed, e.contacts) if e is not None else ()
+    return any(bool(before.closed.any() and not (f.p > 0).any()) for before, f in pairs)
 
 
 def _failed(eq: Equilibrium, result: NewtonResult, short: bool, last: bool) -> NewtonResult:

@@ -22,11 +22,10 @@ from prensa.layout import DofMap
 from prensa.materials.material import material_of
 from prensa.mesh.mesh import Mesh, ordered_nodes
 from prensa.model import problem as model
+from prensa.precision import EPS
 from prensa.system.contact_surfaces import named_edges
 from prensa.system.interaction import Context, Part, Request, Response
 from prensa.types import Array, Index
-
-EPS = float(np.finfo(np.float64).eps)
 
 
 def body_contacts(

@@ -18,9 +18,10 @@ from prensa.contact.forces import (
 from prensa.contact.point import NEARBY
 from prensa.contact.redundant import RedundantMultipliers, RedundantPoints, hold
 from prensa.contact.stencil import Stencils
-from prensa.contact.surface import EPS, Surface
+from prensa.contact.surface import Surface
 from prensa.friction.law import bounded
 from prensa.friction.return_map import DECIDE, HOLD, STUCK
+from prensa.precision import EPS
 from prensa.system.failure import FrictionTooSoft
 from prensa.system.interaction import ActiveSets, Context, Discretisation, Part, Request, Response
 from prensa.types import Array, Bytes, Index

@@ -17,7 +17,7 @@ from prensa.contact.pairing import Since, current_pairs
 from prensa.contact.record import ContactRecord
 from prensa.contact.recovery import recover
 from prensa.contact.stencil import Stencils
-from prensa.contact.surface import EPS, Surface
+from prensa.contact.surface import Surface
 from prensa.friction.law import At as FrictionAt
 from prensa.friction.law import FrictionLaw
 from prensa.layout import DofMap
@@ -25,6 +25,7 @@ from prensa.materials.laws import At
 from prensa.mesh.mesh import Mesh, MeshError
 from prensa.model import problem as model
 from prensa.model.seconds import elapsed
+from prensa.precision import EPS
 from prensa.system.assembly import Block, Pattern, scatter_matrix, scatter_vector, slots, sweep
 from prensa.system.contact_interaction import ContactInteraction
 from prensa.system.failure import ElementFailed, NotEvaluated
@@ -41,7 +42,7 @@ from prensa.types import Array, Flags, Index, Ints
 log = logging.getLogger("prensa")
 
 
-ROUND_OFF = 0.25  # share of ε E* size, per node, that the forces of a body at rest miss: all the strain there is then
+FORCE_ROUND_OFF = 0.25  # share of ε E* size, per node, that the forces of a body at rest miss: all the strain there is then
 NOTHING = 1e-8  # forces of strains below this need no relative accuracy: an unloaded body has no force to compare with
 AT_ONCE = 1 << 14  # elements whose energies are found together: temporaries of all would be a tenth of what a run takes
 
@@ -533,7 +534,7 @@ class System:
         total = self.problem.kinematics == "small" and not self.has_memory
         du = self.displacement(u if total else u - c.state.u)
         base = self.initial_history if total else c.history
-        history, scale, floor = [], 0.0, ROUND_OFF * EPS * self.stiffness * self.nodes
+        history, scale, floor = [], 0.0, FORCE_ROUND_OFF * EPS * self.stiffness * self.nodes
         now, begun = elapsed(self.problem, c.time, c.state.ends), c.rule.share > 0.0
         for block, old, held in zip(self.blocks, base, flows or [None] * len(self.blocks)):
             here = At(c.rule.seconds(block, c.seconds), now, data is not None, secant, held, begun)
