@@ -28,7 +28,8 @@ ON_BOUND = 1e-12  # a point that slid and has not moved yet is on the bound: it 
 class Tangential(NamedTuple):
     """t (k, d) traction, dt_dg (k, d, d), dt_dp (k, d), kappa (k,) new accumulated slip, slip (k,) flags.
 
-    bound (k, 2): the bound and its derivative by the pressure, whether a point slips or not.
+    bound (k, 2): the bound and its derivative by the pressure, whether a point slips or not; of laws that harden the total one,
+    with the slip that follows the pressure.
     """
 
     t: Array
@@ -208,6 +209,7 @@ def _of_arrays(law: FrictionLaw, at: At, points: _Points, want: Bytes) -> Tangen
     moves = out.slip & np.where(held, size > 0.0, p > 0.0)
     rise, tau, by_p, by_kappa = _hardening_root(law, at, size, tau, p, kappa, k_t, moves, held)
     as_found = np.where(out.slip, SLIDING, STUCK).astype(np.int8)
+    by_kappa = np.where(out.slip & ~moves, 0.0, by_kappa)  # what slips without pressure leaves the slip as it is
     out = _mapped(None, True, points, as_found, (np.stack([tau, by_p, by_kappa, kappa + rise], axis=1),))
     return out._replace(kappa=kappa + rise)
 

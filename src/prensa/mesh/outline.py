@@ -16,7 +16,8 @@ from prensa.types import Array, Flags, Index
 SizeOf = Callable[[Array], Array]
 
 CORNER = np.radians(35.0)  # turn of an outline from which on it has a corner there
-GROWTH = 0.25  # of element sizes over the way, everywhere: neighbours differ by a quarter
+GROWTH = 0.25  # of element sizes over the way: neighbours differ by a quarter
+GRADING = 0.3  # growth of sizes along an outline over the way
 NEARNESS = 0.3  # of an element size: hard points nearer to another one than this are left out
 BULGE = 0.1  # of a side's middle off its chord's, over the chord, at most: it turns by 45 degrees
 PIECES = 16  # straight pieces of an edge by which its length is measured
@@ -168,7 +169,7 @@ def _spaced(chain: Chain, size: SizeOf, a: float, b: float, least: int) -> Array
     n = max(200, 8 * len(chain.edges))
     s = np.linspace(a, b, n)
     h = size(chain(s))
-    way = GROWTH * s
+    way = GRADING * s
     h = np.minimum(np.minimum.accumulate(h - way) + way, np.minimum.accumulate((h + way)[::-1])[::-1] - way)
     count = np.concatenate([[0.0], np.cumsum(0.5 * (1 / h[1:] + 1 / h[:-1]) * np.diff(s))])
     k = max(round(count[-1]), least)

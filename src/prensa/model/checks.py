@@ -322,6 +322,9 @@ def _body_contacts(p: Any) -> Iterator[Finding]:
         yield Finding(("body_contacts",), "contact between bodies is there in plane strain alone yet")
     if p.body_contacts and p.contact_geometry == "reference":
         yield Finding(("contact_geometry",), "contact between bodies is on moved sides; use 'current'")
+    for i, step in enumerate(p.steps):
+        if p.body_contacts and step is not None and step.remove_tools:
+            yield Finding(("steps", i, "remove_tools"), "bodies in contact with one another cannot be freed of all supports yet")
     if p.body_contacts and remeshing_of(p) is not None:
         yield _not_remeshed("sides in contact with other bodies are not carried over; use 'remesh: off'")
 

@@ -137,7 +137,12 @@ def resume(directory: str | Path, quiet: bool = False, bar: ProgressBar | None =
 # ------------------------------------------------------------------------------------------------------------- details
 def _refuse_unwritten(problem: Problem) -> None:
     """Refuse what no file of results knows yet."""
-    for there, what in ((problem.space == "solid", "bodies in space"), (problem.heat is not None, "temperatures")):
+    unnamed = not all(getattr(body.material, "offered", True) for body in problem.bodies.values())
+    for there, what in (
+        (problem.space == "solid", "bodies in space"),
+        (problem.heat is not None, "temperatures"),
+        (unnamed, "materials that case files cannot name"),
+    ):
         if there:
             raise PrensaError(f"run: {what} are not written yet; iterate over solve(problem)")
 

@@ -37,7 +37,7 @@ def eigenvalue_across_sets(eq: Equilibrium, result: NewtonResult) -> float | Non
             there = _tangent(eq, result, other)
             if there is not None and (found := _negative(eq, matrix, there)) is not None:
                 return found
-    except SingularError:
+    except (SingularError, np.linalg.LinAlgError):
         return None
     return None
 

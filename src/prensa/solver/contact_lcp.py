@@ -74,6 +74,8 @@ def contact_step(
     stick (points,): contact points that are forced to stick where the step does not decide that; ``most``: candidates to
     begin with at most, `Policy.max_candidates` if not given; ``for_friction``: None where it cannot decide which points slip.
     """
+    if not e.contacts:
+        return None
     near, at = _near(eq, e), _first(eq, e)
     if (most is not None and at.sum() > most) or (for_friction and _rubbing(eq, e, at) is None):
         return None

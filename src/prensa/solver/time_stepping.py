@@ -170,6 +170,7 @@ class TimeStepping:
     def without_tools(self) -> TimeStepping:
         """The rest of the run, when the tools are gone."""
         rest = self.onto(self.system.without_tools())
+        rest.checks = RunChecks(rest.system, self.policy, self.checks.validity)
         rest.passages, rest.remeshes, rest.last = self.passages, self.remeshes, self.last
         rest.times, rest.stops = self.times, self.stops
         return rest

@@ -16,6 +16,7 @@ from prensa.friction.law import At, StrengthLaw
 from prensa.kernels.functions import expm1
 from prensa.kernels.record import exp, log, where
 from prensa.model.units import Number, Pressure
+from prensa.precision import EPS
 
 
 class Capped(StrengthLaw):
@@ -51,5 +52,6 @@ class Capped(StrengthLaw):
         # with y = (μp/cap)ⁿ and q = (1 − e⁻ʸ)/y the bound is μp q^(1/n): no power of a number near zero is left
         some = (free > 0.0) & (cap > 0.0)
         y = where(some, exp(n * log(where(some, free / where(some, cap, 1.0), 1.0))), 0.0)
-        q = where(y > 0.0, -expm1(-y) / where(y > 0.0, y, 1.0), 1.0)
+        # below, q is 1 to round-off, and y² in its derivative may be no number
+        q = where(y > EPS, -expm1(-y) / where(y > EPS, y, 1.0), 1.0)
         return where(cap > 0.0, free * exp(log(q) / n), 0.0)
