@@ -204,9 +204,9 @@ class Globalisation:
     nothing do not tie.
     """
     overlap_ratio: float = 0.2
-    """Penetration over element depth from which a tool that starts inside a body is pressed out in stages."""
+    """Penetration over element depth from which a tool that starts inside a body is drawn back and goes in again in stages."""
     overlap_stage_ratio: float = 0.25
-    """Penetration over element depth that one such stage takes away."""
+    """Penetration over element depth by which one such stage goes in."""
     overlap_stage_residual: float = 1e-4
     """Relative residual to which those stages are solved, all but the last."""
     approach_gap_ratio: float = 1e-9

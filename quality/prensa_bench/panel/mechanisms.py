@@ -269,7 +269,7 @@ TIMELY = (
     ),
     Mechanism(
         "overlap_stages",
-        "Bodies are pressed in stages out of tools that start inside them.",
+        "Tools that start inside bodies are drawn back and go in again in stages.",
         (replaced(attempt, attempt.overlap_stages, _none_of_them),),
     ),
     # ------------------------------------------------------------------------------------------------- linear algebra

@@ -357,7 +357,7 @@ class Factorisation:
 
     @property
     def factored(self) -> bool:
-        """Whether there are factors of an earlier `solve` of this attempt to use `again`."""
+        """Whether there are factors of an earlier `solve` of this attempt for `solve_with_factors`."""
         return self._solve is not None
 
     @property
@@ -532,7 +532,7 @@ class Factorisation:
         return x
 
     def coarse(self, values: Array) -> bool:
-        """Factors in single precision for use `again`, unchecked; whether there are any."""
+        """Factors in single precision for `solve_with_factors`, unchecked; whether there are any."""
         self._solve, self.made_from, self._matrix, self._to_check = None, None, None, None
         if self.order[0][0] in SINGLE:
             single = self._single_part(self._scaled(values))
@@ -737,14 +737,14 @@ class DenseFactors:
         """Nothing: corrections are those of the factors."""
 
     def correction(self, b: Array, share: float | None = None) -> Array:
-        """As `again`."""
+        """As `solve_with_factors`."""
         return self.solve_with_factors(b)
 
     def analyse(self) -> None:
         """Nothing: there is no pattern."""
 
     def exactly(self, b: Array, share: float) -> Array | None:
-        """As `again`."""
+        """As `solve_with_factors`."""
         return self.solve_with_factors(b)
 
     def coarse(self, values: Array) -> bool:
@@ -765,7 +765,7 @@ class DenseFactors:
 
     @property
     def factored(self) -> bool:
-        """Whether there are factors to use `again`."""
+        """Whether there are factors for `solve_with_factors`."""
         return self._factors is not None
 
     @property

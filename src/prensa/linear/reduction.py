@@ -87,7 +87,7 @@ class Factors(Protocol):
 
     @property
     def factored(self) -> bool:
-        """Whether there are factors to use `again`."""
+        """Whether there are factors for `solve_with_factors`."""
 
     @property
     def positive(self) -> bool:
@@ -131,7 +131,7 @@ class Factors(Protocol):
         """Solutions (f, k) of the last matrix but for a ``share``, by factors of this attempt; None if they are not to be had."""
 
     def coarse(self, matrix: Array) -> bool:
-        """Factors of a matrix in single precision for use `again`, unchecked; whether there are any."""
+        """Factors of a matrix in single precision for `solve_with_factors`, unchecked; whether there are any."""
 
     def kept(self) -> KeptFactors | None:
         """The last factors, to keep them for the transpose of their matrix; None where that is not possible."""
@@ -169,7 +169,10 @@ class Whole:
 
 
 class Selected:
-    """Free dofs that are just those not prescribed; ``indptr``, ``indices``: pattern of their matrix (compressed columns)."""
+    """Boundary conditions: which dofs are free, just those not prescribed.
+
+    ``indptr``, ``indices``: pattern of their matrix (compressed columns).
+    """
 
     def __init__(self, pattern: Pattern, fixed: Index, shared: bool = False) -> None:
         """``shared``: the pattern of all dofs keeps its rows by those of this one alone."""
@@ -261,7 +264,8 @@ class Reduced:
         elif control is not None:
             restriction = Controlled(system.pattern, fixed, control)
         else:
-            # where bodies flow, few nodes find their equilibrium first, and the rows of the whole are asked for at every turn
+            # row indices are shared in large systems without memory: the rows of the whole, which `Whole.apply` and derivatives
+            # ask for, are put together each time
             shared = system.ndof >= policy.shared_pattern_from and not system.has_memory
             restriction = Selected(system.pattern, fixed, shared)
         weight = weights_of(system)[restriction.rows]
@@ -331,7 +335,10 @@ class Reduced:
         return self.restriction.whole(self.factorisation.step(matrix, self.restriction.part(b), share, changed), len(b))
 
     def correction(self, b: Array, share: float | None = None) -> Array:
-        """As `again`, of the last matrix even where the factors at hand are of one before; ``share``: that may be left of b."""
+        """A solution with the factors at hand, of the last matrix even where the factors are of one before.
+
+        share: that may be left of b.
+        """
         return self.restriction.whole(self.factorisation.correction(self.restriction.part(b), share), len(b))
 
     def responses(self, loads: csr_matrix, of: csr_matrix) -> Array:

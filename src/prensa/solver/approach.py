@@ -36,8 +36,9 @@ from prensa.types import Array
 class Approach(NamedTuple):
     """Dofs ``u`` (ndof,) to start an increment from; None where bodies have nowhere to go.
 
-    ``through_air`` (ndof,): what of the way there led to where things only just touched; None if nothing was brought there by
-    forces. ``bodies`` that went as rigid ones; ``floating``: no tool presses them there. ``notes``: what there is to say.
+    ``through_air`` (ndof,): the part of the motion before first touch, which does no work and is no slip; None if nothing was
+    brought there by forces. ``bodies`` that went as rigid ones; ``floating``: no second tool clamps them yet. ``notes``: what
+    there is to say.
     """
 
     u: Array | None
@@ -103,7 +104,8 @@ def approach_of_tools(system: System, c: Context, policy: Policy = DEFAULT) -> A
     """Where to start from: tools driven by force that touch nothing are brought to rest on the springs of their contacts.
 
     The springs stand on the bodies as they are, so the start is in equilibrium with the tool's force, or with its moment
-    if that is all that drives it. Through air it went to where they bear a millionth of that (`Policy.just_touches_share`).
+    if that is all that drives it. The motion up to where they carry 1e-6 of the force counts as motion through air
+    (`Policy.just_touches_share`).
 
     Raises
     ------
@@ -157,8 +159,8 @@ def _meets_nothing(tool: str, force: Array, dimension: int) -> str:
 def approach_of_bodies(system: System, c: Context, loose: list[Loose], policy: Policy = DEFAULT) -> Approach | None:
     """Where the bodies that nothing holds go in an increment; None if there are none, or what happens to them is not known.
 
-    loose: bodies that supports leave free to move (see `loose_bodies`). Those that tools press already are held by these. What
-    already touches another tool than those that push it is held by that as far as friction bears it, which is not for here.
+    loose: bodies that supports leave free to move (see `loose_bodies`). Bodies already pressed by a tool count as held. A body
+    that also touches a second tool is held there by friction, which rigid motion without friction cannot represent: None.
     """
     unheld = [] if c.plan.control is not None else [body for body in loose if not _pressed(system, c, body, policy)]
     if not unheld:
@@ -197,7 +199,7 @@ class Met(NamedTuple):
 def first_clamped(system: System, c: Context, loose: list[Loose], policy: Policy = DEFAULT) -> Met | None:
     """When the bodies that are clamped at the end of an increment are so first; None if that is no earlier, or at once.
 
-    Those that forces press, whatever these are, are clamped at once.
+    None in steps with tool forces: they clamp bodies at once.
     """
     if c.plan.push:
         return None
@@ -213,7 +215,7 @@ def first_clamped(system: System, c: Context, loose: list[Loose], policy: Policy
 
 
 def _near(system: System, c: Context, loose: list[Loose], u: Array, policy: Policy) -> bool:
-    """Whether bodies have gone as far as what carries them, levers counted, and have not been squeezed out sideways."""
+    """Whether bodies moved not more than ten times the largest tool motion (rotation makes levers): none was squeezed out."""
     way = u - c.state.u
     tools = np.abs(system.dofs.tool.of(way)[:, :2]).max()
     return all(np.abs(system.displacement(way)[b.nodes]).max() <= policy.max_approach_ratio * tools for b in loose)
@@ -255,7 +257,10 @@ def starts_inside(system: System, state: State, policy: Policy) -> list[tuple[St
 
 
 def overlap_stages(system: System, c: Context, policy: Policy) -> list[Context]:
-    """Contexts of an increment with the tools that start inside a body drawn back, less and less; none without need."""
+    """Contexts of an increment with the tools that start inside a body drawn back, less in each stage.
+
+    An empty list if no tool starts inside.
+    """
     inside = starts_inside(system, c.state, policy)
     if not inside:
         return []

@@ -89,7 +89,7 @@ def attempt_from(eq: Equilibrium, u: Array) -> NewtonResult:
 
 def _outcome(eq: Equilibrium, start: Array, solve: Solve) -> NewtonResult:
     """What comes of an attempt that ``solve`` makes with multipliers (points, 1 + t), from the dofs ``start``."""
-    # a look at the modes wants factors of this increment
+    # the stability check needs factors of this increment, so older ones are kept only if it may be skipped
     state = eq.context.state
     eq.reduced.factorisation.begin(state.made_from if may_rest(state) and eq.numerics.reuse_factors else None)
     lam = eq.system.initial_multipliers(eq.context.state)
@@ -114,7 +114,7 @@ def _solve(eq: Equilibrium, start: Array, by_contact: bool, lam: Array, result: 
 
 
 def _by_stages(eq: Equilibrium, path: list[Context], start: Array, lam: Array, result: NewtonResult) -> Failure | None:
-    """Solve the stages in which tools that start inside bodies come out of them (see `overlap_stages`), and then the
+    """Solve the stages in which tools that start inside bodies, drawn back, go in again (see `overlap_stages`), and then the
     increment.
     """
     rough = replace(eq.numerics, tolerance=eq.policy.overlap_stage_residual)

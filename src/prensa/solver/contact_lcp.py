@@ -1,4 +1,4 @@
-"""Contact and friction within a Newton step: one linear complementarity problem of the points that may open, close, stick, slip.
+"""Contact and friction (the active set) in Newton's step: linear complementarity of points that open, close, stick and slip.
 
 Newton's matrix assumes which points are closed and which of these stick, and an iteration corrects that assumption. Where bodies
 are soft in bending and lie flat, or where all points slip and nothing holds a body along its tool, each correction makes the next
@@ -49,7 +49,8 @@ class Unknowns(NamedTuple):
     """m pressures, then l tractions, that a step decides.
 
     forces (m + l, ndof): −∂r/∂v; slopes (m + l, ndof) of the trial values; ``trial`` values and forces f (m + l,) at the iterate;
-    ``spring`` (m + l,): the matrix's shares a. rubs (l,): the pressure that bounds each traction; bound, by_pressure (l,).
+    ``spring`` (m + l,): share a of the contact stiffness that is in the matrix. rubs (l,): the pressure that bounds each
+    traction; bound, by_pressure (l,).
     """
 
     forces: csr_matrix
@@ -112,9 +113,9 @@ def contact_step(
 def edge_step(eq: Equilibrium, e: Evaluation, lam: Array, step: Array) -> Array:
     """Newton's step (ndof,) from the evaluation e, by the factors at hand, with the points that it changes decided.
 
-    At the edge of a growing contact a step closes a few points too many; the next one opens them, what they bore opens their
-    neighbours, and so on. As it was where that is not to be had or changes too many points; lam (points, 1 + t). Tools that are
-    pushed or hang on springs, and bodies under loads, may have other equilibria nearby: they are led to none.
+    At the edge of a growing contact a step closes a few points too many; the next one opens them, the pressure they carried moves
+    to their neighbours, which open. Returns ``step`` unchanged if too many points change or there is no solution, and where
+    tools are pushed or hang on springs, or loads act: other equilibria may be near. lam (points, 1 + t).
     """
     loads = eq.context.interactions[len(eq.context.surfaces) :]
     led = eq.tools_are_moved and all(isinstance(load, Release) for load in loads)
@@ -292,8 +293,8 @@ def complementary(
 
     A horizontal linear complementarity problem. ``first`` (n,): pairs of which x is taken to begin with, y of the others. From
     there Lemke's method goes on, which wants neither symmetry nor a positive matrix, and once more from where round-off ends it.
-    Pairs are scaled: those of a loose end are orders of magnitude smaller than others. Points that carry nothing would tie;
-    so all that are taken carry a little more, until the pairs are known.
+    Pairs are scaled: those of a loose end are orders of magnitude smaller than others. Points without pressure would make ratios
+    tie; a small force on every chosen unknown breaks ties and is left out of the solution.
     """
     takes_x = np.zeros(len(b), dtype=bool) if first is None else first
     try:

@@ -1,4 +1,7 @@
-"""Finishing substitutions: a nearly converged iterate is brought home with the factors at hand, which costs next to nothing."""
+"""Finishing substitutions: a nearly converged iterate is converged to the last digits with the factors at hand.
+
+That costs next to nothing.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +16,9 @@ from prensa.types import Array
 
 @dataclass
 class Finish:
-    """An iterate on its way home; ``rate``: ratio of its last two residuals; ``factorisations`` that it took.
+    """An iterate that is converged to the last digits with the factors at hand.
 
+    ``rate``: ratio of its last two residuals; ``factorisations`` that it took.
     ``stalled``: a substitution no longer lowered the residual.
     """
 

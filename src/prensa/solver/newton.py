@@ -1,4 +1,7 @@
-"""Newton on r(u) = 0 with the exact tangent, as `init`, `step`, `terminate` on an explicit state; failure is a value."""
+"""Newton on r(u) = 0 with the tangent, or a matrix towards the secant where flow turns.
+
+`init`, `step`, `terminate` work on an explicit state; failure is a value.
+"""
 
 from __future__ import annotations
 
@@ -95,8 +98,7 @@ def terminate(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Eval
 def _near(eq: Equilibrium, state: NewtonState, e: Evaluation) -> bool:
     """Whether the iterate has converged, or is so near that the factors at hand may finish the work.
 
-    They seldom do where contact points have another status than in their matrix: in large problems, where trying costs a quarter
-    of a step, that is left out.
+    Old factors seldom converge once a contact point changed status; in large systems they are then not tried.
     """
     here, first = state.iterate, state.iteration == 0
     opened = here.assumed is not None and (here.assumed & ~e.resting).any()
@@ -107,7 +109,7 @@ def _near(eq: Equilibrium, state: NewtonState, e: Evaluation) -> bool:
 
 
 def _follows(eq: Equilibrium) -> bool:
-    """Whether substitutions that finish the work had better go by the matrix at the iterate than by that of the last step.
+    """Whether to use GMRES with the matrix at the iterate, preconditioned by the last factors, to finish the work.
 
     Not where multipliers have equations, which are others where a point changes, nor where the matrix is wanted afterwards.
     """
@@ -115,9 +117,10 @@ def _follows(eq: Equilibrium) -> bool:
 
 
 def _followed(eq: Equilibrium, state: NewtonState, e: Evaluation) -> float | None:
-    """What a step with the matrix at the iterate promises to leave, if corrections go by that from here on; else None.
+    """What a step with the matrix at the iterate promises to leave; None where the matrix of the last step is kept.
 
-    With the matrix of the last step they would take an evaluation for each digit and a half, and as many substitutions each.
+    Corrections use GMRES with the matrix at the iterate, preconditioned by the last factors. With the matrix of the last step
+    they would take an evaluation for each digit and a half, and as many substitutions each.
     """
     factors = eq.reduced.factorisation
     may = _follows(eq) and factors.holds_matrix and e.data is not None
@@ -145,10 +148,11 @@ def _handed_over(eq: Equilibrium, state: NewtonState) -> Evaluation:
 def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: bool = False) -> Failure | None:
     """Move the state by a full Newton step, or by a part of the step from the best iterate so far (line search).
 
-    A full step is accepted if it leaves less than the least residual so far, if it is the first of the increment, or if the step
-    after it with the same factors is much shorter (natural monotonicity).
+    A full step is accepted if it leaves less than the least residual so far, if it is the first of the attempt (in second order
+    only if the residual does not more than double), or if the step after it with the same factors is much shorter (natural
+    monotonicity).
     """
-    # what a contact step has settled needs none: Newton's leave factors, with which substitutions finish the work
+    # once contact is settled go back to Newton's steps, whose factors the finish can reuse
     here = state.iterate
     state.by_contact = state.by_contact and state.changed > 0 and here.relative > eq.policy.close_residual
     e, delta, decided = _direction(eq, state, by_contact or state.by_contact)
@@ -164,7 +168,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     secant = _secant(eq, state)
     full = eq.evaluate(moved, state.lam, wanted, secant=secant)
     size = eq.norm(full)
-    if not decided and size > here.norm and (better := _decided(eq, state, e, full, result)) is not None:
+    if not decided and size > here.norm and (better := _contact_step_instead(eq, state, e, full, result)) is not None:
         moved, full, by_contact_step = better
         size = eq.norm(full)
         if best is mine:
@@ -231,13 +235,13 @@ def _newton_direction(eq: Equilibrium, state: NewtonState, stick: Flags | None) 
     return e, edge_step(eq, e, state.lam, delta) if here.relative <= eq.policy.edge_from_residual else delta
 
 
-def _decided(
+def _contact_step_instead(
     eq: Equilibrium, state: NewtonState, e: Evaluation, full: Evaluation, result: NewtonResult
 ) -> tuple[Array, Evaluation, Array] | None:  # fmt: skip
     """Dofs and evaluation after a contact step from the iterate of e, and that step; None if ``full`` is as good.
 
     It is tried where the assumptions of Newton's step were wrong: points slip the other way at its end, or open or close
-    once more. Points that do the latter have found an end neither open nor closed: steps by contact go on from there.
+    once more. Points that do the latter keep alternating between open and closed: steps by contact go on from there.
     """
     before, after = signature(e), signature(full)
     turns = not full.failed and bool(reversed_slip(before, after).any())

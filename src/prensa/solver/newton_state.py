@@ -79,7 +79,7 @@ class ContactChange:
 
 @dataclass
 class NewtonState:
-    """Where an iteration stands: the ``iterate``, multipliers lam (points, 2), and what is remembered of the way there.
+    """Where an iteration stands: the ``iterate``, multipliers lam (points, 1 + t), and what is remembered of the way there.
 
     ``contact``: how it has changed, None before that is known; ``best``: the iterate to which the line search goes back;
     ``least``: least residual up to each iteration. ``by_contact``: contact steps are taken from here on.

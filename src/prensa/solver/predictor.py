@@ -1,4 +1,4 @@
-"""Predictor: the first iterate of an increment.
+"""Predictor: the first iterate of an increment (Newton's warm start).
 
 The last increments extrapolated, or the committed state moved by the linearised system.
 """

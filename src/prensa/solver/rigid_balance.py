@@ -44,9 +44,8 @@ class RigidBalance:
 
     Unknowns z: motions of the bodies (see `Loose`), then lengths of the ways of tools. ``drives``: of each way its degrees of
     freedom (d,), and how far they go (d,) per length. ``base`` (ndof,): from where they start; ``forces`` (ndof,) on them.
-    ``room``: gap at which a tool begins to press: nothing, or a little if there are no forces, so that what is not clamped is
-    not pressed.
-    ``pushers``: numbers of the contacts that count.
+    ``room``: gap below which a contact spring acts: 0, or a small gap where no force drives, so that what is not clamped is
+    not pressed. ``pushers``: indices of the contacts whose springs act.
     """
 
     system: System
@@ -138,9 +137,9 @@ class RigidBalance:
         return np.array([*((nodal * field).sum() for _, field in self.fields(z)), *tools])
 
     def answer(self, z: Array) -> tuple[Array, Array, float]:
-        """Forces (k,) that are missing along the unknowns, their matrix (k, k), and the force that counts as nothing.
+        """Residual (k,), stiffness matrix (k, k), and tolerance of the residual.
 
-        That is a part of all springs' forces, or what the rounding of positions makes of them.
+        The tolerance is a part of all springs' forces, or what the rounding of positions makes of them.
         """
         u, fields = self.dofs(z), self.fields(z)
         r, K = -self.driving(z), np.zeros((len(z), len(z)))
@@ -204,7 +203,7 @@ class RigidBalance:
         return None if z is None else self.dofs(z) - self.base
 
     def _search(self, z: Array, step: Array, farthest: float) -> float | None:
-        """Share of a step at which it is no longer driven on; None if that is farther away than ``farthest``."""
+        """Step length at which the energy is least along the step (exact line search); None beyond ``farthest``."""
 
         def driven(share: float) -> bool:
             return float(self.answer(z + share * step)[0] @ step) < 0.0

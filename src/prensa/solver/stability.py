@@ -1,4 +1,4 @@
-"""Is an equilibrium stable, and what follows if it is not: cut, another one beside it, a jump, a limit point.
+"""Is an equilibrium stable (buckling, snap-through), and what follows if not: cut, another one beside it, a jump, a limit point.
 
 Every attempt is `judged`. Which modes are soft or negative says `softest_modes`; where else there are
 equilibria, `other_equilibria`.
@@ -29,8 +29,8 @@ def judged(
 
     An unstable equilibrium is refused as long as shorter increments may find the stable one, which an imperfection leads
     to. Then a stable one is looked for beside it: perfect structures have no other way to leave theirs. Where there is none
-    the unstable one is kept, and from there on no more is asked. A jump to a stable one as near as those beside is taken at a
-    limit point and told; a farther one is, where the way there is no part of the answer, and ends the run elsewhere.
+    the unstable one is kept, and from there on no more is asked. At a limit point a jump of at most 3 % of the size is accepted
+    and reported. A farther one is accepted only if the answer does not depend on the path; otherwise the run ends.
     """
     found = _judged(eq, result, checks, cutbacks, may_cut)
     ends = isinstance(found.reason, LimitPoint) and (at_limit(eq.context, eq.policy) or not may_cut)
@@ -43,7 +43,7 @@ def judged(
 
 
 def _judged(eq: Equilibrium, result: NewtonResult, checks: RunChecks, cutbacks: int, may_cut: bool) -> NewtonResult:
-    """As `judged`, with every limit point told."""
+    """As `judged`, but a limit point is always returned as a failure; no `jump` is tried."""
     if not result.converged:
         return _failed(eq, result, cutbacks >= eq.policy.retry_after_cuts, not may_cut)
     positive = eq.reduced.factorisation.positive
@@ -81,7 +81,7 @@ def _judged(eq: Equilibrium, result: NewtonResult, checks: RunChecks, cutbacks: 
 
 
 def rests(eq: Equilibrium, result: NewtonResult) -> bool:
-    """Whether the modes need no look after an increment: they were far from turning, it was easy, and contact is as it was."""
+    """Whether the stability check may be skipped: modes were far from turning, the increment was easy, contact is as it was."""
     e = result.evaluation
     if e is None or not may_rest(eq.context.state):
         return False
@@ -90,10 +90,11 @@ def rests(eq: Equilibrium, result: NewtonResult) -> bool:
 
 
 def rest(state: State, softest: Array, policy: Policy) -> int:
-    """Increments that may pass until modes (modes,) are looked at again, if they go on changing as since the last look.
+    """How many increments may skip the stability check if the softest stiffnesses (modes,) go on changing as since the last.
 
     None of them may lose more than a part of its stiffness then: that of a mode which turns falls linearly with what drives it,
-    and next to a limit point as the root of the distance, so that looks become frequent in time. The rest grows by doubling.
+    and next to a limit point as the root of the distance, so that checks become frequent in time. At most twice as many as last
+    time.
     """
     known, before = state.stability, state.softest
     if not state.dt_last > 0 or len(before) != len(softest) or not (softest > 0).all():
@@ -106,7 +107,7 @@ def rest(state: State, softest: Array, policy: Policy) -> int:
 
 
 def looked(stability: Stability, state: State, result: NewtonResult, policy: Policy) -> tuple[Stability, Array]:
-    """What the next increment knows of the modes after one with that ``result``: their stability and stiffnesses (modes,)."""
+    """Stability data of the next state, after an increment with that ``result``, and the softest stiffnesses (modes,)."""
     if result.rested:
         return stability._replace(since=state.stability.since + 1, rest=state.stability.rest), state.softest
     if result.softest is None:
@@ -182,7 +183,8 @@ def _failed(eq: Equilibrium, result: NewtonResult, short: bool, last: bool) -> N
         elif (last or limit) and (eigenvalue := eigenvalue_across_sets(eq, result)) is not None:
             result.reason = LimitPoint(reason, eigenvalue, across=True)
     elif isinstance(reason, Singular):
-        # an iterate that has jumped may hang on nothing; so does a body that comes free, but nothing turns before it does
+        # a singular matrix may be an iterate that jumped, or a body losing its last support; only the former has a negative
+        # mode just ahead
         brief = eq.context.dt < eq.policy.min_share * (eq.context.plan.t1 - eq.context.plan.t0)
         if brief and (modes := _extrapolated_modes(eq)) is not None and _freed(eq, modes) is None:
             result.reason = LimitPoint(reason, modes.least)
@@ -203,9 +205,9 @@ def _freed(eq: Equilibrium, modes: Modes) -> ToolRunaway | None:
 def _turning(eq: Equilibrium, result: NewtonResult, beside: bool) -> Modes | None:
     """The modes of the last iterate if one is negative or, ``beside``, its softest leads to a state with one at once.
 
-    The factors at hand are not asked: contact steps and other attempts came after the iterate. Past a limit point iterates
-    wander to and fro across it, so that the last one is as often before it as behind. Where the last point that sticks is about
-    to slide, no mode is soft before it does: then the states are asked to which the last increment leads on.
+    The modes are recomputed from the matrix at the last iterate, since the factors in memory may be of a contact step. Past a
+    limit point iterates wander to and fro across it, so that the last one is as often before it as behind. Where the last point
+    that sticks is about to slide, no mode is soft before it does: then the states are checked to which the last increment leads.
     """
     modes = modes_at(eq, result.u, result.lam)
     if modes is None or modes.negative or not beside:

@@ -1,4 +1,7 @@
-"""Time stepping: choose the increment, attempt it, commit it or cut it. The only commit of the package is here."""
+"""Time stepping: choose the increment, attempt it, commit it or cut it.
+
+The only commit of the package is here; the new state is made in `prensa.solver.commit`.
+"""
 
 from __future__ import annotations
 
