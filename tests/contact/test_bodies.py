@@ -66,6 +66,7 @@ def test_forces_are_those_of_the_whole_thickness():
         ({"body_contacts": (pr.BodyContact("lower.top", "lower.bottom"),)}, "itself is not there yet"),
         ({"body_contacts": (pr.BodyContact("lower.top", "upper.botom"),)}, "did you mean 'bottom'"),
         ({"body_contacts": (pr.BodyContact("lower.top", "upper.bottom", pr.Augmented()),)}, "enforced by 'penalty'"),
+        ({"steps": (pr.Step("free", remove_tools=True),)}, "cannot be freed of all supports"),
     ],
 )
 def test_what_it_cannot_do_yet_is_refused(change, words):

@@ -182,3 +182,13 @@ def test_path_length_not_net_slip_hardens():
     assert kappa[0] > 1.99
     assert np.isclose(abs(t[0, 0]), mu * 10.0, rtol=1e-12)
     assert mu > 0.199
+
+
+@pytest.mark.parametrize("sharpness", [2.0, 8.0, 20.0])
+def test_a_smooth_cap_has_the_slope_of_coulomb_at_small_pressures(sharpness):
+    """μ at pressures far below the cap, down to those whose powers are no numbers; the bound itself is μ p there."""
+    law = pr.Capped(mu=0.5, m=0.6, sharpness=sharpness)
+    p = np.array([1e-28, 1e-18, 1e-13, 1e-6])
+    bound, slope, _ = law.bound(p, np.zeros(4), At(np.full(4, 50.0), dt=1.0, time=1.0))
+    np.testing.assert_allclose(bound, 0.5 * p, rtol=1e-9)
+    np.testing.assert_allclose(slope, 0.5, rtol=1e-6)

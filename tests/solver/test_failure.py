@@ -113,3 +113,12 @@ def test_a_policy_is_handed_in():
     problem = upset_block(stroke(-0.01), material=pr.J2(1000.0, 0.3, pr.Voce(5.0, 5.0, 8.0)), size=(2, 1), n=(6, 3))
     assert next(iter(pr.solve(problem, policy=Policy(first_share=0.001)))).time == 0.001
     assert next(iter(pr.solve(problem))).time == Policy().first_share
+
+
+def test_a_step_without_contacts_that_cannot_be_evaluated_ends_in_words():
+    """A bar of rubber that is crushed in one increment: elements turn inside out, and there is no contact step to take."""
+    body = pr.Body(pr.Rectangle((1.0, 3.0), (4, 12)), pr.NeoHooke(E=1000.0, nu=0.3))
+    crush = pr.Step("crush", increments=1, fixed={"b.top": pr.Fixed(x=0.0, y=-2.8)})
+    problem = pr.Problem("bar", bodies={"b": body}, steps=(crush,), fixed={"b.bottom": "xy"})
+    with pytest.raises(SolveError, match="What to try"):
+        list(pr.solve(problem))
