@@ -175,6 +175,26 @@ class Globalisation:
     """`secant_share` in increments of second order."""
     first_step_growth: float = 2.0
     """Growth of the residual above which the first step of an increment of second order is shortened."""
+    local_slow_ratio: float = 0.02
+    """Ratio of successive residuals above which a few nodes are taken to hold up the iteration and are solved for alone."""
+    local_from_residual: float = 1e-4
+    """Relative residual above which a few nodes are solved for alone; below it Newton is about to converge."""
+    local_residual_share: float = 0.8
+    """Share of the residual that those few nodes must hold."""
+    local_max_share: float = 0.35
+    """Share of all dofs that those nodes and their neighbours may be at most."""
+    local_small_dofs: int = 300
+    """Dofs below which a body counts as small, where evaluations cost little."""
+    local_max_share_small: float = 0.15
+    """Share of all dofs that those nodes may be at most in a body that is not small."""
+    local_max_dofs: int = 400
+    """Dofs that are solved for alone at most, because their matrix is dense."""
+    local_max_steps: int = 6
+    """Newton steps of the few nodes at most."""
+    local_search_factors: tuple[float, ...] = (0.5, 0.25, 0.1)
+    """Fractions of such a step that its line search tries after the full step."""
+    local_residual_ratio: float = 0.05
+    """Ratio of their residual to the first at which the few nodes are left again."""
     max_displacement_ratio: float = 1e3
     """Displacement over the size of the bodies in one increment, beyond which a node or tool counts as held by nothing."""
     max_rotation: float = 10.0

@@ -13,6 +13,7 @@ from prensa.solver.contact_lcp import affordable, contact_step, edge_step
 from prensa.solver.equilibrium import Equilibrium, reversed_slip, signature
 from prensa.solver.finish import finish
 from prensa.solver.newton_state import Best, ContactChange, Iterate, NewtonState
+from prensa.solver.nonlinear_elimination import applies, eliminated
 from prensa.solver.predictor import Guess
 from prensa.solver.projection import contact_corrected
 from prensa.system.failure import Diverged, Failure, NotConverged, Stagnated, Unevaluable
@@ -166,15 +167,21 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     wanted = not (here.relative <= eq.policy.close_residual and settled)
     wanted = wanted or _follows(eq)
     secant = _secant(eq, state)
-    full = eq.evaluate(moved, state.lam, wanted, secant=secant)
+    # where flow turns, few nodes are nearly always put right first: then the next step begins with another matrix
+    full = eq.evaluate(moved, state.lam, wanted and not (secant and applies(eq)), secant=secant)
     size = eq.norm(full)
     if not decided and size > here.norm and (better := _contact_step_instead(eq, state, e, full, result)) is not None:
         moved, full, by_contact_step = better
         size = eq.norm(full)
         if best is mine:
             best = state.best = replace(mine, step=by_contact_step)
-    if (not full.failed and _accepted(eq, state, size, best.norm)) or _shrinks(eq, full, delta):
-        state.iterate = Iterate(moved, full, _turns(eq, state))
+    alone = eliminated(eq, moved, state.lam, full, secant) if size > eq.policy.local_slow_ratio * here.norm else None
+    if alone is not None:
+        moved, full = alone
+        size = eq.norm(full)
+    accepted = not full.failed and _accepted(eq, state, size, best.norm)
+    if accepted or (alone is None and _shrinks(eq, full, delta)):
+        state.iterate = Iterate(moved, full, alone is None and _turns(eq, state))
         return None
     start = mine if full.failed else best
     state.iterate = Iterate(_shortened(eq, start.u, start.step, start.e, state.lam))

@@ -189,6 +189,12 @@ class System:
             raise MeshError(f"{name!r} is a point; a load or a contact needs a boundary")
         return mesh.edges[edge] + self.offsets[body]
 
+    def of_elements(self, blocks: list[Block]) -> System:
+        """The same system of some of its elements alone; its length and scale of forces stay, which take all nodes to find."""
+        out = replace(self, blocks=blocks)
+        vars(out).update(length=self.length, stiffness=self.stiffness)
+        return out
+
     def without_tools(self) -> System:
         """The same bodies when all tools are gone."""
         return replace(self, surfaces=[], removed=self.surfaces, gone=True)
