@@ -137,6 +137,11 @@ TIMELY = (
         (replaced(newton, newton._shrinks, _no),),
     ),
     Mechanism(
+        "nonlinear_elimination",
+        "The few nodes that alone hold up an iteration find their equilibrium with all others held.",
+        (replaced(newton, newton.eliminated, _nothing), replaced(newton, newton.applies, _no)),
+    ),
+    Mechanism(
         "secant_where_flow_turns",
         "Where plastic flow is likely to turn, the matrix goes part of the way to the secant moduli.",
         (replaced(Equilibrium, Equilibrium.flow_direction_unreliable, _no),),
