@@ -219,7 +219,9 @@ def first_step(example: str, way: float, increments: int) -> pr.Problem:
 
 
 def test_what_contact_steps_have_settled_newton_finishes():
-    """Sheets over a punch and over fillets: fewer than 4 iterations an increment (4.2 if contact steps go on to the end)."""
+    """Sheets over a punch and over fillets: 3.8 iterations an increment and 187 in all (4.2, and 260 with 5 cuts, if contact
+    steps go on to the end).
+    """
     problem = pressed_block(
         stroke(12.0, name="stretch"), tools={"t": pr.Circle(20.0, below="b.bottom")},
         material=pr.J2(210e3, 0.3, pr.Swift(560.0, 0.007, 0.26)), size=(30, 1), n=(60, 2), sides=("bottom",),
@@ -227,6 +229,7 @@ def test_what_contact_steps_have_settled_newton_finishes():
     )  # fmt: skip
     spent = [i.statistics.iterations for i in pr.solve(problem)]
     assert sum(spent) <= 4.0 * len(spent)
+    assert sum(spent) <= 260
     bent = [i.statistics for i in pr.solve(first_step("u_bending.yaml", -3.5, 35))]
     assert sum(s.iterations for s in bent) <= 220
     assert sum(s.cutbacks for s in bent) <= 2

@@ -264,8 +264,8 @@ class Reduced:
         elif control is not None:
             restriction = Controlled(system.pattern, fixed, control)
         else:
-            # row indices are shared in large systems without memory: the rows of the whole, which `Whole.apply` and derivatives
-            # ask for, are put together each time
+            # shared row indices are put together each time that the whole asks for its rows, which nonlinear elimination does in
+            # each iteration where bodies flow
             shared = system.ndof >= policy.shared_pattern_from and not system.has_memory
             restriction = Selected(system.pattern, fixed, shared)
         weight = weights_of(system)[restriction.rows]
