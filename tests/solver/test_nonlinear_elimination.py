@@ -93,7 +93,7 @@ def test_residuals_and_matrix_of_a_few_nodes_are_those_of_the_whole(element):
     eq = replace(eq, context=replace(eq.context, history=before.history))
     mine = eq.system.boundary_nodes("b.top")[5:9]
     own = np.intersect1d(eq.reduced.free, eq.system.dofs.displacement.dofs(mine))
-    whole, few = eq.evaluate(u, lam), _evaluating(eq, own)(u, lam)
+    whole, few = eq.evaluate(u, lam), _evaluating(eq, own)(u, lam, secant=0.0)
     assert not whole.failed
     assert len(few.history) == 1 and len(few.history[0]) < 12
     full, part = whole.r[own], few.r[own]
@@ -114,7 +114,7 @@ def test_a_node_that_was_moved_comes_back_and_no_far_one_moves(element):
     moved = u.copy()
     eq.system.displacement(moved)[node] += [0.05, -0.03]
     e = eq.evaluate(moved, lam)
-    found = eliminated(eq, moved, lam, e)
+    found = eliminated(eq, moved, lam, e, 0.0)
     assert found is not None
     there, after = found
     far = np.hypot(*(eq.system.X - eq.system.X[node]).T) > 3.0
@@ -128,15 +128,15 @@ def test_where_it_is_not_asked_for():
     """In equilibrium, where all nodes miss it, in bodies that cannot flow, without what helps an iteration: nothing is done."""
     eq = held(block())
     lam, u = eq.system.initial_multipliers(eq.context.state), uniform(eq)
-    assert eliminated(eq, u, lam, eq.evaluate(u, lam)) is None
+    assert eliminated(eq, u, lam, eq.evaluate(u, lam), 0.0) is None
     shaken = u + 1e-3 * np.random.default_rng(1).normal(size=len(u)) * np.isin(np.arange(len(u)), eq.reduced.free)
-    assert eliminated(eq, shaken, lam, eq.evaluate(shaken, lam)) is None
+    assert eliminated(eq, shaken, lam, eq.evaluate(shaken, lam), 0.0) is None
     alone = replace(eq, numerics=replace(eq.numerics, line_search=False))
     assert not alone.globalised
     for eq in (alone, held(block(pr.NeoHooke(1000.0, 0.3))), held(block(pr.NeoHooke(1000.0, 0.3), "q4_enhanced"))):
         lam, bent = eq.system.initial_multipliers(eq.context.state), eq.context.state.u.copy()
         eq.system.displacement(bent)[80] += 0.05
-        assert eliminated(eq, bent, lam, eq.evaluate(bent, lam)) is None
+        assert eliminated(eq, bent, lam, eq.evaluate(bent, lam), 0.0) is None
 
 
 def test_a_drawn_strip_takes_fewer_iterations_for_the_same_answer():

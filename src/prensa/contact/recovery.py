@@ -23,6 +23,7 @@ import numpy as np
 
 from prensa.kernels.compiled import njit
 from prensa.mesh.mesh import boundary_edges, corner_cells
+from prensa.precision import SMALLEST
 from prensa.types import Array, Flags, Index
 
 TERMS = {3: 3, 4: 4, 6: 6, 8: 6}  # of 1, s, t, st, s², t²; the bilinear element has the first four
@@ -422,7 +423,7 @@ def borne(x: Array, cells: Index, nodal: Array, limit: Array, thin: bool) -> Arr
         half = np.sqrt(np.maximum(room, 0.0))
         skin, across = np.clip(tt, 0.5 * nn - half, 0.5 * nn + half), zz
     else:
-        rest = np.maximum(mises[nodes] ** 2 - 3.0 * nt**2, np.finfo(np.float64).tiny)
+        rest = np.maximum(mises[nodes] ** 2 - 3.0 * nt**2, SMALLEST)
         less = np.sqrt(np.clip(room / rest, 0.0, 1.0))
         skin, across = nn + less * (tt - nn), nn + less * (zz - nn)
     turned = [nn * nx**2 - 2.0 * nt * nx * ny + skin * ny**2, nn * ny**2 + 2.0 * nt * nx * ny + skin * nx**2]

@@ -132,10 +132,10 @@ def gradient(
     c = run.kept[-1].c
     with timer("backwards"):
         slopes = [_slope(m, increment) for m in measures]
-        start, owed, landings = _backwards(system, run, slopes, any(p.bends for p in parameters))
+        start, adjoints, landings = _backwards(system, run, slopes, any(p.bends for p in parameters))
     with timer("parameters"):
         seen = _Seen(measures, slopes, run, c, increment)
-        columns = np.stack([p.derivative(start, owed, landings, seen) for p in parameters], axis=1)
+        columns = np.stack([p.derivative(start, adjoints, landings, seen) for p in parameters], axis=1)
     values, units = np.array([m.value(increment) for m in measures]), tuple(m.unit for m in measures)
     return Slopes(names, units, tuple(by), values, columns, increment, isinstance(of, str))
 
@@ -263,19 +263,19 @@ class Recorded(Followed):
 def _backwards(
     system: System, run: Recorded, slopes: Sequence[Gradient], tables: bool
 ) -> tuple[Weights, Adjoints, list[Landing]]:
-    """What measures with these slopes owe to the state in which the run began and to the system, its tables if asked."""
+    """Adjoints of the state in which the run began and of the system, its tables if asked, from measures with these slopes."""
     m = len(slopes)
-    weights, owed, landings = Weights.none(system, m), Adjoints(system, m, tables), list[Landing]()
+    weights, adjoints, landings = Weights.none(system, m), Adjoints(system, m, tables), list[Landing]()
     for k, slope in enumerate(slopes):
         np.add.at(weights.u[k], *slope.displacements(system))
         np.add.at(weights.force[k], *slope.reactions(system))
     while run.kept:  # what was kept of an increment goes with it
         at = run.kept.pop()
         with ONE_OF_BLAS:
-            weights = back(system, at, weights, owed, run.kept)
+            weights = back(system, at, weights, adjoints, run.kept)
         if at.c.through_air is not None:
             landings.append(landing_of(system, at.c, weights))
-    return weights, owed, landings
+    return weights, adjoints, landings
 
 
 class _Seen(NamedTuple):
@@ -342,33 +342,33 @@ class _Parameter:
         """Derivative of a number of the system."""
         return self.difference(*map(value, self.systems))
 
-    def derivative(self, start: Weights, owed: Adjoints, landings: Sequence[Landing], seen: _Seen) -> Array:
+    def derivative(self, start: Weights, adjoints: Adjoints, landings: Sequence[Landing], seen: _Seen) -> Array:
         """Derivatives (m,) of the measures."""
-        out = np.einsum("mta,ta->m", owed.at, self.between(lambda s: np.array([t.at for t in s.tools]).reshape(-1, 2)))
-        for t, touching in enumerate(owed.touching):
+        out = np.einsum("mta,ta->m", adjoints.at, self.between(lambda s: np.array([t.at for t in s.tools]).reshape(-1, 2)))
+        for t, touching in enumerate(adjoints.touching):
             a, b = (s.tools[t] for s in self.systems)
             if touching and pickle.dumps(a.shape) != pickle.dumps(b.shape):
                 out = out + self._of_shape(t, touching)
         out = out + self._of_start(start)
         for landing in landings:
-            out = out + self._of_landing(landing, owed.stage(landing.c))
+            out = out + self._of_landing(landing, adjoints.stage(landing.c))
         if self.change is None:
             return out
-        out = out + self._of_arrays(self.change, owed)
-        for number, stage in owed.stages.items():
+        out = out + self._of_arrays(self.change, adjoints)
+        for number, stage in adjoints.stages.items():
             out = out + self._of_step(number, stage)
         if self.change.X is not None:
             out = out + self.difference(*map(seen.values, self.systems))
         return out
 
-    def _of_arrays(self, change: Change, owed: Adjoints) -> Array:
+    def _of_arrays(self, change: Change, adjoints: Adjoints) -> Array:
         """Through the bodies' places, moduli, flow curves and penalties."""
-        out = owed.modulus @ change.modulus
+        out = adjoints.modulus @ change.modulus
         if change.X is not None:
-            out = out + np.einsum("mna,na->m", owed.X, change.X)
-        for law, by in zip(change.law, owed.law):
+            out = out + np.einsum("mna,na->m", adjoints.X, change.X)
+        for law, by in zip(change.law, adjoints.law):
             out = out + by.p @ law.p + by.knots @ law.knots + np.einsum("mki,ki->m", by.coefficients, law.coefficients)
-        for scale, w in zip(change.scale, owed.scale):
+        for scale, w in zip(change.scale, adjoints.scale):
             out = out + np.einsum("mik,ik->m", w, scale)
         return out
 

@@ -1,7 +1,7 @@
 """Closed derivatives of contact forces along many directions, for penalty and exact contacts and laws stated for a point.
 
 Points keep their sides: open ones have no force, of those that stick the trial traction λ_T − k_T Δs is the traction, of those
-that slip it is what the law bears. Answers of points follow from what they depend on by the generated derivatives of
+that slip it is the bound of the law. Answers of points follow from what they depend on by the generated derivatives of
 `prensa.contact.point`; forces are w p n + a t e on the nodes, and turn with the frame as in the matrix.
 """
 

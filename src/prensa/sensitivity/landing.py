@@ -24,16 +24,16 @@ class Landing(NamedTuple):
 
 
 def landing_of(system: System, c: Context, before: Weights) -> Landing:
-    """What coordinates at the end of a way through air owe to the state before it; they are those of the committed no more.
+    """Adjoints of the state before a motion through air from coordinates at its end, which differ from the committed ones.
 
     A tool goes along its force until springs on the points that it meets first bear next to nothing: their gaps, weighted by
     these springs, stay what they are. See `System.through_air`.
     """
     way = np.asarray(c.through_air)
     u, weights = c.state.u + way, list[Array]()
-    for k, owed in enumerate(before.contact):
-        w = np.where(c.committed[k].closed | (c.laws[k] is None), 0.0, owed.s)
-        before.contact[k] = owed._replace(s=owed.s - w)
+    for k, adjoints in enumerate(before.contact):
+        w = np.where(c.committed[k].closed | (c.laws[k] is None), 0.0, adjoints.s)
+        before.contact[k] = adjoints._replace(s=adjoints.s - w)
         weights.append(w)
     for master in system.masters.values():
         along = way[master.dofs]

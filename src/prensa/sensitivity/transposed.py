@@ -1,4 +1,4 @@
-"""An increment backwards: what its end owes to its beginning and to the numbers of the problem, for many measures at once.
+"""An increment backwards: adjoints of its beginning and of the numbers of the problem from those of its end, for many measures.
 
 The transposes of the closed derivatives (`prensa.sensitivity.closed`), line by line in reverse: weights of the degrees of
 freedom, histories and contact points after an increment become those before it, and on the way weights of the arrays of the
@@ -77,7 +77,7 @@ class Weights:
 
     @classmethod
     def none(cls, system: System, m: int) -> Weights:
-        """Nothing owed."""
+        """Nothing adjoints."""
         u, step_start, force = np.zeros((3, m, system.ndof))
         history = [np.zeros((m, *b.undeformed.shape)) for b in system.blocks]
         contact = [ContactWeights(*np.zeros((5, m, len(s.points)))) for s in system.surfaces]
@@ -169,7 +169,7 @@ class Adjoints:
         return self._common
 
     def stage(self, c: Context) -> Stage:
-        """Where what an increment's step owes is kept."""
+        """The adjoints of an increment's step."""
         old, number = c.state, c.plan.number
         if number not in self.stages:
             system = self.system
@@ -248,10 +248,10 @@ class Backwards:
     double precision.
     """
 
-    def __init__(self, at: Converged, earlier: Sequence[Converged], e: Evaluation, pattern: Pattern, owed: Adjoints) -> None:
+    def __init__(self, at: Converged, earlier: Sequence[Converged], e: Evaluation, pattern: Pattern, adjoints: Adjoints) -> None:
         from scipy.sparse import csr_matrix
 
-        self.at, self.reduced, self.e, self.common = at, at.reduced, e, owed.common(at.reduced)
+        self.at, self.reduced, self.e, self.common = at, at.reduced, e, adjoints.common(at.reduced)
         self.earlier, self.pattern = earlier, pattern
         self.whole = csr_matrix((e.data, pattern.indices, pattern.indptr), (pattern.n, pattern.n))  # columns of K as rows
         r = self.reduced.restriction
@@ -358,14 +358,14 @@ def places_of(reduced: Reduced) -> Index | slice:
     return np.asarray(numbered.data, dtype=np.int64)
 
 
-def back(system: System, at: Converged, after: Weights, owed: Adjoints, earlier: Sequence[Converged] = ()) -> Weights:
-    """Weights of the state before an increment from those of the state after it; adds to what is ``owed`` to the system.
+def back(system: System, at: Converged, after: Weights, adjoints: Adjoints, earlier: Sequence[Converged] = ()) -> Weights:
+    """Weights of the state before an increment from those of the state after it; adds to what is ``adjoints`` to the system.
 
     ``earlier``: the increments before it, in order.
     """
     c, m = at.c, len(after.u)
     e = at.evaluation or system.evaluate(c, at.u, system.initial_multipliers(c.state), active_sets=at.active_sets)
-    columns = Backwards(at, earlier, e, system.pattern, owed)
+    columns = Backwards(at, earlier, e, system.pattern, adjoints)
     elements = elements_of(system, c, at.u, e)
     x, step_start = after.u.copy(), after.step_start
     if c.ends_step:
@@ -381,16 +381,16 @@ def back(system: System, at: Converged, after: Weights, owed: Adjoints, earlier:
     motion = (x + (columns.whole @ r).T)[:, c.plan.fixed]
     before = Weights.none(system, m)
     before.step_start = step_start
-    _prescribed(system, c, motion, r.T, before, owed)
+    _prescribed(system, c, motion, r.T, before, adjoints)
     r = np.ascontiguousarray(r.T)
     x_n, places = np.zeros((2, m, len(system.X), 2))
     for k, (b, new) in enumerate(zip(elements, after.history)):
-        _element(b, k, r, new, x_n, places, before.history[k], owed)
-    _unfolding(system, c, at.u, r, owed)
+        _element(b, k, r, new, x_n, places, before.history[k], adjoints)
+    _unfolding(system, c, at.u, r, adjoints)
     for p in points:
-        p.vjp(r, x_n, before, owed)
+        p.vjp(r, x_n, before, adjoints)
     before.u[:, system.dofs.displacement.slice] += x_n.reshape(m, -1)
-    owed.X += x_n + places
+    adjoints.X += x_n + places
     return before
 
 
@@ -398,9 +398,9 @@ def _nodal(system: System, x: Array) -> Array:
     return np.ascontiguousarray(x[:, system.dofs.displacement.slice]).reshape(len(x), -1, 2)
 
 
-def _prescribed(system: System, c: Context, motion: Array, r: Array, before: Weights, owed: Adjoints) -> None:
-    """What motions and forces that a step prescribes are owed, and the places from which it starts."""
-    stage = owed.stage(c)
+def _prescribed(system: System, c: Context, motion: Array, r: Array, before: Weights, adjoints: Adjoints) -> None:
+    """What motions and forces that a step prescribes are adjoints, and the places from which it starts."""
+    stage = adjoints.stage(c)
     before.step_start[:, c.plan.fixed] += motion * stage.follows(c.time)
     force = np.zeros_like(r)
     pushed = list(c.plan.push)
@@ -409,7 +409,7 @@ def _prescribed(system: System, c: Context, motion: Array, r: Array, before: Wei
 
 
 def _follow(b: Elements, new: Array, nodal: Array) -> None:
-    """Add to weights (m, n, 2) of the nodes' motions what weights (m, e, q, h) of the histories after an increment owe them."""
+    """Add to weights (m, n, 2) of the nodes' motions those of the histories after an increment, (m, e, q, h), give them."""
     for some in b.chunks():
         at = b.at(some)
         for w, out in zip(new, nodal):
@@ -422,10 +422,10 @@ def _to_nodes(w: Array, cells: Index, out: Array) -> None:
 
 
 def _element(
-    b: Elements, k: int, r: Array, new: Array, x_n: Array, x: Array, old: Array, owed: Adjoints
+    b: Elements, k: int, r: Array, new: Array, x_n: Array, x: Array, old: Array, adjoints: Adjoints
 ) -> None:  # fmt: skip
-    """What forces and histories of block number k owe."""
-    cells, stress, weights = b.block.cells, np.zeros((len(r), *b.block.volume.shape)), owed.law[k]
+    """Adjoints from forces and histories of block number k."""
+    cells, stress, weights = b.block.cells, np.zeros((len(r), *b.block.volume.shape)), adjoints.law[k]
     dofs = (2 * cells[:, :, None] + np.arange(2)).reshape(len(cells), -1)
     for some in b.chunks():
         at = b.at(some)
@@ -436,7 +436,7 @@ def _element(
             old[i, some], stress[i, some] = found.committed, found.stress
             weights.p[i] += found.p
     form, _, knots, coefs = point_law(b.block, b.seconds)
-    if not owed.tables or form.table_at is None:
+    if not adjoints.tables or form.table_at is None:
         return
     strain, last = b.block.field(b.new, "plastic_strain")[..., 0], len(knots) - 1
     piece = np.clip(np.searchsorted(knots, strain, side="right") - 1, 0, last - 1)
@@ -449,8 +449,8 @@ def _element(
         np.add.at(weights.knots[out], piece, -w * slope)
 
 
-def _unfolding(system: System, c: Context, u: Array, r: Array, owed: Adjoints) -> None:
-    """What the forces that unfold elements owe to moduli and to the initial places, along which they are differenced."""
+def _unfolding(system: System, c: Context, u: Array, r: Array, adjoints: Adjoints) -> None:
+    """Adjoints of moduli and initial places from the forces that unfold elements, differenced along them."""
     du = system.displacement(u - c.state.u)
     for k, b in enumerate(system.blocks):
         if not isinstance(b.element, Q4Bar) or not q4.folding(c.x_n.take(b.cells, axis=0), du.take(b.cells, axis=0)).any():
@@ -463,19 +463,19 @@ def _unfolding(system: System, c: Context, u: Array, r: Array, owed: Adjoints) -
             q4.unfold(X, x_n, d, b.mode.axisymmetric, b.mode.scale, size, False, out, np.empty((0, 8, 8)))
             return out
 
-        owed.modulus[:, k] += np.einsum("mei,ei->m", W, forces(X, x_n))
+        adjoints.modulus[:, k] += np.einsum("mei,ei->m", W, forces(X, x_n))
         step = SHIFT * system.length
         for node in range(4):
             for axis in range(2):
                 way = np.zeros((4, 2))
                 way[node, axis] = step
                 slope = b.law.modulus() * (forces(X + way, x_n + way) - forces(X - way, x_n - way)) / (2.0 * step)
-                for out, w in zip(owed.X, W):
+                for out, w in zip(adjoints.X, W):
                     np.add.at(out[:, axis], b.cells[:, node], (w * slope).sum(axis=1))
 
 
 class Points:
-    """A contact in an increment, backwards: first what its points owe to the motions, then what its forces do to the rest.
+    """A contact in an increment, backwards: adjoints of the motions from its points, then of the rest from its forces.
 
     Weights of the answers of points go back through the generated derivatives of `prensa.contact.point`.
     """
@@ -483,7 +483,7 @@ class Points:
     def __init__(self, system: System, at: Converged, number: int, f: ContactForces, after: Weights) -> None:
         c = at.c
         self.system, self.c, self.number, self.f, self.u = system, c, number, f, at.u
-        self.surface, self.scale, self.owed = c.surfaces[number], c.scales[number], after.contact[number]
+        self.surface, self.scale, self.adjoints = c.surfaces[number], c.scales[number], after.contact[number]
         self.by, self.turning = slopes_of(c, number, f, at.u), turning(f)
         self.forces = f.stencils.act(f.stencils.n), f.stencils.act(f.stencils.e[:, 0])
         self.F = after.force[:, self.surface.dofs]
@@ -492,17 +492,17 @@ class Points:
     def _back(self, F: Array, p: Array, t: Array, bound: Array | None = None) -> tuple[dict[str, Array], Array]:
         """Weights of forces F (m, k, q), pressures and tractions (m, k), besides slips → of what points depend on, of motions."""
         P, T = ((F * e).sum(axis=2) for e in self.forces)
-        weights = {"p": p, "t": t, "slip": self.owed.slip + self.owed.speed / self.c.seconds, "P": P, "T": T}
+        weights = {"p": p, "t": t, "slip": self.adjoints.slip + self.adjoints.speed / self.c.seconds, "P": P, "T": T}
         if bound is not None:
             weights["bound"] = bound
         z = self.by.back({name: w[:, :, None] for name, w in weights.items()})
-        stencils, way = self.f.stencils, z["way"] + self.owed.s[:, :, None]
+        stencils, way = self.f.stencils, z["way"] + self.adjoints.s[:, :, None]
         return z, z["g"] * stencils.dg + way * stencils.ds[:, 0] - np.einsum("mki,kij->mkj", F, self.turning)
 
     def vjp_motions(self, x: Array) -> None:
-        """Add to weights x (m, ndof) what forces on tools, tractions and coordinates owe to the dofs of the increment."""
+        """Add to weights x (m, ndof) of the dofs of the increment those from forces on tools, tractions and coordinates."""
         s = self.surface
-        z, q = self._back(self.F, self.owed.p, self.owed.lam)
+        z, q = self._back(self.F, self.adjoints.p, self.adjoints.lam)
         for out, w in zip(x, q):
             np.add.at(out, s.dofs, w)
         if s.multipliers is not None:
@@ -511,13 +511,13 @@ class Points:
         if self.f.stretched is not None:
             self._areas(z["area"][:, :, 0], self.system.positions(self.u), x[:, self.system.dofs.displacement.slice])
 
-    def vjp(self, r: Array, x_n: Array, before: Weights, owed: Adjoints) -> None:
-        """What its forces owe, weights of the residual being r (m, ndof); adds to x_n (m, n, 2) and to the state ``before``."""
+    def vjp(self, r: Array, x_n: Array, before: Weights, adjoints: Adjoints) -> None:
+        """Adjoints from its forces, r (m, ndof) weighting the residual; adds to x_n (m, n, 2) and to the state ``before``."""
         f, s, scale, c = self.f, self.surface, self.scale, self.c
         F = self.F - r[:, s.dofs]
-        p, t, bound = self.owed.p.copy(), self.owed.lam.copy(), None
+        p, t, bound = self.adjoints.p.copy(), self.adjoints.lam.copy(), None
         lam, kept = np.zeros((2, *p.shape, 2))
-        stage = owed.stage(c)
+        stage = adjoints.stage(c)
         if s.exact:
             rows = r[:, s.unknowns].reshape(len(r), -1, 2) * (f.weight * scale.unit)[:, None]
             rows /= np.stack([scale.k_n, scale.k_t], axis=1)
@@ -528,34 +528,34 @@ class Points:
             p, t = p + rows[:, :, 0], t + rows[:, :, 1]
         z, q = self._back(F, p, t, bound)
         nodal = q[:, :, : s.of_master.start].reshape(*q.shape[:2], -1, 2)
-        owed.at[:, self.system.master(s).number] += q[:, :, s.of_master][:, :, :2].sum(axis=1)
-        for out, w in zip(owed.X, nodal):
+        adjoints.at[:, self.system.master(s).number] += q[:, :, s.of_master][:, :, :2].sum(axis=1)
+        for out, w in zip(adjoints.X, nodal):
             np.add.at(out, s.points.support, w)
         flat = {name: w[:, :, 0] for name, w in z.items() if name != "numbers"}
         weight, area = flat["weight"], flat["area"]
         if f.stretched is None:
             weight = weight + area
         else:
-            self._areas(area, self.system.positions(self.u), owed.X)
+            self._areas(area, self.system.positions(self.u), adjoints.X)
         self._areas(weight, c.x_n, x_n)
         stage.laws[self.number] += z["numbers"].sum(axis=1)
         lam += np.concatenate([z["lam_n"], z["lam"]], axis=2)
-        owed.scale[self.number][:, 0] += flat["k_n"]
-        owed.scale[self.number][:, 1] += flat["k_t"]
+        adjoints.scale[self.number][:, 0] += flat["k_n"]
+        adjoints.scale[self.number][:, 1] += flat["k_t"]
         P, T = ((F * e).sum(axis=2) for e in self.forces)
         turn = f.weight * f.p * T - f.area * f.t[:, 0] * P
-        self._touch(owed, flat["g"], turn, self.owed.s + flat["way"])
+        self._touch(adjoints, flat["g"], turn, self.adjoints.s + flat["way"])
         if c.laws[self.number] is not None:
-            self._strengths(flat["k"], before, owed)
+            self._strengths(flat["k"], before, adjoints)
         if s.multipliers is None:
             kept = lam * [0.0, 1.0]
         else:
-            owed.scale[self.number][:, 2] += (lam * s.multipliers.of(self.u)).sum(axis=2)
-        slip = flat["slip"] - self.owed.speed / c.seconds
+            adjoints.scale[self.number][:, 2] += (lam * s.multipliers.of(self.u)).sum(axis=2)
+        slip = flat["slip"] - self.adjoints.speed / c.seconds
         before.contact[self.number] = ContactWeights(kept[:, :, 0], kept[:, :, 1], -flat["way"], slip, flat["speed"])
 
-    def _strengths(self, k: Array, before: Weights, owed: Adjoints) -> None:
-        """What shear yield stresses, weighted by k (m, points), owe to the committed histories and to the flow curve."""
+    def _strengths(self, k: Array, before: Weights, adjoints: Adjoints) -> None:
+        """Adjoints of the committed histories and of the flow curve from shear yield stresses, weighted by k (m, points)."""
         s, law = self.surface, self.c.laws[self.number]
         if law is None or not law.asks_for_k:
             return
@@ -563,7 +563,7 @@ class Points:
         points = before.history[block].shape[2]
         w = np.repeat(self.system.to_edges(s, k) / points, points, axis=1)
         history = np.einsum("mn,nh->mnh", w, found.by_history).reshape(len(k), len(s.behind), -1, 5)
-        flow = owed.law[block]
+        flow = adjoints.law[block]
         flow.p[:, CURVE_AT:] += w @ found.by_scalars
         for j in range(len(k)):
             np.add.at(before.history[block][j, :, :, :5], s.behind, history[j])
@@ -581,16 +581,16 @@ class Points:
         np.add.at(out, (np.arange(len(out))[:, None], s.dofs[np.append(n, t)]), slopes)
         return Still(c.time, c.state.clock.time, out[:, c.plan.fixed])
 
-    def _areas(self, area: Array, x: Array, owed: Array) -> None:
-        """Add to ``owed`` (m, n, 2) what areas at node positions x (n, 2), weighted by (m, k), owe to these."""
+    def _areas(self, area: Array, x: Array, adjoints: Array) -> None:
+        """Add to ``adjoints`` (m, n, 2) of node positions x (n, 2) those from the areas there, weighted by (m, k)."""
         points = self.surface.points
         shares = points.shares
         slopes, nodes = points.slopes(x), points.edges[shares.edge]
-        for out, w in zip(owed.reshape(len(owed), -1, 2), area):
+        for out, w in zip(adjoints.reshape(len(adjoints), -1, 2), area):
             np.add.at(out, nodes, w[shares.point, None, None] * slopes)
 
-    def _touch(self, owed: Adjoints, g: Array, turn: Array, s: Array) -> None:
-        """Keep the points that owe something to the shape of their tool."""
+    def _touch(self, adjoints: Adjoints, g: Array, turn: Array, s: Array) -> None:
+        """Keep the points that depend on the shape of their tool."""
         on = np.flatnonzero(np.any((g != 0) | (turn != 0) | (s != 0), axis=0))
         master = self.system.master(self.surface)
         shape, place = master.shape, master.place(self.u)
@@ -599,11 +599,11 @@ class Points:
         rounds = np.zeros(len(on))
         if np.isfinite(shape.period):
             rounds = np.round((self.f.s[on, 0] - shape.closest(local).s) / shape.period)
-        owed.touching[master.number].append(Touching(local, g[:, on], turn[:, on], s[:, on], rounds))
+        adjoints.touching[master.number].append(Touching(local, g[:, on], turn[:, on], s[:, on], rounds))
 
 
 def _kept(redundant: RedundantMultipliers, rows: Array) -> tuple[Array, Array, Array]:
-    """What weights (m, k, 2) of the multipliers' equations owe where supports leave multipliers undetermined.
+    """Adjoints from weights (m, k, 2) of the multipliers' equations where supports leave multipliers undetermined.
 
     Weights of the pressures and tractions of the increment, of the committed ones (m, k, 2), of the bounds (m, k).
     """

@@ -23,12 +23,12 @@ from prensa.types import Array, Index
 class Evaluate(Protocol):
     """What evaluates dofs (ndof,) and multipliers, with a matrix that goes as far as ``secant`` to the secant moduli."""
 
-    def __call__(self, u: Array, lam: Array, *, secant: float = 0.0) -> Evaluation:
+    def __call__(self, u: Array, lam: Array, *, secant: float) -> Evaluation:
         """Residual and matrix."""
 
 
 def eliminated(
-    eq: Equilibrium, u: Array, lam: Array, e: Evaluation, secant: float = 0.0
+    eq: Equilibrium, u: Array, lam: Array, e: Evaluation, secant: float
 ) -> tuple[Array, Evaluation] | None:  # fmt: skip
     """Dofs (ndof,) and evaluation after the few nodes that miss equilibrium in e have found theirs.
 
@@ -153,7 +153,7 @@ def _evaluating(eq: Equilibrium, own: Index) -> Evaluate:
     if system.bodies is not None or some.has_memory != system.has_memory:
         return eq.evaluate
 
-    def evaluate(u: Array, lam: Array, *, secant: float = 0.0) -> Evaluation:
+    def evaluate(u: Array, lam: Array, *, secant: float) -> Evaluation:
         with eq.report.timed("assembly"):
             return some.evaluate(there, u, lam, secant=secant)
 
@@ -172,7 +172,7 @@ def _nearer(
         return None
     for share in (1.0, *eq.policy.local_search_factors):
         moved = u + share * delta
-        there = evaluate(moved, lam)
+        there = evaluate(moved, lam, secant=0.0)
         if (left := _left(there, own)) < least:
             return moved, there, left
     return None

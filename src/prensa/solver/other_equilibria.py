@@ -57,7 +57,7 @@ def beside(eq: Equilibrium, result: NewtonResult, modes: Modes, checks: RunCheck
 def is_path_independent(eq: Equilibrium) -> bool:
     """Whether the equilibrium does not depend on the path: elastic bodies, smooth contacts, and all motions prescribed.
 
-    Beyond a limit *force* a body goes as far as it takes to bear the force elsewhere: that is for the user to decide on.
+    Beyond a limit *force* a body goes as far as it takes to carry the force elsewhere: that is for the user to decide on.
     """
     c, system = eq.context, eq.system
     return (

@@ -17,7 +17,7 @@ from prensa.contact.stencil import Stencils
 from prensa.contact.surface import Surface
 from prensa.linear.rigid_modes import Loose
 from prensa.policy import Policy
-from prensa.precision import EPS
+from prensa.precision import EPS, NEGLIGIBLE, ROUND_OFF
 from prensa.system.interaction import Context, Request
 from prensa.system.system import System
 from prensa.types import Array, Index
@@ -154,12 +154,12 @@ class RigidBalance:
             force = k * (self.room - x.g[inside])
             r, K = r - slopes.T @ force, K + slopes.T @ (k[:, None] * slopes)
             total, stiff = total + float(force.sum()), stiff + float(k.sum())
-        return r, K, max(1e-9 * total, self._rounded(stiff))
+        return r, K, max(NEGLIGIBLE * total, self._rounded(stiff))
 
     def _rounded(self, stiff: float) -> float:
         """What the rounding of positions makes of springs of a stiffness."""
         far = max(self.system.length, float(np.abs(self.base).max()))
-        return 16.0 * float(np.finfo(np.float64).eps) * far * stiff
+        return 16.0 * EPS * far * stiff
 
     def _slopes(self, s: Surface, x: Stencils, fields: list[tuple[list[str], Array]]) -> Array:
         """Derivatives (points, k) of the gaps by the unknowns."""
@@ -186,7 +186,7 @@ class RigidBalance:
             if np.abs(r).max() <= nothing:
                 return z
             stiff = max(float(np.trace(K)), float(min(scale.k_n.max() for scale in self.c.scales)))
-            step = np.asarray(np.linalg.solve(K + 1e-12 * stiff * np.eye(len(z)), -r), dtype=np.float64)
+            step = np.asarray(np.linalg.solve(K + ROUND_OFF * stiff * np.eye(len(z)), -r), dtype=np.float64)
             share = self._search(z, step, policy.max_displacement_ratio * self.system.length)
             if share is None:
                 return None

@@ -43,9 +43,9 @@ STABLE = Modes(0, np.inf, np.zeros(0), np.zeros(0))
 
 
 def softest_modes(system: System, reduced: Reduced, policy: Policy, exactly: bool = False) -> Modes | None:
-    """The softest modes of the matrix of the last factors; None if there are no factors, nothing is free, or they do not tell.
+    """The softest modes of the matrix of the last factors; None without factors or free unknowns, or if they are too coarse.
 
-    exactly: of the last matrix itself, to which factors that do not tell them are only a help; None where that is too little.
+    exactly: of the last matrix itself, for which factors that do not resolve them are a preconditioner; None where that fails.
     """
     factors, free = reduced.factorisation, reduced.free
     bodily = free < system.dofs.tool.slice.stop  # multipliers come last

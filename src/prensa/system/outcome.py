@@ -24,7 +24,7 @@ class NewtonResult:
     ``softest`` (modes,): stiffnesses of the softest modes at its end, None where they are not known; ``rested``: no look.
     ``linear`` (ndof,): change of the dofs by the linearised system, where the iteration began with that.
     ``affordable``: so few points were near a tool that the iteration could take contact steps wherever it wanted.
-    ``active_sets``: those of contact that the iteration has tried, by what tells them apart, the last one last.
+    ``active_sets``: those of contact that the iteration has tried, by their signature, the last one last.
     ``grown``: growth of plastic strain to its evaluation, see `growths`; empty where nobody has asked for it.
     """
 

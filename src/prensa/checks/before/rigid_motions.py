@@ -64,9 +64,9 @@ def rigid_motions(system: System) -> Iterator[Finding]:
 
 
 def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
-    """Whether a tool that a step drives presses a body along the axis, and nothing but the friction of others bears it.
+    """Whether a tool that a step drives presses a body along the axis, and nothing but the friction of others resists it.
 
-    Of those that touch it in the beginning. Loads may bear it too. In the plane a body between tools that press it is held by
+    Of those that touch it in the beginning. Loads may resist it too. In the plane a body between tools that press it is held by
     their friction from the first increment on, and a good case.
     """
     p, u = system.problem, system.initial().u

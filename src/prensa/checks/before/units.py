@@ -114,7 +114,7 @@ def turns(system: System) -> Iterator[Finding]:
                 if isinstance(turn, tuple):
                     turn = max((v for _, v in turn), key=abs)
                 if turn is None or abs(turn) < ROUND_TURN or turn % 0.5 != 0.0 or (abs(turn) >= 10 and turn % 5 == 0):
-                    continue  # of those last another notice tells
+                    continue  # the last are for another check
                 tool = next(t for t in system.tools if t.name == name)
                 way = abs(turn) * tool.shape.period / (2 * np.pi)
                 if way > PAST_BODIES * size:
