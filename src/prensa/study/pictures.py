@@ -229,6 +229,7 @@ def tornado(study: Study, quantity: Quantity) -> Figure | None:
         axes.axvline(float(np.mean(y)), color=style.BLACK, linewidth=1.0)
         axes.set_yticks(range(len(found)), [label(e.path) for e in reversed(found)])
         axes.set_xlabel(_named(quantity))
+        axes.use_sticky_edges = False  # bars would end at the edge, where their values have no room
         axes.margins(x=0.25)  # for the values beside the bars
         axes.grid(axis="y", visible=False)
     return figure
