@@ -133,10 +133,6 @@ class Globalisation:
 
     good_start_residual: float = 0.05
     """Relative residual of the extrapolation below which no better initial guess is looked for."""
-    sunk_start_ratio: float = 0.01
-    """Penetration over element depth beyond which contact nodes are not projected, because the gap of a soft penalty
-    goes on growing.
-    """
     landed_start_ratio: float = 1e-11
     """Penetration over element depth given to a node that lands, so that round-off does not decide whether it has."""
     line_search_factors: tuple[float, ...] = (0.5, 0.25, 0.1, 0.03)

@@ -205,7 +205,7 @@ TIMELY = (
     ),
     Mechanism(
         "prediction_projected",
-        "Predicted contact nodes are put at their committed gaps, others out of the tools.",
+        "Predicted contact nodes are put at their extrapolated gaps, others out of the tools.",
         (replaced(predictor, predictor.project_prediction, _nothing),),
     ),
     Mechanism(

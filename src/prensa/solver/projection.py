@@ -31,30 +31,33 @@ def to_gap(target: Array, where: Flags, stencils: Stencils) -> Array:
 
 
 def project_prediction(system: System, c: Context, u: Array, policy: Policy = DEFAULT) -> None:
-    """Put extrapolated contact nodes of u (ndof,), in place, at their committed gap if closed, others out of the tool.
+    """Put extrapolated contact nodes of u (ndof,), in place, at their extrapolated gap if closed, others out of the tool.
 
-    A node that has just landed would otherwise be extrapolated deep into the tool, at the speed it came with. Where a soft
-    penalty lets the tool sink in, gaps go on growing, and nodes are left where the extrapolation has them.
+    Gaps are extrapolated and not positions: along a curved tool these leave it by d²/2R, while gaps change as pressures do, by
+    what a penalty lets nodes sink in. A node that has just landed stays at its committed gap: at the speed it came with, it
+    would be extrapolated deep into the tool.
     """
+    state = c.state
+    share = c.dt / state.dt_last if state.dt_last > 0.0 else 0.0
     for s, now in zip(system.surfaces, c.surfaces):
-        closed = s.points.any_at_nodes(c.state.contact.closed[s.rows])
+        closed = s.points.any_at_nodes(state.contact.closed[s.rows])
         has_point = s.points.any_at_nodes(np.ones(len(s.points), dtype=bool))  # one without area has none
         if s.sharp:  # of a cut edge the point between its nodes has a gap to keep, neither of these
             has_point &= ~now.points.any_at_nodes(now.points.N[:, 0] < 1.0)
-        committed = system.node_stencils(s, c.state.u).g
-        depth = s.points.depth.min()
-        sunk = closed & (committed < -policy.sunk_start_ratio * depth)
-        landed = -policy.landed_start_ratio * depth
+        committed, before = system.node_stencils(s, state.u).g, system.node_stencils(s, state.u - state.du).g
+        grown = np.where(before <= 0.0, share * (committed - before), 0.0)
+        landed = -policy.landed_start_ratio * s.points.depth.min()
 
         def change(
             stencils: Stencils,
             closed: Flags = closed,
+            held: Array = committed + grown,
             committed: Array = committed,
-            moves: Flags = has_point & ~sunk,
+            moves: Flags = has_point,
             landed: float = landed,
         ) -> Array:
             # an open node may lie inside: points of rules that are not the nodes, or of quadratic edges, are what contact holds
-            target = np.where(closed, committed, np.maximum(stencils.g, np.minimum(committed, landed)))
+            target = np.where(closed, held, np.maximum(stencils.g, np.minimum(committed, landed)))
             return to_gap(target, moves & np.isfinite(stencils.g) & np.isfinite(target), stencils)
 
         project(system, s, u, change)
