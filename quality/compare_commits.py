@@ -63,7 +63,7 @@ def posed(name: str, small: bool) -> tuple[Any, Any, int | None]:
     try:
         from prensa_bench.robustness.families import drawn
     except ImportError:
-        from prensa.bench.robustness.families import drawn  # type: ignore[import-not-found,no-redef]
+        from prensa.bench.robustness.families import drawn  # type: ignore[no-redef]
     found = drawn(kind, SEED, int(rest))
     return found.problem, found.numerics, None
 

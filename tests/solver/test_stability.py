@@ -196,10 +196,10 @@ def test_values_that_mean_nothing_are_refused(value):
         shallow_arch(-1.0, value)
 
 
-def _slender(seed: int, number: int, until: float, **changes: object) -> list[Increment]:
+def _slender(seed: int, number: int, until: float, policy: Policy = POLICY) -> list[Increment]:
     """The increments of a random slender part up to a time."""
-    problem = replace(drawn("slender", seed, number).problem, **changes)
-    return list(itertools.takewhile(lambda i: i.time < until, pr.solve(problem)))
+    problem = drawn("slender", seed, number).problem
+    return list(itertools.takewhile(lambda i: i.time < until, pr.solve(problem, policy=policy)))
 
 
 def test_modes_are_looked_at_after_contact_steps_too():
@@ -212,8 +212,11 @@ def test_modes_are_looked_at_after_contact_steps_too():
 
 
 def test_a_jump_that_is_short_is_taken_and_told(caplog):
-    """Where a node of a column's head comes off it jumps by a thousandth of the height, to where a support would lead it too."""
-    taken = _slender(3980521661, 1, 0.119)
+    """Where a node of a column's head comes off it jumps by a thousandth of the height, to where a support would lead it too.
+
+    Followed up to the limit point: nothing is looked for beside the unstable state that long increments come upon before it.
+    """
+    taken = _slender(3980521661, 1, 0.119, replace(POLICY, branch_from_share=1e-6))
     assert "jump to another equilibrium" in caplog.text
     assert "buckle" not in caplog.text
     forces = [i.tools["tool"].force.y for i in taken]

@@ -38,6 +38,11 @@ class FacePoints:
     def __len__(self) -> int:
         return len(self.nodes)
 
+    @cached_property
+    def has_point(self) -> Flags:
+        """Whether a node (k,) has a point: all do."""
+        return np.ones(len(self), dtype=bool)
+
     @property
     def pairs_at_axis(self) -> Index:
         """None (0, 2): bodies in space have no axis."""

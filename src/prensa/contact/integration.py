@@ -184,6 +184,11 @@ class Points:
             np.add.at(out, self.slots[:, a], self.N[:, a].reshape(-1, *[1] * (values.ndim - 1)) * values)
         return out
 
+    @cached_property
+    def has_point(self) -> Flags:
+        """Whether some point has a share in the node (n,): one without area has none."""
+        return self.any_at_nodes(np.ones(len(self), dtype=bool))
+
     def any_at_nodes(self, flags: Flags) -> Flags:
         """Whether some point (k,) with a share in the node (n,) has its flag set."""
         out = np.zeros(len(self.nodes), dtype=bool)

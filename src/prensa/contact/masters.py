@@ -64,9 +64,10 @@ class RigidMaster:
             return spatial_pairs(self.shape, x, np.zeros_like(x), self.at, place)
         return current_pairs(self.shape, x, self.at, place)
 
-    def has_memory(self, reference: bool) -> bool:
-        """Whether coordinates of points are counted on from those of the last commit."""
-        return reference or self.dimension == 3 or bool(np.isfinite(self.shape.period))
+    @cached_property
+    def has_memory(self) -> bool:
+        """Whether coordinates of points on its moved surface are counted on from those of the last commit."""
+        return self.dimension == 3 or bool(np.isfinite(self.shape.period))
 
     def pairs(
         self, X: Array, normal: Array, moved: Array, u: Array, reference: bool, limit: float, since: Since | None

@@ -15,11 +15,12 @@ of third order elsewhere.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from prensa.contact.stencil import Stencils, on_nodes
+from prensa.contact.stencil import DIMENSION, Stencils
 from prensa.kernels.compiled import njit
 from prensa.tools.analytic import Closest, Tool, turned
 from prensa.types import Array, Index
@@ -348,3 +349,30 @@ def _crossed(e: Array, turn: Array) -> Array:
     if e.shape[1] == 3:
         return np.cross(e, turn)
     return np.stack([e[:, 1], -e[:, 0]], axis=1) * turn
+
+
+@njit(cache=True, error_model="numpy")
+def _on_nodes(dim, N, rows, out):
+    """Derivatives rows (k, t, d + r) by the motion of a point and of the rest → out (k, t, d a + r) by those of its a nodes."""
+    d, a = len(dim), N.shape[1]
+    rest = rows.shape[2] - d
+    for k in range(rows.shape[0]):
+        for t in range(rows.shape[1]):
+            for b in range(a):
+                for i in range(d):
+                    out[k, t, d * b + i] = N[k, b] * rows[k, t, i]
+            for r in range(rest):
+                out[k, t, d * a + r] = rows[k, t, d + r]
+
+
+def on_nodes(N: Array, *derivatives: Array) -> Sequence[Array]:
+    """Derivatives (k, t, d + r) by the motion of points and of the rest → (k, t, d a + r), of their nodes, N (k, a), of each."""
+    a = N.shape[1]
+    if a == 1:
+        return derivatives
+    out = []
+    for rows in derivatives:
+        d = {5: 2, 9: 3}[rows.shape[2]]
+        out.append(np.empty((len(rows), rows.shape[1], rows.shape[2] + d * (a - 1))))
+        _on_nodes(DIMENSION[d], N, rows, out[-1])
+    return out

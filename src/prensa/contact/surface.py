@@ -77,7 +77,7 @@ class Surface:
         """Which of the unknowns of a stencil are the master's."""
         return slice(self.X.shape[1] * self.points.N.shape[1], None)
 
-    @property
+    @cached_property
     def coupled(self) -> Index:
         """Unknowns of the stencils (k, d a + m), followed by the multipliers where these are dofs (k, d a + m + 1 + t)."""
         if self.multipliers is None:
@@ -130,5 +130,6 @@ class Geometry(Protocol):
     def place_of(self, t: int, u: Array) -> Array:
         """Displacement and rotation of tool number t."""
 
-    def master(self, s: Surface) -> RigidMaster:
-        """What a contact lies against."""
+    @property
+    def masters(self) -> dict[str, RigidMaster]:
+        """What contacts lie against, by name."""

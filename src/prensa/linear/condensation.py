@@ -103,7 +103,7 @@ def reached(system: System, policy: Policy) -> int:
             u[plan.fixed] = plan.values(float(t))
             moved = system.displacement(u - start.u).any()
             for s, near in zip(system.surfaces, close):
-                driven = tools[system.master(s).dofs].all() and not moved
+                driven = tools[system.masters[s.against].dofs].all() and not moved
                 near |= s.points.any_at_nodes(system.stencils(s, u).g < 0.0) if driven else True
     for near in close:
         nodes += int(near.sum())

@@ -47,7 +47,7 @@ def equations_of(system: System, fixed: Index) -> list[Equations]:
 
 
 class Assembly(Protocol):
-    """Where residuals and matrices in all dofs come from."""
+    """Where residuals and matrices in all dofs come from: a `System`, or what stands in for it."""
 
     def evaluate(
         self, c: Context, u: Array, lam: Array, stiffness: bool = True, **overrides: Unpack[Overrides]
@@ -144,28 +144,6 @@ class Factors(Protocol):
 
     def solve_with_factors(self, b: Array) -> Array:
         """Solution (f,) with the last factors, unchecked."""
-
-
-class Whole:
-    """The assembly of a system as it is."""
-
-    def __init__(self, system: System) -> None:
-        self.system, self.pattern = system, system.pattern
-
-    def evaluate(
-        self, c: Context, u: Array, lam: Array, stiffness: bool = True, **overrides: Unpack[Overrides]
-    ) -> Evaluation:  # fmt: skip
-        """As `System.evaluate`."""
-        return self.system.evaluate(c, u, lam, stiffness, **overrides)
-
-    def apply(self, data: Array, delta: Array) -> Array:
-        """K δ with the whole matrix."""
-        from scipy.sparse import csc_matrix
-
-        if not delta.any():  # tools alone move
-            return np.zeros(len(delta))
-        n = self.pattern.n
-        return np.asarray(csc_matrix((data, self.pattern.indices, self.pattern.indptr), (n, n)) @ delta)
 
 
 class Selected:
@@ -279,7 +257,7 @@ class Reduced:
         return cls(
             fixed,
             symmetric,
-            Whole(system),
+            system,
             restriction,
             factorisation,
             weight,

@@ -236,7 +236,7 @@ class Remeshing:
         most = 0.0
         for s in system.surfaces:
             if s.body in self.bodies:
-                master = system.master(s)
+                master = system.masters[s.against]
                 reach = float(np.hypot(*(system.positions(u)[s.points.nodes] - master.at).T).max())
                 x, y, turn = way[master.number]
                 most = max(most, float(np.hypot(x, y) + reach * turn))

@@ -160,7 +160,7 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
     out = {s.name: _apart(system, s, state, where, depth) for s in system.removed}
     for s, f, law in zip(system.surfaces, e.contacts, plan.friction_at(state.clock.time)):
         s = s if f.points is None else replace(s, points=f.points, X=f.points.at(system.X))
-        nodes, pairs = s.points.nodes, system.node_stencils(s, state.u)
+        nodes, pairs = s.points.nodes, system.node_pairs(s, state.u)
         area, weight = system.tributary(s, where, depth), system.weights(s, where, depth)
         from_stress = _pressure_of(patches, nodes, pairs.n)
         slides = f.slip | system.frictionless(law)

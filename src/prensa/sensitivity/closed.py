@@ -217,7 +217,7 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
         area_was, slip, speed, coordinate, traction = (carried[f"contact.{name}"][s.rows] for name in names)
         if c.through_air is not None:
             coordinate = np.stack([d.coordinates(at, k) for d in before.directions], axis=-1)
-        scale, place = changes.scale[k], changes.place[system.master(s).number]
+        scale, place = changes.scale[k], changes.place[system.masters[s.against].number]
         strong = _strengths(system, c, k, before)
         was = Committed(slip, area, area_was, strong, speed, coordinate, traction, scale, given.laws[k], place, changes.X)
         points.append(Points.of(c, k, f, was, carried["lam"][s.rows].copy(), at.u, x_now, r))

@@ -61,7 +61,7 @@ def first_touch(
     now = state.clock.time
     notes: list[str] = []
     for s in system.surfaces:
-        dof = int(system.master(s).dofs[0])
+        dof = int(system.masters[s.against].dofs[0])
         if were_closed(state, s) or not np.isin(dof + np.arange(system.dofs.dimension), plan.moved).all():
             continue
 
@@ -88,10 +88,10 @@ def first_touch(
 
 def _looks(system: System, s: Surface, state: State, plan: StepPlan, end: float, most: int) -> int:
     """How often to look for a touch before *end*: a cylinder at every half radius of its way."""
-    radius = system.master(s).shape.cylinder
+    radius = system.masters[s.against].shape.cylinder
     if radius == np.inf:
         return 1
-    dof = int(system.master(s).dofs[0])
+    dof = int(system.masters[s.against].dofs[0])
     place = dict(zip(plan.moved.tolist(), plan.motion(end).tolist()))
     way = float(np.hypot(place[dof] - state.u[dof], place[dof + 1] - state.u[dof + 1]))
     return min(1 + int(2 * way / radius), most)
@@ -247,7 +247,7 @@ def starts_inside(system: System, state: State, policy: Policy) -> list[tuple[St
     for s in system.surfaces:
         if were_closed(state, s):
             continue
-        pairs = system.node_stencils(s, state.u)
+        pairs = system.node_pairs(s, state.u)
         k, depth = int(np.argmin(pairs.g)), float(s.points.depth.min())
         deep = -float(pairs.g[k])
         if deep > policy.overlap_ratio * depth and (s.against not in found or deep > found[s.against][0].depth):

@@ -182,7 +182,7 @@ def _free_tools(eq: Equilibrium) -> Iterator[str]:
         if not pushed or system.dofs.dimension != 2:
             continue
         own = system.against(tool.name)
-        if all(system.node_stencils(s, c.state.u).g.min() > CLOSED * s.points.depth.min() for s in own):
+        if all(system.node_pairs(s, c.state.u).g.min() > CLOSED * s.points.depth.min() for s in own):
             yield f"tool {tool.name!r} touches nothing and is driven by force along {' and '.join(pushed)}"
         elif system.dofs.tool.dofs(t)[-1] in c.plan.push and np.isfinite(tool.shape.period):
             yield f"tool {tool.name!r} is free to turn, and as it is round only friction resists that"

@@ -13,7 +13,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from prensa.linear.reduction import Selected, Whole
+from prensa.linear.reduction import Selected
 from prensa.solver.equilibrium import Equilibrium
 from prensa.system.assembly import Pattern
 from prensa.system.system import Evaluation, System
@@ -69,7 +69,7 @@ def applies(eq: Equilibrium) -> bool:
     system, reduced = eq.system, eq.reduced
     if not eq.globalised:
         return False
-    plain = isinstance(reduced.assembly, Whole) and type(reduced.restriction) is Selected and not reduced.equations
+    plain = isinstance(reduced.assembly, System) and type(reduced.restriction) is Selected and not reduced.equations
     flows = system.dofs.dimension == 2 and any(b.law.plastic for b in system.blocks)
     return plain and flows
 

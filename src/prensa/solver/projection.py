@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from prensa.contact.stencil import Stencils
+from prensa.contact.pairing import Pairs
 from prensa.contact.surface import Surface
 from prensa.policy import DEFAULT, Policy
 from prensa.system.interaction import Context
@@ -19,15 +19,15 @@ from prensa.system.system import Evaluation, System
 from prensa.types import Array, Flags
 
 
-def project(system: System, s: Surface, u: Array, change: Callable[[Stencils], Array]) -> None:
+def project(system: System, s: Surface, u: Array, change: Callable[[Pairs], Array]) -> None:
     """Move the nodes (k,) of a surface in u (ndof,), in place, by the ``change`` (k,) of their gaps."""
-    stencils = system.node_stencils(s, u)
-    system.displacement(u)[s.points.nodes] += change(stencils)[:, None] * stencils.n
+    pairs = system.node_pairs(s, u)
+    system.displacement(u)[s.points.nodes] += change(pairs)[:, None] * pairs.n
 
 
-def to_gap(target: Array, where: Flags, stencils: Stencils) -> Array:
+def to_gap(target: Array, where: Flags, pairs: Pairs) -> Array:
     """Change (k,) that takes the nodes ``where`` to the gap ``target``; zero elsewhere, gaps that are not finite included."""
-    return np.where(where, target, 0.0) - np.where(where, stencils.g, 0.0)
+    return np.where(where, target, 0.0) - np.where(where, pairs.g, 0.0)
 
 
 def project_prediction(system: System, c: Context, u: Array, policy: Policy = DEFAULT) -> None:
@@ -41,24 +41,25 @@ def project_prediction(system: System, c: Context, u: Array, policy: Policy = DE
     share = c.dt / state.dt_last if state.dt_last > 0.0 else 0.0
     for s, now in zip(system.surfaces, c.surfaces):
         closed = s.points.any_at_nodes(state.contact.closed[s.rows])
-        has_point = s.points.any_at_nodes(np.ones(len(s.points), dtype=bool))  # one without area has none
+        moves = s.points.has_point
         if s.sharp:  # of a cut edge the point between its nodes has a gap to keep, neither of these
-            has_point &= ~now.points.any_at_nodes(now.points.N[:, 0] < 1.0)
-        committed, before = system.node_stencils(s, state.u).g, system.node_stencils(s, state.u - state.du).g
-        grown = np.where(before <= 0.0, share * (committed - before), 0.0)
+            moves = moves & ~now.points.any_at_nodes(now.points.N[:, 0] < 1.0)
+        committed, before = system.node_pairs(s, state.u).g, system.node_pairs(s, state.u - state.du).g
+        touched = (before <= 0.0) & np.isfinite(committed)
+        grown = share * np.subtract(committed, before, out=np.zeros_like(before), where=touched)
         landed = -policy.landed_start_ratio * s.points.depth.min()
 
         def change(
-            stencils: Stencils,
+            pairs: Pairs,
             closed: Flags = closed,
             held: Array = committed + grown,
             committed: Array = committed,
-            moves: Flags = has_point,
+            moves: Flags = moves,
             landed: float = landed,
         ) -> Array:
             # an open node may lie inside: points of rules that are not the nodes, or of quadratic edges, are what contact holds
-            target = np.where(closed, held, np.maximum(stencils.g, np.minimum(committed, landed)))
-            return to_gap(target, moves & np.isfinite(stencils.g) & np.isfinite(target), stencils)
+            target = np.where(closed, held, np.maximum(pairs.g, np.minimum(committed, landed)))
+            return to_gap(target, moves & np.isfinite(pairs.g) & np.isfinite(target), pairs)
 
         project(system, s, u, change)
 
@@ -79,9 +80,16 @@ def contact_corrected(system: System, c: Context, e: Evaluation, u: Array, step:
         stays = s.points.any_at_nodes(after_lam[s.rows, 0] - scale.k_n * target > 0)
         stays &= ~system.supported(nodes, c.plan)
         if not s.points.are_nodes:
-            target = system.node_stencils(s, u).linear_gap(step)
+            target = _linear_gap(system, s, u, step)
         project(system, s, moved, partial(to_gap, target, stays))
     return system.with_slaves(moved)
+
+
+def _linear_gap(system: System, s: Surface, u: Array, step: Array) -> Array:
+    """Gaps (k,) of the nodes of a surface after a step (ndof,) from u, by the linear model."""
+    pairs, d = system.node_pairs(s, u), system.dofs.dimension
+    way, by_master = system.displacement(step)[s.points.nodes], step[system.masters[s.against].dofs]
+    return np.asarray(pairs.g + (pairs.dg[:, :d] * way).sum(axis=1) + pairs.dg[:, d:] @ by_master)
 
 
 def linear_gaps(e: Evaluation, step: Array) -> list[Array]:

@@ -79,8 +79,9 @@ class Stabilisation:
     def __init__(self, system: System, policy: Policy) -> None:
         self.system, self.policy = system, policy
         self.volumes = nodal_volumes(system) if ever_stabilised(system.problem) else np.zeros(0)
+        self.shares = [self._share(number) for number in range(len(system.problem.steps))]
 
-    def share(self, number: int) -> float:
+    def _share(self, number: int) -> float:
         """Share of the work that the viscous forces of step *number* may dissipate; 0 without."""
         asked = stabilised(self.system.problem, number)
         return self.policy.viscous_work_share if asked == "auto" else 0.0 if asked == "off" else float(asked)
@@ -88,13 +89,13 @@ class Stabilisation:
     def forces(self, c: Context) -> list[Viscous]:
         """The viscous forces of an increment, as interactions."""
         viscosity = c.state.stability.viscosity
-        if not (viscosity > 0 and self.share(c.plan.number)):
+        if not (viscosity > 0 and self.shares[c.plan.number]):
             return []
         return [Viscous(self.system, viscosity, self.volumes)]
 
     def motion(self, c: Context, du: Array) -> float:
         """∫∫ |v|² dV dt of an increment of the displacements du (ndof,)."""
-        if not self.share(c.plan.number):
+        if not self.shares[c.plan.number]:
             return 0.0
         return float(self.volumes @ (self.system.displacement(du) ** 2).sum(axis=1)) / c.dt
 
@@ -133,7 +134,7 @@ class Stabilisation:
 
     def after(self, c: Context, du: Array, work: float, negative: int) -> Stability:
         """What the next increment goes by; ``work`` of the loads in this one, ``negative`` modes of its end."""
-        old, share = c.state.stability, self.share(c.plan.number)
+        old, share = c.state.stability, self.shares[c.plan.number]
         first = not c.state.dt_last > 0  # of the step: until then the viscosity of the step before is the best guess
         motion = self.motion(c, du) + (0.0 if first else old.motion)
         work = abs(work) + (0.0 if first else old.work)

@@ -83,7 +83,7 @@ class StepControl:
         """
         system, moved = self.system, self.plan.moved
         s = system.surfaces[surface]
-        master = system.master(s)
+        master = system.masters[s.against]
         arm = system.X[s.points.nodes] - master.at
         first, d, width = int(master.dofs[0]), master.dimension, len(master.dofs)
         reach = np.where(np.arange(width) < d, 1.0, float(np.hypot.reduce(arm, axis=1).max()))
@@ -98,7 +98,8 @@ class StepControl:
         """
         system, moved, field = self.system, self.plan.moved, self.system.dofs.displacement
         s, speed = system.surfaces[surface], 0.0
-        first, nodes = int(system.master(s).dofs[0]), system.offsets[s.body] + np.arange(len(system.meshes[s.body].points))
+        first = int(system.masters[s.against].dofs[0])
+        nodes = system.offsets[s.body] + np.arange(len(system.meshes[s.body].points))
         for axis in range(system.dofs.dimension):
             tool = np.flatnonzero(moved == first + axis)
             own = np.flatnonzero(np.isin(moved, field.first + field.width * nodes + axis))

@@ -46,10 +46,13 @@ class Part(NamedTuple):
 
 
 class Pattern:
-    """Compressed sparse columns of the whole system, prescribed degrees of freedom included; structurally symmetric, sorted."""
+    """Compressed sparse columns of the whole system, prescribed degrees of freedom included; structurally symmetric, sorted.
+
+    ``n`` degrees of freedom, ``indptr`` (n + 1,), and how many ``entries`` there are.
+    """
 
     def __init__(self, n: int, indptr: Ints, indices: Ints) -> None:
-        self.n, self.indptr = n, indptr
+        self.n, self.indptr, self.entries = n, indptr, int(indptr[-1])
         self._rows: Ints | Part = indices
 
     @property
@@ -57,11 +60,6 @@ class Pattern:
         """Rows (nnz,) of the entries; of a pattern that keeps a `Part` alone they are put together each time."""
         rows = self._rows
         return rows.whole() if isinstance(rows, Part) else rows
-
-    @property
-    def entries(self) -> int:
-        """How many there are."""
-        return int(self.indptr[-1])
 
     def keep(self, indices: Ints, numbers: Index, inside: Flags, rows: Ints) -> None:
         """Keep the rows (nnz,) by those of a `Part` alone: two of them would be an eighth of what a large run holds."""

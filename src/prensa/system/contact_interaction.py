@@ -102,15 +102,15 @@ class ContactInteraction:
             return ask.active_sets.contacts[self.number].wanted
         if ask.guess:
             return np.where(c.committed[self.number].closed, STUCK, DECIDE | NEARBY).astype(np.int8)
-        want = np.full(len(s.points), DECIDE, dtype=np.int8)
+        want = np.full(len(s.X), DECIDE, dtype=np.int8)
         if ask.stick is not None:
             want[ask.stick[s.rows]] |= HOLD
         return want
 
     def _round_off(self, x: Stencils, u: Array) -> Array:
         """Round-off of the gaps (k,): ε × the coordinates whose differences they are."""
-        master = self.system.master(self.surface)
-        place = master.place(u)[: master.dimension]
+        master = self.system.masters[self.surface.against]
+        place = u[master.dofs[: master.dimension]]
         centre = max(map(abs, master.at.tolist())) + max(map(abs, place.tolist()))
         return ROUND * EPS * (reduce(np.maximum, np.abs(x.arm).T) + centre)
 
@@ -153,7 +153,7 @@ class ContactInteraction:
         """Largest residual of the multipliers' equations as a length over the element depth, beyond round-off."""
         system = self.system
         lengths = np.abs(rows).max(axis=1, initial=0.0) / (f.weight * scale.unit)
-        at = np.abs(system.master(self.surface).at).max()
+        at = np.abs(system.masters[self.surface.against].at).max()
         size = max(reach, float(np.abs(system.X).max()), float(at))
         return float(((lengths - ROUND * EPS * size) / scale.h).max(initial=0.0))
 

@@ -42,5 +42,5 @@ def _has_energy(b: Block) -> bool:
 
 def _tools_are_prescribed(system: System, plan: StepPlan) -> bool:
     """Whether every unknown of the tools in contact is prescribed."""
-    dofs = [system.master(s).dofs for s in system.surfaces]
+    dofs = [system.masters[s.against].dofs for s in system.surfaces]
     return bool(np.isin(np.concatenate(dofs), plan.fixed).all()) if dofs else True

@@ -68,7 +68,7 @@ class Earlier:
 
     def surface(self, s: Surface, system: System) -> Surface | None:
         """The contact of the run that goes on in contact *s* of the new system."""
-        tool = system.master(s).tool
+        tool = system.masters[s.against].tool
         if s.body not in self.bodies or self.tool(tool.name, tool.description) is None:
             return None
         for old in self.system.surfaces:

@@ -144,7 +144,7 @@ def _lines(system: System, x: Array) -> list[Line]:
 def _stands(system: System, body: str, axis: int, at: float, side: float) -> bool:
     """Whether a plane that a body has contact with is a line, on the other side of which it is."""
     for s in system.surfaces:
-        master = system.master(s)
+        master = system.masters[s.against]
         tool = master.tool
         if s.body == body and tool.description.type == "plane" and side * tool.direction[axis] > 1 - ON_LINE:
             place = master.at + master.place(system.initial().u)[:2]

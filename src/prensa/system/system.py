@@ -13,7 +13,7 @@ import numpy as np
 from prensa.contact.cut import PIERCED, Cut, corners_of, cut, cuts_of
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.masters import RigidMaster
-from prensa.contact.pairing import Since, current_pairs
+from prensa.contact.pairing import Pairs, Since, current_pairs
 from prensa.contact.record import ContactRecord
 from prensa.contact.recovery import recover
 from prensa.contact.stencil import Stencils
@@ -130,7 +130,7 @@ class System:
     _volumes: dict[str, Array] = field(default_factory=dict)
 
     # ------------------------------------------------------------------------------------------------------ indices
-    @property
+    @cached_property
     def ndof(self) -> int:
         """Degrees of freedom."""
         return self.pattern.n
@@ -149,10 +149,6 @@ class System:
         """What contacts lie against, by name."""
         return {tool.name: RigidMaster(tool, t, self.dofs.tool.dofs(t)) for t, tool in enumerate(self.tools)}
 
-    def master(self, s: Surface) -> RigidMaster:
-        """What a contact lies against."""
-        return self.masters[s.against]
-
     def against(self, master: str) -> list[Surface]:
         """The contacts that have a master."""
         return [s for s in self.surfaces if s.against == master]
@@ -163,9 +159,9 @@ class System:
 
     def displacement(self, u: Array) -> Array:
         """Displacements (n, d) of the nodes, a view."""
-        return self.dofs.displacement.of(u)
+        return u[self.dofs.displacement.slice].reshape(self.X.shape)
 
-    @property
+    @cached_property
     def axisymmetric(self) -> bool:
         """Whether x is a radius."""
         return self.problem.space == "axisymmetric"
@@ -360,7 +356,7 @@ class System:
         for s, law in zip(self.surfaces, laws):
             k = self.shear_strength(s, state) if law is not None and law.asks_for_k else None
             law_at.append(FrictionAt(k, seconds, now, state.contact.speed[s.rows]))
-            least = np.zeros(len(s.points))
+            least = np.zeros(len(s.X))
             if law is not None and law.hardens:
                 # a softening law needs k_T > |∂τ_y/∂κ| for a unique root: take twice that at the committed pressures
                 least = 2.0 * law.softening(state.lam[s.rows, 0], state.contact.slip[s.rows], law_at[-1])
@@ -403,10 +399,10 @@ class System:
         Where a corner has sunk into its edge between the nodes, the point that a cut makes would lie deep in the tool, and
         its force be there at once: such edges stay whole.
         """
-        cuts = self.cuts(s, u, self.master(s).place(ahead), flanks) if s.sharp else []
+        cuts = self.cuts(s, u, self.masters[s.against].place(ahead), flanks) if s.sharp else []
         while cuts:
             points = cut(s.points, self.positions(u) if self.problem.kinematics == "finite" else self.X, cuts)
-            corners = corners_of(points, self.master(s).shape, cuts)
+            corners = corners_of(points, self.masters[s.against].shape, cuts)
             out = replace(s, points=points, X=points.at(self.X), corners=corners)
             gap = self.stencils(out, ahead).g
             if corners is not None:  # what they hold they take along: only where they lie now may they be too deep
@@ -421,7 +417,7 @@ class System:
     def cuts(self, s: Surface, u: Array, place: Array, flanks: bool = False) -> list[Cut]:
         """Where sharp corners of a contact's tool at a place (3,) lie over its edges, of bodies at degrees of freedom u."""
         x = self.positions(u) if self.problem.contact_geometry == "current" else self.X
-        master = self.master(s)
+        master = self.masters[s.against]
         return cuts_of(master.shape, master.at, place, x, s.points.edges, 100.0 * self.length, flanks)
 
     def _committed(self, s: Surface, state: State) -> ContactRecord:
@@ -437,8 +433,8 @@ class System:
 
         since: the committed state from which slip goes on, where its master has a memory of that; the undeformed one if None.
         """
-        master, moved, before = self.master(s), s.points.at(self.displacement(u)), None
-        if since is not None and master.has_memory(self._reference):
+        master, moved, before = self.masters[s.against], s.points.at(self.displacement(u)), None
+        if since is not None and (self._reference or master.has_memory):
             then = s.points.at(self.displacement(since.u))
             before = Since(since.contact.coordinate[s.rows], then, master.place(since.u))
         pairs = master.pairs(s.X, s.normal, moved, u, self._reference, self._reach, before)
@@ -447,13 +443,11 @@ class System:
             pairs = pairs.replaced(rows, current_pairs(s.corners, (s.X + moved)[rows], master.at, master.place(u)))
         return pairs.stencils(s.points.N, s.points.coefficients, s.dofs)
 
-    def node_stencils(self, s: Surface, u: Array) -> Stencils:
-        """Stencils of a contact at the nodes of its surface, whatever the rule."""
-        nodes, master = s.points.nodes, self.master(s)
+    def node_pairs(self, s: Surface, u: Array) -> Pairs:
+        """Gaps, normals and their derivatives at the nodes of a contact's surface, whatever the rule."""
+        nodes = s.points.nodes
         moved = self.displacement(u)[nodes]
-        pairs = master.pairs(self.X[nodes], s.node_normal, moved, u, self._reference, self._reach, None)
-        one = np.ones((len(nodes), 1))
-        return pairs.stencils(one, np.hstack([one, -one]), self.dofs.stencils(nodes[:, None], master.dofs))
+        return self.masters[s.against].pairs(self.X[nodes], s.node_normal, moved, u, self._reference, self._reach, None)
 
     @property
     def _reference(self) -> bool:
@@ -495,6 +489,15 @@ class System:
             scale += float(np.abs(f_ext[self.dofs.displacement.slice]).sum())
             r = r - f_ext
         return Evaluation(r, data, scale, bulk.history, tuple(trials), f_ext, None, floor, violation)
+
+    def apply(self, data: Array, delta: Array) -> Array:
+        """K δ (ndof,) for the matrix values of an evaluation."""
+        from scipy.sparse import csc_matrix
+
+        if not delta.any():  # tools alone move
+            return np.zeros(len(delta))
+        matrix = csc_matrix((data, self.pattern.indices, self.pattern.indptr), (self.ndof, self.ndof))
+        return np.asarray(matrix @ delta)
 
     def _asked(self, u: Array, lam: Array, stiffness: bool, overrides: Overrides) -> Request:
         """What interactions are asked for at degrees of freedom u (ndof,); loads and springs do not ask how far these reach."""

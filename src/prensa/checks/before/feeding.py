@@ -71,7 +71,7 @@ def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) ->
 
 def _meeting(system: System, s: Surface, plan: StepPlan, feed: Feed, u: Array) -> tuple[float, Array]:
     """Least gap on the way, and the way (2,) on which the tool's turn takes its surface where the body meets it first."""
-    shift, nearest, at, master = np.zeros(2), np.inf, u.copy(), system.master(s)
+    shift, nearest, at, master = np.zeros(2), np.inf, u.copy(), system.masters[s.against]
     x, least = system.X[s.points.nodes], CLOSED * float(s.points.depth.min())
     start, now = master.place(u), u.copy()
     now[plan.fixed] = plan.values(plan.t1)

@@ -33,7 +33,7 @@ def _far_from_tools(system: System, body: str, x: Array) -> Array:
         return np.zeros(len(x))
     for m in moments(system):
         for s in against:
-            master = system.master(s)
+            master = system.masters[s.against]
             if m.known[master.number] or m.t == 0.0:
                 out = np.minimum(out, master.seen(x, m.u).g)
     return out

@@ -81,10 +81,10 @@ def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
     for s, law in zip(system.surfaces, plan.friction_at(plan.t1)):
         if s.body not in mine:
             continue
-        pairs = system.master(s).seen(x[s.points.nodes], u)
+        pairs = system.masters[s.against].seen(x[s.points.nodes], u)
         touching = pairs.n[pairs.g <= CLOSED * float(s.points.depth.min())]
         signs = set(np.sign(touching[np.abs(touching[:, 1]) > NO_DIFFERENCE, 1]).tolist())
-        dof = int(system.master(s).dofs[1])
+        dof = int(system.masters[s.against].dofs[1])
         bearing |= signs
         if dof in plan.push or (at != moved)[plan.fixed == dof].any():
             driven |= signs
@@ -103,9 +103,9 @@ def _contact_rows(system: System, body: str, frame: Frame, plan: StepPlan, touch
             continue
         u = system.initial().u
         x = system.positions(u)[s.points.nodes]
-        pairs = system.master(s).seen(x, u)
+        pairs = system.masters[s.against].seen(x, u)
         seen = np.ones(len(x), dtype=bool)
-        pushed = any(dof in plan.push for dof in system.master(s).dofs[: system.dofs.dimension].tolist())
+        pushed = any(dof in plan.push for dof in system.masters[s.against].dofs[: system.dofs.dimension].tolist())
         if touching and not pushed:
             seen = pairs.g <= CLOSED * float(s.points.depth.min())
         if pushed and not touching:

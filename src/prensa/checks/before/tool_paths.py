@@ -27,10 +27,10 @@ def tool_paths(system: System) -> Iterator[Finding]:
     for m in moments(system):
         x = system.positions(m.u)
         for i, s in enumerate(system.surfaces):
-            known[i] &= m.known[system.master(s).number]
-            if not m.known[system.master(s).number]:
+            known[i] &= m.known[system.masters[s.against].number]
+            if not m.known[system.masters[s.against].number]:
                 continue
-            pairs = system.node_stencils(s, m.u)
+            pairs = system.node_pairs(s, m.u)
             nearest[i] = min(nearest[i], float(pairs.g.min()))
             held(system, s, i, m, x, pressed)
         for notice in _crossing(system, m, x):
@@ -57,7 +57,7 @@ def tool_paths(system: System) -> Iterator[Finding]:
     yield from reported.values()
     worst = deepest(pressed)
     for (number, k), most in worst.items():
-        if k < 0 and not system.master(system.surfaces[number]).shape.half_space:
+        if k < 0 and not system.masters[system.surfaces[number].against].shape.half_space:
             continue  # what is no half-space may stand beside them, or the body yield in between
         if k >= 0 and (number, -1) in worst:
             continue  # the tool goes beyond the supports: said once
@@ -84,7 +84,7 @@ def _crossing(system: System, m: Moment, x: Array) -> Iterator[Finding]:
     """Two tools whose faces pass each other where they press on the same body, or that press the same points."""
     for i, a in enumerate(system.surfaces):
         for b in system.surfaces[:i]:
-            ta, tb = system.master(a), system.master(b)
+            ta, tb = system.masters[a.against], system.masters[b.against]
             if ta.name == tb.name or a.body != b.body or not (m.known[ta.number] and m.known[tb.number]):
                 continue
             shared = np.intersect1d(a.points.nodes, b.points.nodes)

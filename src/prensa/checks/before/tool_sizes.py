@@ -20,7 +20,7 @@ STIFFEST_BETA = 1e4
 def tool_sizes(system: System) -> Iterator[Finding]:
     """Tools that find no node to press on, or one, and contacts of a stiffness that is no use."""
     for i, s in enumerate(system.surfaces):
-        tool = system.master(s).tool
+        tool = system.masters[s.against].tool
         ends = system.X[s.points.edges]
         h = min(float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).min()), least_size(system, s.body))
         size, key = tool.description.face()
@@ -57,8 +57,8 @@ def _gives_way(system: System, s: Surface, beta: float) -> bool:
 
 def _corners(system: System, s: Surface) -> Iterator[Finding]:
     """Sharp corners between the points of a surface whose edges are not cut at them."""
-    tool, start = system.master(s).tool, system.initial()
-    cuts = [] if s.sharp or not len(tool.shape.edges) else system.cuts(s, start.u, system.master(s).place(start.u))
+    tool, start = system.masters[s.against].tool, system.initial()
+    cuts = [] if s.sharp or not len(tool.shape.edges) else system.cuts(s, start.u, system.masters[s.against].place(start.u))
     if not cuts:
         return
     ends = system.X[s.points.edges[cuts[0].edge]]
@@ -77,7 +77,7 @@ def _corners(system: System, s: Surface) -> Iterator[Finding]:
 
 def _tip(system: System, s: Surface, h: float) -> Iterator[Finding]:
     """The end of a tool that is nearest to the surface: how wide it is a tenth of an element from its end."""
-    master, start = system.master(s), system.initial()
+    master, start = system.masters[s.against], system.initial()
     tool, shape = master.tool, master.shape
     if shape.cavity or not NOTABLE_DEPTH * h > 0:  # sizes of new meshes may be as small as numbers are
         return

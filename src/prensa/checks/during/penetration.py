@@ -53,7 +53,7 @@ class Penetration:
         assert result.evaluation is not None
         sunk = np.zeros(len(system.tools))
         for s, f in zip(system.surfaces, result.evaluation.contacts):
-            t = system.master(s).number
+            t = system.masters[s.against].number
             sunk[t] = max(sunk[t], -float(f.g.min()))
         folded = self.folding.folded(result.u) if given.complete else []
         node = inside(system, self.watched, given.outlines, sunk, self.folding.creased(c, folded))
@@ -107,8 +107,8 @@ def sunk_in(system: System, u: Array) -> Array:
     """Largest penetration (tools,) of the contacts of each tool, for degrees of freedom u (ndof,)."""
     out = np.zeros(len(system.tools))
     for s in system.surfaces:
-        t = system.master(s).number
-        out[t] = max(out[t], -float(system.node_stencils(s, u).g.min()))
+        t = system.masters[s.against].number
+        out[t] = max(out[t], -float(system.node_pairs(s, u).g.min()))
     return out
 
 

@@ -75,7 +75,7 @@ def hanging(system: System, u: Array) -> Hang | None:
         first, last = x[ends[:, 0]], x[ends[:, 1]]
         length = np.hypot(*(system.X[ends[:, 1]] - system.X[ends[:, 0]]).T)
         stretch = np.hypot(*(last - first).T) / length
-        master = system.master(s)
+        master = system.masters[s.against]
         g = [master.seen(p, u).g for p in (first, last, 0.5 * (first + last))]
         depth = np.nan_to_num(np.minimum(g[0], g[1]) - g[2], nan=0.0)
         depth[(stretch < DRAWN_OUT) | (depth < CHORD * length)] = 0.0
