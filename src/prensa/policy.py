@@ -137,10 +137,6 @@ class Globalisation:
     """Penetration over element depth given to a node that lands, so that round-off does not decide whether it has."""
     line_search_factors: tuple[float, ...] = (0.5, 0.25, 0.1, 0.03)
     """Fractions of a step that the line search tries after the full step."""
-    monotonicity_ratio: float = 0.25
-    """Ratio of the next simplified step to a step that raises the residual, below which it is accepted (natural
-    monotonicity, Deuflhard).
-    """
     max_nonimproving: int = 4
     """Iterations in a row without a lower residual, after which an attempt is given up."""
     stagnation_iterations: int = 6

@@ -19,7 +19,7 @@ from prensa.errors import SolveError
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.output.run import resume, run
 from prensa.policy import Policy
-from prensa.solver import time_stepping
+from prensa.solver import increment_solver
 from prensa.system.discretise import discretise
 from problems import pressed_block, single_block, stroke, upset_block
 
@@ -126,7 +126,7 @@ def test_condensed_increments_rejected_and_retried_change_nothing(problem, seed)
 def retried(problem, seed, condense) -> None:
     states = solved(problem, condense=condense)
     rng = np.random.default_rng(seed)
-    attempt = time_stepping.attempt
+    attempt = increment_solver.attempt
 
     def twice(eq, *args):
         c = eq.context
@@ -137,7 +137,7 @@ def retried(problem, seed, condense) -> None:
         return attempt(eq, *args)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(time_stepping, "attempt", twice)
+        patch.setattr(increment_solver, "attempt", twice)
         assert all_same(solved(problem, condense=condense), states)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -245,3 +246,25 @@ def test_it_goes_on_afloat_as_if_it_had_not_stopped() -> None:
     assert not run[at].force("high").y
     again = list(pr.solve(p, start=run[at].state))
     assert np.array_equal(again[-1].state.u, run[-1].state.u) and len(again) == len(run) - at - 1
+
+
+@pytest.mark.parametrize("gap", [0.5, 2.0, 30.0, 90.0])
+def test_a_pushed_round_tool_is_found_contact_from_far_away(gap):
+    """A roll thinner than its way to the block is not led through it; the farther one presses as the nearer one does."""
+    p = pressed_block(
+        pr.Step("press", push={"t": pr.Push(y=-10.0)}), tools={"t": pr.Circle(radius=1.0, at=(2.0, 3.0 + gap))},
+        plane="t",
+    )  # fmt: skip
+    *_, inc = pr.solve(p)
+    assert inc.tools["t"].force.y == pytest.approx(10.0, rel=1e-8)
+    assert inc.tools["t"].place.y + gap == pytest.approx(_depth_of_a_near_roll(), rel=1e-6)
+
+
+@cache
+def _depth_of_a_near_roll() -> float:
+    """How far a roll that begins on the block goes."""
+    p = pressed_block(
+        pr.Step("press", push={"t": pr.Push(y=-10.0)}), tools={"t": pr.Circle(radius=1.0, at=(2.0, 3.0))}, plane="t"
+    )
+    *_, inc = pr.solve(p)
+    return float(inc.tools["t"].place.y)

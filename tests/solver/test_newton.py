@@ -200,17 +200,6 @@ def test_a_node_that_lands_on_a_wedge_takes_few_iterations():
     assert sum(cuts for _, cuts in spent) <= 1
 
 
-def test_steps_of_a_bent_strip_that_are_made_good_by_the_next_are_taken():
-    """A sheet bent freely in 30 increments: fewer iterations and cuts, forces within a ten-thousandth."""
-    problem = first_step("free_bending.yaml", -5.0, 30)
-    before, now = (list(pr.solve(problem, policy=Policy(monotonicity_ratio=share))) for share in (0.0,
-        Policy().monotonicity_ratio))
-    for count in ("iterations", "cutbacks"):
-        old, new = (sum(getattr(i.statistics, count) for i in run) for run in (before, now))
-        assert new < 0.95 * old, count
-    assert now[-1].force("punch").y == pytest.approx(before[-1].force("punch").y, rel=1e-4)
-
-
 def first_step(example: str, way: float, increments: int) -> pr.Problem:
     """The first step of an example, with its punch going a part of its way."""
     path = Path(__file__).parents[2] / "examples" / example

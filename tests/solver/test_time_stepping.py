@@ -9,7 +9,7 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
-from prensa.solver import time_stepping
+from prensa.solver import increment_solver
 from prensa.system.failure import Unevaluable
 from prensa.system.planning import plan_step
 from prensa.system.state import State
@@ -315,7 +315,7 @@ def test_a_rejected_increment_leaves_no_trace():
     p = pressed(pr.Step("go", move={"punch": {"y": -0.3}}, increments=1), friction=pr.Coulomb(0.3))
     four = pressed(pr.Step("go", move={"punch": {"y": -0.3}}, increments=4), friction=pr.Coulomb(0.3))
     quarter = next(iter(pr.solve(four)))
-    real, calls = time_stepping.attempt, []
+    real, calls = increment_solver.attempt, []
 
     def fails_once(*args):
         trial = real(*args)
@@ -324,11 +324,11 @@ def test_a_rejected_increment_leaves_no_trace():
             trial.converged, trial.reason = False, Unevaluable("asked to fail")
         return trial
 
-    time_stepping.attempt = fails_once
+    increment_solver.attempt = fails_once
     try:
         cut = list(pr.solve(p))
     finally:
-        time_stepping.attempt = real
+        increment_solver.attempt = real
     assert cut[0].statistics.cutbacks == 1
     assert np.array_equal(cut[0].state.u, quarter.state.u)
     rest = list(pr.solve(p, start=cut[0].state))
@@ -395,14 +395,14 @@ def test_supports_carry_what_the_tools_press():
 
 def test_increments_do_not_shrink_until_time_stands_still(monkeypatch):
     """Where nothing goes on, whatever the increment, the run ends with what it has, and says so, while time still moves."""
-    attempt = time_stepping.attempt
+    attempt = increment_solver.attempt
 
     def stuck(eq, *args):
         trial = attempt(eq, *args)
         failed = replace(trial, converged=False, reason=Unevaluable("no way past this"))
         return trial if eq.context.time < 0.5 else failed
 
-    monkeypatch.setattr(time_stepping, "attempt", stuck)
+    monkeypatch.setattr(increment_solver, "attempt", stuck)
     done = []
     with pytest.raises(SolveError, match=r"no way past this.*too short for another cut.*last good state"):
         done.extend(pr.solve(pressed(pr.Step("press", move={"punch": {"y": -0.1}}), kinematics="small")))

@@ -13,7 +13,7 @@ from prensa.checks.during import acceptance, penetration, self_intersection
 from prensa.checks.during.distortion import Distortion
 from prensa.checks.during.validity import Validity
 from prensa.result.increment import Mean
-from prensa.solver import attempt, contact_lcp, newton, predictor, stability, time_stepping
+from prensa.solver import attempt, contact_lcp, increment_solver, newton, predictor, stability, time_stepping
 from prensa.solver.approach import Approach
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.finish import Finish
@@ -130,11 +130,6 @@ TIMELY = (
         "active_set_steps",
         "Failed attempts of contacts with multipliers are followed by one of full steps, without a line search.",
         (replaced(attempt, attempt._by_full_steps, lambda eq, start, lam, result: NotConverged(0, float("inf"))),),
-    ),
-    Mechanism(
-        "natural_monotonicity",
-        "A step that raises the residual is accepted where the next one with its factors is much shorter.",
-        (replaced(newton, newton._shrinks, _no),),
     ),
     Mechanism(
         "nonlinear_elimination",
@@ -265,12 +260,12 @@ TIMELY = (
     Mechanism(
         "pushed_tools_brought",
         "Tools driven by force are brought to where they touch before the increment is solved.",
-        (replaced(time_stepping, time_stepping.approach_of_tools, _where_they_are),),
+        (replaced(increment_solver, increment_solver.approach_of_tools, _where_they_are),),
     ),
     Mechanism(
         "floating_bodies",
         "Bodies that nothing holds yet move as rigid ones with the tools until they are clamped.",
-        (replaced(time_stepping, time_stepping.approach_of_bodies, _nothing),),
+        (replaced(increment_solver, increment_solver.approach_of_bodies, _nothing),),
     ),
     Mechanism(
         "overlap_stages",
@@ -314,7 +309,7 @@ GUARDS = (
     Mechanism(
         "stability",
         "Unstable equilibria are refused, and limit points are named.",
-        (replaced(time_stepping, time_stepping.judged, _attempted),),
+        (replaced(increment_solver, increment_solver.judged, _attempted),),
         guard="tests/solver/test_stability.py::test_a_pushed_arch_ends_at_its_limit_point",
     ),
     Mechanism(
@@ -425,4 +420,4 @@ GUARDS = (
 )
 
 MECHANISMS = {m.name: m for m in (*TIMELY, *GUARDS)}
-SETS = {"edge_step, natural_monotonicity": ("edge_step", "natural_monotonicity")}
+SETS = {"edge_step, early_stop": ("edge_step", "early_stop")}

@@ -149,9 +149,8 @@ def _handed_over(eq: Equilibrium, state: NewtonState) -> Evaluation:
 def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: bool = False) -> Failure | None:
     """Move the state by a full Newton step, or by a part of the step from the best iterate so far (line search).
 
-    A full step is accepted if it leaves less than the least residual so far, if it is the first of the attempt (in second order
-    only if the residual does not more than double), or if the step after it with the same factors is much shorter (natural
-    monotonicity).
+    A full step is accepted if it leaves less than the least residual so far, or if it is the first of the attempt (in second
+    order only if the residual does not more than double).
     """
     # once contact is settled go back to Newton's steps, whose factors the finish can reuse
     here = state.iterate
@@ -179,8 +178,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     if alone is not None:
         moved, full = alone
         size = eq.norm(full)
-    accepted = not full.failed and _accepted(eq, state, size, best.norm)
-    if accepted or (alone is None and _shrinks(eq, full, delta)):
+    if not full.failed and _accepted(eq, state, size, best.norm):
         state.iterate = Iterate(moved, full, alone is None and _turns(eq, state))
         return None
     start = mine if full.failed else best
@@ -274,24 +272,6 @@ def _accepted(eq: Equilibrium, state: NewtonState, size: float, least: float) ->
     if size < least or not eq.numerics.line_search:
         return True
     return state.iteration == 0 and (not eq.context.rule.share or size < eq.policy.first_step_growth * least)
-
-
-def _shrinks(eq: Equilibrium, full: Evaluation, delta: Array) -> bool:
-    """Whether the step that follows on a step delta (ndof,), with the same factors, is much shorter: it leads nearer then.
-
-    Where a strip bends, a step along its tangent stretches it by the square of its turns. That is stiff, so the residual grows,
-    and the next step takes all of it back (the natural monotonicity test of Deuflhard 2004, 3.3.2). Elastic bodies, and tools
-    that are pushed or hang on springs, may have other equilibria nearby, and are led to none of these.
-    """
-    led = eq.system.has_memory and eq.context.driven_by_ways
-    may = eq.numerics.line_search and led and not eq.reduced.equations
-    if not may or full.failed or not eq.reduced.factorisation.factored:
-        return False
-    lengths = eq.reduced.lengths(len(delta))
-    unit = 1.0 if lengths is None else lengths
-    with eq.report.timed("factorisation and solve"):
-        then = eq.reduced.correction(-full.r)
-    return bool(np.linalg.norm(unit * then) < eq.policy.monotonicity_ratio * np.linalg.norm(unit * delta))
 
 
 def _places(e: Evaluation) -> Evaluation:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -211,10 +212,23 @@ class RigidBalance:
         size = float(np.abs(step).max())
         low, high = 0.0, min(1.0, 1e-3 * self.system.length / size)
         while driven(high):
-            low, high = high, 2.0 * high
+            # a longer stride could take a thin tool from one side of a body to the other
+            low, high = high, min(2.0 * high, high + self.stride / size)
             if high * size > farthest:
                 return None
         return bisected(driven, low, high)[1]
+
+    @cached_property
+    def stride(self) -> float:
+        """Half the least width of the tools and of the boxes about the bodies that may meet."""
+        system, own = self.system, [self.c.surfaces[i] for i in self.pushers]
+        bodies = {s.body: system.X[system.offsets[s.body] :][: len(system.meshes[s.body].points)] for s in own}
+        widths = [float(np.ptp(x, axis=0).min()) for x in bodies.values()]
+        tools = [system.masters[s.against].tool for s in own]
+        widths += [2.0 * tool.shape.cylinder for tool in tools]
+        if system.dofs.dimension == 2:
+            widths += [tool.thickness for tool in tools]  # of shapes with an end that may be sharp
+        return 0.5 * min(widths)
 
 
 def _across(arm: Array) -> Array:

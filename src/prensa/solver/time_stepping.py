@@ -17,41 +17,23 @@ from prensa.checks.after.passages import Passages, jump_of, passing_of
 from prensa.checks.check import Committed, Failed, Finished, Rejected, Solved, StepBegun
 from prensa.checks.run import RunChecks
 from prensa.errors import SolveError
-from prensa.linear.condensation import Condensation, condensed
-from prensa.linear.reduction import Reduced
-from prensa.linear.rigid_modes import Loose, loose_bodies
-from prensa.linear.threads import ONE_OF_BLAS, threads_of
+from prensa.linear.threads import ONE_OF_BLAS
 from prensa.measures import parse
 from prensa.model import problem as model
 from prensa.policy import Policy
 from prensa.result.increment import Increment
 from prensa.result.results import increment_of
-from prensa.solver.approach import (
-    Approach,
-    approach_of_bodies,
-    approach_of_tools,
-    first_clamped,
-    first_touch,
-    starts_inside,
-)
-from prensa.solver.attempt import attempt, attempt_from
-from prensa.solver.commit import committed, fresh_mesh
+from prensa.solver.approach import first_touch, starts_inside
+from prensa.solver.commit import committed
 from prensa.solver.diagnosis import failed_increment, hint, last_good
-from prensa.solver.equilibrium import Equilibrium, Reporter
-from prensa.solver.first_matrix import Ahead
 from prensa.solver.given_times import given_times, increasing
+from prensa.solver.increment_solver import IncrementSolver
 from prensa.solver.reporting import Messages
-from prensa.solver.stabilisation import Stabilisation
-from prensa.solver.stability import at_limit, judged, stability_warnings
+from prensa.solver.stability import at_limit, stability_warnings
 from prensa.solver.step_control import StepControl
-from prensa.solver.until import Outcome, Stopping
-from prensa.system.failure import (
-    Failure,
-    LimitPoint,
-    sentence,
-)
+from prensa.solver.until import Stopping
+from prensa.system.failure import Failure, LimitPoint, sentence
 from prensa.system.interaction import Context
-from prensa.system.matrix_symmetry import is_symmetric
 from prensa.system.outcome import NewtonResult
 from prensa.system.planning import plan_step
 from prensa.system.release import minimal_supports_in_words, release_forces, removed_tools
@@ -59,7 +41,7 @@ from prensa.system.schedule import StepPlan
 from prensa.system.state import State
 from prensa.system.symmetry_planes import Guard, Nearing, extended, names_of, with_planes
 from prensa.system.system import System
-from prensa.system.time_integration import BACKWARD_EULER, TimeRule, all_follow, growths, unsteadiness
+from prensa.system.time_integration import growths, unsteadiness
 from prensa.timer import Timer
 from prensa.types import Array
 
@@ -86,27 +68,19 @@ class Due(Protocol):
         """
 
 
-class TimeStepping:
+class TimeStepping(IncrementSolver):
     """A run: the steps of a problem one after the other, each in increments."""
 
     def __init__(
         self, system: System, numerics: model.Numerics, policy: Policy, messages: Messages, timer: Timer, condense: bool
     ) -> None:
-        self.system, self.numerics, self.policy = system, numerics, policy
-        self.messages, self.timer, self.condense = messages, timer, condense
-        self.checks, self.stabilisation = RunChecks(system, policy), Stabilisation(system, policy)
-        self.reduced: Reduced | None = None
-        self.ahead: Ahead | None = None  # who makes the matrix of the first step meanwhile
-        self.condensed: Condensation | None = None
+        super().__init__(system, numerics, policy, messages, timer, condense)
         self.last: Increment | None = None
         self.passages = Passages(system)
-        self.loose: list[Loose] = []  # bodies that the supports of the step leave free to move
-        self.remeshes = False
         self.guard: Guard | None = None  # of lines of symmetry that free outlines may come to
         self.planes: list[str] = []  # tools that stand for them, once one has
         self.due: Due | None = None  # when a mesh is due, where that is known before
         self.stopping: Stopping
-        self.times: Array | None = None
         self.stops: Array | None = None
 
     def prescribe(self, start: State, times: Sequence[float] | None, stops: Sequence[float] = ()) -> None:
@@ -215,21 +189,6 @@ class TimeStepping:
             state = replace(state, release=released, self_equilibrated=None, clock=state.clock._replace(time=plan.t0))
         return self.stopping.begin(state)
 
-    def prepare(self, plan: StepPlan) -> None:
-        """The bodies that a step leaves free, and its matrix: that of the step before where the same dofs are prescribed."""
-        self.loose = loose_bodies(self.system, plan)
-        if self.condense:
-            with self.timer("condensation"):
-                self.condensed = condensed(self.system, plan, self.numerics, self.condensed, self.policy)
-        if self.condensed is not None:
-            return
-        if self.ahead is not None:
-            self.reduced, self.ahead = self.ahead.matrix(), None
-        symmetric, reduced = is_symmetric(self.system, plan), self.reduced
-        same = reduced is not None and reduced.symmetric == symmetric and reduced.control == plan.control
-        if reduced is None or not same or not np.array_equal(reduced.fixed, plan.fixed):
-            self.reduced = Reduced.of(self.system, plan.fixed, self.numerics, symmetric, self.policy, plan.control)
-
     def advance(self, state: State, plan: StepPlan, control: StepControl) -> tuple[State, Increment]:
         """One committed increment, cut as often as needed."""
         now, dt = state.clock.time, state.clock.dt
@@ -269,130 +228,10 @@ class TimeStepping:
                 raise self.diagnosis(c, result, cutbacks)
             cutbacks += 1
 
-    def solved(
-        self, state: State, plan: StepPlan, control: StepControl, cutbacks: int, spent: list[int], end: float
-    ) -> Outcome:  # fmt: skip
-        """Context and outcome of one attempt at the increment to a time, its stability judged; spent: gets its iterations."""
-        # where an increment was cut, flow begins or turns, of which the last one knows nothing
-        c = self.context(state, plan, end, BACKWARD_EULER if cutbacks else self.rule(state, plan, end))
-        to = approach_of_bodies(self.system, c, self.loose, self.policy) if self.loose and self.condensed is None else None
-        if to is not None:
-            found = self.carry(c, to, cutbacks) if to.u is not None else None
-            if found is not None:
-                spent.append(found[1].iterations)
-                return found
-            c = replace(c, floating=to.bodies if to.floating else ())
-        brought = approach_of_tools(self.system, c, self.policy)
-        start, air = brought.u, brought.through_air
-        assert start is not None
-        if air is not None:
-            c = replace(self.system.through_air(c, air), brought_into_contact=True)
-        for message in brought.notes:
-            self.messages.note(state, plan, message)
-        most = self.most_cutbacks(state)
-        retry = cutbacks >= min(self.policy.retry_after_cuts, self.numerics.max_cutbacks, most)
-        result = self.attempt(c, start, retry, uncut=not cutbacks)
-        if not result.converged and c.rule.share and (plan.increments or self.times is not None):
-            # before an increment that was asked for is cut: backward Euler damps more
-            spent.append(result.iterations)
-            again = self.system.through_air(self.context(state, plan, end), air)
-            c = replace(again, brought_into_contact=c.brought_into_contact, floating=c.floating)
-            result = self.attempt(c, start, retry)
-        if refusal := self.checks.refusal(c, result):
-            result.converged, result.reason = False, refusal
-        if self.condensed is None and not c.floating:  # linear bodies are stable, and those that nothing holds are neither
-            last = cutbacks == most or control.exhausted(control.cut(c.dt))
-            result = judged(self.equilibrium(c), result, self.checks, self.stabilisation, cutbacks, not last)
-        spent.append(result.iterations)
-        return c, result
-
-    def carry(self, c: Context, to: Approach, cutbacks: int) -> Outcome | None:
-        """Outcome of an increment from where bodies that nothing holds have been carried; None if no equilibrium is near.
-
-        It ends where they first meet what stops them.
-        """
-        state, plan = c.state, c.plan
-        if not to.floating and self.times is None:
-            met = first_clamped(self.system, c, self.loose, self.policy)
-            if met is not None:
-                who = " and ".join(to.bodies)
-                self.messages.note(state, plan, f"{who}, moving as a rigid body, was stopped at time {met.time:.6g}")
-                c, to = replace(self.context(state, plan, met.time), touches=True), met.there
-        c = self.system.through_air(c, to.through_air)
-        c = replace(c, brought_into_contact=True, floating=to.bodies if to.floating else ())
-        assert to.u is not None
-        eq = self.equilibrium(c, uncut=not cutbacks)
-        result = attempt_from(eq, to.u)
-        if refusal := self.checks.refusal(c, result):
-            result.converged, result.reason = False, refusal
-        if result.converged and not to.floating:
-            result = judged(eq, result, self.checks, self.stabilisation, cutbacks, False)
-        return (c, result) if result.converged else None
-
     def stays_inside(self, state: State, cutbacks: int) -> Failure | None:
         """The tool that starts deepest inside a body, if the first increment fails on: shorter ones have the same overlap."""
         inside = starts_inside(self.system, state, self.policy) if cutbacks >= self.policy.retry_after_cuts else []
         return max((reason for reason, *_ in inside), key=lambda reason: reason.elements, default=None)
-
-    def most_cutbacks(self, state: State) -> int:
-        """How often an increment may be cut: more often where viscous forces give any an answer that is short enough."""
-        if self.times is not None:
-            return 0
-        if self.remeshes and not fresh_mesh(state):
-            return min(self.policy.remesh_after_cuts, self.numerics.max_cutbacks)
-        jumps = self.policy.extra_jump_cuts if self.numerics.max_cutbacks and state.stability.viscosity > 0 else 0
-        return self.numerics.max_cutbacks + jumps
-
-    def second_order(self, plan: StepPlan) -> bool:
-        """Whether plastic flow is of second order in time in a step, where it is steady: by itself not in a number of increments.
-
-        They may be many times as long as automatic ones: flow turns far in them. Given times are often those of another run.
-        Nor by itself on meshes that are made anew: their metal goes round corners of tools, for which such lengths are too long.
-        """
-        asked = self.numerics.time_rule == "bdf2" or (self.remeshes and self.numerics.time_tolerance is not None)
-        if not asked and (plan.increments or self.remeshes):
-            return False
-        return self.numerics.time_rule != "backward_euler" and all_follow(self.system.blocks)
-
-    def rule(self, state: State, plan: StepPlan, end: float) -> TimeRule:
-        """How plastic flow goes on from a state to the time ``end``, unless the increment is cut.
-
-        By backward Euler where what is prescribed turns back or stops: all flow of the last increment may end there at once;
-        and, unless second order is asked for, where points go on to begin and end to flow.
-        """
-        now, last = state.clock.time, state.dt_last
-        if not last > 0.0 or not self.second_order(plan) or plan.reverses(now - last, now, end):
-            return BACKWARD_EULER
-        if self.numerics.time_rule == "auto" and state.clock.unsteady * (end - now) > self.policy.unsteady_share:
-            return BACKWARD_EULER
-        return TimeRule.of(end - now, last)
-
-    def context(self, state: State, plan: StepPlan, end: float, rule: TimeRule = BACKWARD_EULER) -> Context:
-        """Everything that an increment from a state to the time ``end`` needs, with plastic flow by a ``rule``."""
-        c = self.system.context(state, plan, end, rule)
-        viscous = self.stabilisation.forces(c)
-        picard_friction, threads = self.numerics.iteration == "paper", threads_of(self.numerics, self.system.ndof, self.policy)
-        return replace(c, picard_friction=picard_friction, interactions=[*c.interactions, *viscous], threads=threads)
-
-    def equilibrium(self, c: Context, uncut: bool = False) -> Equilibrium:
-        """The equations of an increment, condensed where the bodies are; ``uncut``: at the first attempt at it."""
-        iteration = partial(self.messages.iteration, c.state, c.plan, c.time)
-        report = Reporter(iteration, self.timer)
-        reduced = self.reduced if self.condensed is None else self.condensed.reduced
-        assert reduced is not None
-        known = self.system.has_memory and self.system.dofs.dimension == 2  # rigid motions in space are not looked for
-        # a far step may let go of a body that only contact holds: once one has failed, steps are those of the tangent
-        far = known and (uncut or not self.loose)
-        return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, far)
-
-    def attempt(self, c: Context, start: Array, was_cut: bool, uncut: bool = False) -> NewtonResult:
-        """Outcome of one attempt, on the condensed system where there is one."""
-        eq = self.equilibrium(c, uncut)
-        if self.condensed is None:
-            return attempt(eq, start, was_cut)
-        return self.condensed.attempt(
-            lambda reduced: attempt(replace(eq, reduced=reduced), start, was_cut), c, start, self.timer
-        )
 
     def view(self, c: Context, result: NewtonResult) -> Increment:
         """The increment that an outcome would be, if it were committed."""
