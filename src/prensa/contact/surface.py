@@ -103,6 +103,7 @@ class Surface:
         """Of exact contacts in the plane: the points with ``fixed`` degrees of freedom of the body; None if there are none."""
         if not self.exact or self.X.shape[1] > 2:
             return None
+        # Points in space have no exact enforcement, so nothing there is redundant.
         free = ~np.isin(self.dofs, fixed)
         at = np.flatnonzero(~free[:, : self.of_master.start].all(axis=1))
         return Supports(at, free[at]) if len(at) else None
@@ -111,6 +112,7 @@ class Surface:
         """Penalty stiffnesses of the points: k_n = β E*/h, k_T = β_T E*/h, not below ``k_t_least`` (k,)."""
         unit = self.unit
         k_n, k_t = self.description.enforcement.stiffness(unit)
+        # A law that falls by more than k_T per slip has no unique slip; the least stiffness comes from `FrictionLaw.softening`.
         return Scale(k_n, np.maximum(k_t, k_t_least), self.points.depth, unit)
 
 

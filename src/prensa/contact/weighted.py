@@ -97,6 +97,8 @@ def _integrals(x, there, coef, n):
                 ends[e] = s
             lo, hi = (ends[0], ends[1]) if ends[0].real < ends[1].real else (ends[1], ends[0])
             if lo.real < 0.0:
+                # An end that is clipped to the edge does not move with the nodes: value and imaginary part, which is its
+                # derivative, are constants.
                 lo = lo * 0.0
             if hi.real > 1.0:
                 hi = hi * 0.0 + 1.0
@@ -108,6 +110,7 @@ def _integrals(x, there, coef, n):
                 vx, vy = nu[i, 0] + s * wx, nu[i, 1] + s * wy
                 m = ((ax + s * tx - x[c, 0]) * vy - (ay + s * ty - x[c, 1]) * vx) / (ex * vy - ey * vx)
                 part = (1.0 - s if i == 2 else s) * length * (hi - lo) * _GAUSS_SHARES[q]
+                # `part` has N_A of the own node, the third of five: its row of (∫ N_A N_B, −∫ N_A M_C).
                 coef[i] += part * (1.0 - s)
                 coef[i + 1] += part * s
                 coef[c] -= part * (1.0 - m)
@@ -122,6 +125,7 @@ def _state(x, there, committed, coef, v):
     length = abs(x[1, 0].real - x[3, 0].real) + abs(x[1, 1].real - x[3, 1].real)
     if area.real <= NO_PIECE * length:
         coef[:] = 0.0
+        # An infinite gap is open whatever the penalty, and its slopes are never asked for.
         v[0], v[3] = np.inf, 0.0
         return
     v[0], v[3] = 0.0, 0.0
