@@ -80,5 +80,6 @@ class Fading(FrictionLaw, abstract=True):
 
 def fading(before: FrictionLaw | None, now: FrictionLaw | None, t0: float, t1: float) -> FrictionLaw | None:
     """The law of a step from t0 to t1 that changes ``before`` to ``now``."""
+    # Friction that appears or rises is reached by sliding on, without a jump: it needs no fading.
     same = before is None or before.frictionless or before == now
     return now if same or before is None else Fading(before, now, t0, t1)

@@ -94,6 +94,8 @@ class Recorded:
 
     def _part(self, form: Form, numbers: Iterator[Node]) -> Any:
         cls, found = form
+        # Past the validation of the class, whose fields are nodes here, and into __dict__, where cached properties look first:
+        # what is `derived` becomes a number of the graph too.
         out: Any = object.__new__(cls)
         for name, kind in found:
             if kind is Stands.NUMBER:

@@ -52,5 +52,7 @@ class Stribeck(FrictionLaw):
         """The bound μ(v) p."""
         v: Any = at.speed
         slides = v > 0.0
+        # Generated code computes and differentiates both branches of `where`: the inner one keeps log(0) out of the branch not
+        # taken.
         power = where(slides, exp(self.exponent * log(where(slides, v / self.speed, 1.0))), 0.0)
         return (self.mu_kinetic + (self.mu_static - self.mu_kinetic) * exp(-power) + self.viscous * v) * p
