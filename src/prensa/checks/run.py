@@ -63,4 +63,5 @@ class RunChecks:
         if not result.converged or result.evaluation is None:
             return None
         given = Attempted(c, result)
+        # The first refusal ends the search; `deformation`, which looks at every element, is the last in the list.
         return next((f.reason for check in self.attempted for f in check(given) if isinstance(f, Refusal)), None)

@@ -74,6 +74,7 @@ def _outline(system: System, body: str, x: Array) -> _Outline:
     mesh = system.meshes[body]
     own = x[system.offsets[body] :][: len(mesh.points)]
     edges = segments(mesh.boundary)
+    # Centres too: of two bars that cross, no node of either outline need lie in the other.
     places = np.concatenate([own[np.unique(edges)], own[mesh.cells].mean(axis=1)])
     return _Outline(body, places, own, edges, float(np.hypot(*(own[edges[:, 1]] - own[edges[:, 0]]).T).min()))
 
@@ -93,6 +94,7 @@ def _deepest(one: _Outline, other: _Outline) -> Overlap:
 def within(x: Array, a: Array, b: Array) -> Flags:
     """Whether places x (n, 2) lie in the outline of straight edges from a (k, 2) to b: a ray meets it an odd number of times."""
     across = (a[:, 1] > x[:, 1:]) != (b[:, 1] > x[:, 1:])
+    # Edges along the ray never count as met: the number in the place of their zero only keeps the division finite.
     rise = np.where(b[:, 1] == a[:, 1], 1.0, b[:, 1] - a[:, 1])
     crossing = a[:, 0] + (x[:, 1:] - a[:, 1]) / rise * (b[:, 0] - a[:, 0])
     return np.asarray((across & (crossing > x[:, :1])).sum(axis=1) % 2 == 1)
