@@ -81,6 +81,7 @@ def _superlu(a: Structure) -> Factor:
 
     def factor(values: Array | Single) -> Solve:
         factors = splu(csc_matrix((values, a.indices, a.indptr), (a.n, a.n)), permc_spec="COLAMD")
+        # Eight bytes a value and four an index.
         return _Lasting(factors.solve, lambda b: factors.solve(b, "T"), 12 * factors.nnz)
 
     return factor
@@ -118,6 +119,7 @@ def _rslab(a: Structure) -> Factor:
     if a.kind == SYMMETRIC:
         ldlt = rslab.analyze(pattern, path="ldlt", threads=a.threads, **RACE)
         return lambda values: _ldlt(ldlt.factor(values, **(UNSCALED if values.dtype == np.float32 else {})))
+    # The pattern is analysed with ones for values, by which nothing can be matched.
     symbolic = rslab.analyze(pattern, path="lu", threads=a.threads, matching=False, **RACE)
     return lambda values: _lu(symbolic.factor(values))
 
@@ -167,6 +169,7 @@ class _Lasting:
 
 def _ldlt(factors: _Symmetric) -> Solve:
     """Solve with rslab's factors LDLᵀ."""
+    # A pivot that was perturbed has no sign to believe in.
     return _Definite(_columns(factors), factors.inertia[0] == factors.n and not factors.n_perturbed)
 
 
@@ -434,6 +437,8 @@ class Factorisation:
         if self._matrix is not None and self._solve is not None:
             scale = 1.0 if self.scale is None else self.scale
             outliers, usual = self.policy.gmres_iterations_per_point * self._points_changed, self.policy.expected_rate
+            # Where GMRES misses what was asked for it is tried with the usual rate, before the factors alone, which may be of a
+            # matrix before.
             for left in (usual,) if share is None or share >= usual else (share, usual):
                 x = krylov(self._matrix, self._solve, scale * b, self.policy.gmres_max_iterations, left, outliers)
                 if x is not None:
@@ -517,6 +522,8 @@ class Factorisation:
         if x is None:
             x = self._in_single(A, scale * b, share)
         if x is None:
+            # For the rest of the attempt: where a matrix defeats single precision, those after it do too, and each try costs a
+            # factorisation.
             self._single = False
             return self.solve(values, b)
         return scale * x
@@ -650,6 +657,7 @@ def krylov(A: csc_matrix, solve: Solve, b: Array, most: int, share: float, outli
     V, Z, R, turns, g = [b / size], list[Array](), list[list[float]](), list[tuple[float, float]](), [size]
     for j in range(most):
         Z.append(solve(V[j]))
+        # Modified Gram and Schmidt: few vectors, each product once.
         w, column = A @ Z[j], list[float]()
         for v in V:
             column.append(product(w, v))
@@ -670,7 +678,10 @@ def krylov(A: csc_matrix, solve: Solve, b: Array, most: int, share: float, outli
             x = np.zeros_like(b)
             for z, factor in zip(Z, _backwards(R, g)):
                 x += factor * z
+            # The recurrence may promise more than there is; the factor 2 is the margin between it and the true residual.
             return x if length(b - A @ x) <= 2.0 * share * size else None
+        # At the mean rate so far, would all iterations leave more than the share? Outlying eigenvalues take iterations that
+        # tell no rate.
         counted = j + 1 - outliers
         if j and counted > 0 and counted * math.log(share) < (most + 1 - outliers) * math.log(left):
             return None
@@ -693,6 +704,7 @@ def departure(A: csc_matrix, solve: Solve, sweeps: int = 2) -> float:
 
     Above 1 those factors may have the wrong sign of that mode's stiffness, far below it they have the right one.
     """
+    # Not Newton's step or its load: with the symmetry of the problem they have no part in the mode in which a column buckles.
     x = np.random.default_rng(0).standard_normal(A.shape[0])
     b = x
     for _ in range(sweeps):

@@ -41,6 +41,7 @@ def threads_with_follower(numerics: model.Numerics, unknowns: int, policy: Polic
     if unknowns < policy.pipeline_from_dofs or not may_be_detached(available(numerics.solver), unknowns, policy):
         return threads_of(numerics, unknowns, policy), False
     threads = _free_threads(policy) if numerics.threads == "auto" else numerics.threads
+    # The follower takes one of the threads, of which small problems had only one for themselves.
     own = threads - 1 if numerics.threads != "auto" or unknowns >= policy.threads_from_dofs else 1
     return (own, True) if threads > 1 else (1, False)
 
