@@ -79,9 +79,11 @@ def turned_axes(h: Sequence[Node], b: Sequence[Node], cos: Node, sin: Node) -> t
     # V is parallel to b + det V I in the plane
     J = sqrt((1.0 + b11) * (1.0 + b22) - b12 * b12)
     v11, v22 = 1.0 + b11 + J, 1.0 + b22 + J
+    # The polar rotation of M = f V has a cosine proportional to M₁₁ + M₂₂ and a sine to M₂₁ − M₁₂.
     c = (1.0 + h[0]) * v11 + h[1] * b12 + h[2] * b12 + (1.0 + h[3]) * v22
     s = h[2] * v11 + (1.0 + h[3]) * b12 - (1.0 + h[0]) * b12 - h[1] * v22
     x, y = cos * c - sin * s, sin * c + cos * s
+    # Of length one again in each increment, or round-off would add up over thousands of them.
     over = 1.0 / sqrt(x * x + y * y)
     return x * over, y * over
 

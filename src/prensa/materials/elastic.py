@@ -70,6 +70,7 @@ def motion(h: Tensor, old: Tensor) -> Motion:
     """Of an increment on a committed tensor."""
     H, was = tensor(h), symmetric(old)
     volume, before = det_less_one(H), det_less_one(was)
+    # det f > 0 alone would let f₃₃ < 0 pass with a plane that is turned inside out.
     good = (volume > -1.0) & (before > -1.0)
     return Motion(H, was, push_forward(H, was), volume, before, good if len(h) == 9 else good & (h[4] > -1.0))
 

@@ -125,6 +125,8 @@ def return_map(q: Node, J: Node, strain: Node, metal: Metal, flows: Flows | None
         begin = whole * whole + 0.5 * curvature * over
         halley = over * whole / begin
         good = (whole < (1.0 + STEEP_SLOPE) * 3.0 * G) & (halley > 0.0) & (halley < 2.0 * half)
+        # Below the surface only a point flows that is made to (derivatives, remeshing): it flows back, and its root is
+        # negative.
         start = where(over > 0.0, where(good, halley, half), -1e-3 * high)
     else:
         start = flows.by
@@ -180,6 +182,7 @@ def small_j2(h: Tensor, old: Begun, metal: Metal, flows: Flows | None = None) ->
 
     r = _returned(moved_by(old.b), one_like(old.strain), old.strain, metal, flows)
     flowed = differs(r.rise, 0.0)
+    # Without flow trial and elastic strains are the same to the last bit, by which `begin` knows that nothing flowed.
     kept = [where(flowed, x, y) for x, y in zip(moved_by(old.kept), r.elastic)]
     two, p = 2.0 * metal.G * damped(r.less, metal.share), metal.K * r.trace
     stress = [two * x + p for x in r.deviator[:3]] + [two * x for x in r.deviator[3:]]
@@ -201,12 +204,15 @@ def hencky_j2(h: Tensor, old: Begun, metal: Metal, flows: Flows | None = None) -
         J, Jn = (sqrt(determinant(t)), sqrt(determinant(old.b))) if metal.cauchy else (one, one)
         r = _returned(e, J, old.strain, metal, flows)
         moved = differs(r.rise, 0.0)
+        # Where nothing flowed the trial tensor itself, not the exponential of its logarithm: elastic states collect no
+        # round-off, and equal bits tell `begin` that nothing flowed.
         new = [where(moved, x, y) for x, y in zip(exponential(r.elastic), t)]
         kept = [where(moved, x, y) for x, y in zip(push_forward(h, old.kept), new)]
         history = (*new, old.strain + r.rise, old.work + 0.5 * (Jn * r.was + J * r.now) * r.rise, *kept)
         trace, d, elastic, two = r.trace, r.deviator, r.elastic, 2.0 * G * damped(r.less, metal.share)
     p = K * trace
     stress = (two * d[0] + p, two * d[1] + p, two * d[2] + p, two * d[3])
+    # Local in t: the 4 × 4 slopes of the return map come once, then the chain rule of the push-forward.
     return Answer(tuple(local(stress, t)), tuple(history), tuple(elastic), t)  # type: ignore[arg-type]
 
 

@@ -105,6 +105,7 @@ class Hill(PointMaterial):
         q, was = hill.equivalent(s), at.flow_stress(strain)
         over, most = q - at.J * was, q / (2.0 * G * hill.softest())
         inside = over < 0.0
+        # As in J2, a point inside the surface that is made to flow flows back.
         low, high, start = where(inside, -most, 0.0), where(inside, 0.0, most), over / (6.0 * G)
 
         def beyond(x: Node, *args: Node) -> Node:

@@ -87,6 +87,7 @@ class MetalForm(NamedTuple):
         if m.curve is not None:
             first = (*at.committed[:6], *at.committed[:4]) if at.share is None else begin(at.committed, at.share, m)
             begun = Begun(first[:4], first[4], first[5], first[6:])
+            # Which points flowed, and by how much, is known of the increment: derivatives need not search for the root again.
             flows = Flows(differs(at.new[4], at.old[4]), at.new[4] - at.old[4])
             strains = at.committed[4], first[4]
         found = hencky_j2(h, begun, m, flows)

@@ -165,6 +165,7 @@ def principal_tangent(material: IsotropicMaterial, eps: Array) -> Array:
         psi = _spread(energy, eps, (both[:, None] + both[None]).reshape(-1, 3)).reshape(2, 3, 2, 3, len(eps))
         mixed = psi[0, :, 0] - psi[0, :, 1] - psi[1, :, 0] + psi[1, :, 1]
         slope = mixed.transpose(2, 0, 1) / (4 * SECOND**2)
+    # Differences are symmetric only up to their error, the tangent of an energy is so exactly, and LDLᵀ relies on it.
     return np.asarray(0.5 * (slope + slope.transpose(0, 2, 1)))
 
 

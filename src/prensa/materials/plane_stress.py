@@ -150,6 +150,8 @@ class PlaneStress:
             self.law.update(stretch[rows], old[rows], at.of(rows), trial)
             out.P[rows], out.A[rows], out.new[rows, :-1] = trial.P, trial.A, trial.new
             f33 = 1.0 + stretch[rows, 4] if self.finite else 1.0
+            # In finite strain the unknown is ln f₃₃: P₃₃ f₃₃ is nearly linear in it, for Hencky's law exactly, and f₃₃ stays
+            # positive.
             force = trial.P[:, 4] * f33
             slope = f33 * (trial.A[:, 4, 4] * f33 + trial.P[:, 4]) if self.finite else trial.A[:, 4, 4]
             hi[rows] = np.where(force > 0.0, y, hi[rows])
