@@ -132,6 +132,7 @@ def _along(v: Variant, m: int) -> dict[str, Kind]:
 def _forces_along(v: Variant, m: int) -> Program:
     """Of m directions of all that an element depends on: what they change of its forces, (2a, m)."""
     e = _record(v)
+    # Places and numbers of the law reach local values by more than what these name, so they are looked through here.
     d = forward(e.forces, _seeds(e, v, m), m, locals_=False)
     sums = [x for row in d for x in row]
     return Program(_along(v, m) | {"r": Rows(v.dofs * m)}, puts("r", map(total, range(len(sums)))), sums, v.points)

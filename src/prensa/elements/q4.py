@@ -36,6 +36,7 @@ def narrow(x: Sequence[Node]) -> Node:
     ax, ay, bx, by, cx, cy = x1 + x2 - x3, y1 + y2 - y3, x3 + x2 - x1, y3 + y2 - y1, x2 - x3 - x1, y2 - y3 - y1
     centre = ax * by - ay * bx
     least = centre - (absolute(ax * cy - ay * cx) + absolute(cx * by - cy * bx)) / math.sqrt(3.0)
+    # The initial shape is not looked at here: 1.6 covers the 1.58 that a point of a convex one may have, so none is missed.
     return ~(least > 1.6 * LEAST_AREA_SHARE * centre)
 
 
