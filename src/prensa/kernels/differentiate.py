@@ -57,6 +57,7 @@ def slopes(n: Node, locals_: bool = True) -> list[tuple[Node, Node]]:
             active, args = a[0], a[ROOT_ARGUMENTS:]
             assert isinstance(n.value, Part)
             by, *others = forward([n.value.function(n, *args)], units((n, *args)), len(args) + 1)[0]
+            # Where nothing is sought the slope may vanish; the inner branch keeps its inverse finite.
             over = where(active, -inverse(where(active, by, ONE)), ZERO)
             return [(x, d * over) for x, d in zip(args, others)]
     raise TypeError(n.op)
@@ -159,6 +160,7 @@ def reach(outputs: Iterable[Node], sources: Sources) -> list[Node]:
         if n not in seen:
             seen.add(n)
             stack += sources(n)
+    # A node is recorded after its arguments, so numbers are a topological order.
     return sorted(seen, key=lambda n: n.number)
 
 

@@ -285,6 +285,7 @@ class _Emitter:
             case ">" | ">=":
                 return b.fcmp_ordered(n.op, *a)
             case "!=":
+                # Unordered, so that NaN differs from itself: failed points are found by that.
                 return b.fcmp_unordered("!=", *a)
             case "and":
                 return b.and_(*a)
@@ -347,10 +348,12 @@ class _Emitter:
         size = _Number(b, _call(b, "llvm.fabs", x.v))
         last_step = LAST_STEP_SMOOTH if part.smooth else LAST_STEP_KINKED
         near = _Number(b, _call(b, "llvm.fabs", newton.v)).compared("<=", size * last_step)
+        # The residual falls in x: where it is positive the root lies above.
         above = r.compared(">", 0.0)
         lo, hi = _Number(b, b.select(above, x.v, lo_now)), _Number(b, b.select(above, hi_now, x.v))
         over, of = _Number(b, _call(b, "llvm.fabs", r.v)), _Number(b, scale)
         rest = over.compared("<=", of * LEFT_OVER)
+        # A bracket may close on a jump, or on the end of where the root was sought: no root, which goes on until it is NaN.
         narrow = b.and_((hi - lo).compared("<=", size * BRACKET), over.compared("<=", of * NO_ROOT))
         ends = b.or_(near, b.or_(rest, narrow))
         inside = b.and_(then.compared(">", lo), then.compared("<", hi))
@@ -415,6 +418,7 @@ def _blocks(columns: Iterable[int], width: int) -> list[tuple[int, int]]:
     out: list[tuple[int, int]] = []
     for c in sorted(set(columns)):
         if not any(first <= c < first + wide for first, wide in out):
+            # The last block begins earlier instead of reaching beyond the row: what follows may be the end of the array.
             out.append((min(c - c % WIDE, max(width - WIDE, 0)), min(width, WIDE)))
     return out
 
@@ -657,6 +661,7 @@ def _generator() -> bytes:
     """What the same graph might become other code by: this package's own source, LLVM, the processor."""
     h = hashlib.sha256()
     here = Path(__file__).parent
+    # Point functions themselves (algebra, laws, elements) are in the graph, which is hashed with it.
     for name in ("emit.py", "differentiate.py", "record.py", "lanes.py"):
         h.update((here / name).read_bytes())
     version = ".".join(map(str, llvm.llvm_version_info))
@@ -705,6 +710,7 @@ def _read_code(path: Path) -> bytes | None:
 def _write_code(path: Path, code: bytes) -> None:
     own = path.with_suffix(f".{os.getpid()}.{threading.get_ident()}")
     try:
+        # Under a name of its own, then in one move: other processes see whole code or none.
         own.write_bytes(hashlib.sha256(code).digest() + code)
         own.replace(path)
     except OSError:
@@ -724,6 +730,7 @@ def _compile(program: Program, name: str) -> bytes:
 def _load_code(code: bytes, name: str) -> int:
     """The address of a function in machine code."""
     machine = _machine_of_engine()
+    # An engine wants a module; the code comes as an object file.
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()

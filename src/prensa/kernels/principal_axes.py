@@ -57,6 +57,8 @@ def principal(b: Tensor) -> tuple[list[Node], Tensor]:
     for _ in range(SWEEPS):
         for p, q in ((0, 1), (0, 2), (1, 2)):
             shear = b[3 * p + q]
+            # Zeros of the graph, not of numbers: in the plane two shears are never there, and the third is one after its first
+            # rotation.
             if _is_zero(shear):
                 continue
             # the tangent of the angle; of b over its size, so that squares are numbers
@@ -111,6 +113,7 @@ def _trial(full: int, finite: bool) -> Program:
     if finite:
         good = (det_less_one(tensor(h)) > -1.0) & (values[0] > -1.0) & (values[1] > -1.0) & (values[2] > -1.0)
         good = good if full == 9 else good & (h[4] > -1.0)
+        # Of a point that fails: the logarithm of what is no motion would be NaN in all that follows.
         values = [where(good, v, 0.0) for v in values]
         eps, jn, bad = [half_log1p(v) for v in values], sqrt(1.0 + det_less_one(symmetric(old))), flag | ~good
     written = [*puts("eps", eps), *puts("frame", [*Q, *values, jn]), *puts("failed", [bad])]

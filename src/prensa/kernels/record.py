@@ -73,6 +73,7 @@ class Node:
             return -(a.args[0] * b)
         if b.op == "neg":
             return -(a * b.args[0])
+        # One order for both factors: a b and b a are the same node, and the same bits.
         return node("*", a, b) if a.number <= b.number else node("*", b, a)
 
     def __truediv__(self, other: Node | float) -> Node:
