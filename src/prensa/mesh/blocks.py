@@ -63,6 +63,7 @@ def disc(m: model.Disc) -> Draft:
     half, layers = m.n[0] // 2, m.n[1]
     angle = np.linspace(0.0, np.pi / 2, m.n[0] + 1)
     rim = np.column_stack([np.cos(angle), np.sin(angle)])
+    # cos(π/2) is 6e-17: sides on an axis have to lie on it exactly, where supports and the axis of revolution look for them.
     rim[0, 1] = rim[-1, 0] = 0.0
     s = np.linspace(0.0, 1.0, half + 1)
     east = np.column_stack([CORE + (CORE_CORNER - CORE) * s, CORE_CORNER * s])  # right side of the core, upwards
@@ -137,6 +138,7 @@ def patch(m: model.Patch) -> Draft:
     side = {}
     for name, (a, b) in ends.items():
         side[name] = curve[name](u[name])
+        # A curve meets its corners only to round-off, two sides have to meet in one point.
         side[name][0], side[name][-1] = a, b
     x = _coons(side["bottom"], side["right"], side["top"], side["left"], u["bottom"], u["left"])
     node = np.arange(x.shape[0] * x.shape[1]).reshape(x.shape[:2])
@@ -226,6 +228,7 @@ def _curve(name: str, side: model.ArcSide | model.SplineSide | None, a: Array, b
     start = np.arctan2(*(a - centre)[::-1])
     sweep = (np.arctan2(*(b - centre)[::-1]) - start) % (2 * np.pi)
     if through is None:
+        # A centre leaves both ways round open: the shorter one is meant, and 'through' says otherwise.
         sweep = sweep if sweep <= np.pi else sweep - 2 * np.pi
     elif (np.arctan2(*(through - centre)[::-1]) - start) % (2 * np.pi) > sweep:
         sweep -= 2 * np.pi

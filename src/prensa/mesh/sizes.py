@@ -139,6 +139,7 @@ def coarseness(field: SizeField) -> Array:
     """Sizes (m,) of the elements of a body over those asked for at their middles."""
     mesh = field.mesh
     x = field.positions[corner_cells(mesh.cells)]
+    # Side of the equilateral triangle of that area.
     size = np.sqrt(4 / np.sqrt(3) * areas(field.positions, mesh.cells))
     return np.asarray(size / field(x.mean(axis=1)))
 
@@ -146,6 +147,7 @@ def coarseness(field: SizeField) -> Array:
 def mismatch(field: SizeField) -> tuple[float, float]:
     """Share of the elements asked for that lie in ones more than `LARGE` times as large, and elements over those asked for."""
     ratio = coarseness(field)
+    # So many elements of the size asked for would take the place of each.
     asked = ratio**2
     return float(asked[ratio > LARGE].sum() / asked.sum()), len(ratio) / float(asked.sum())
 

@@ -80,6 +80,7 @@ def _triangles(points: Array, edges: Index, size: SizeOf) -> tuple[Array, Index]
     h = np.zeros(n)
     np.add.at(h, edges, 0.5 * length[:, None])
     try:
+        # A first mesh with the sizes of the outline gives places at which the field can be asked; the second follows it.
         mesh = _given(points, _between(points, edges), edges, h)
         mesh.remesh(hgrad=1 + GROWTH, verbose=-1, nosurf=1)
         vertices = mesh.get_vertices()
