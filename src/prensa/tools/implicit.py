@@ -97,6 +97,8 @@ class Implicit:
                 return False
             slope = np.imag(y) / (COMPLEX_STEP * self.unit)
             ahead, behind = self.g(x + h * step) - self.g(x), self.g(x) - self.g(x - h * step)
+            # A user's abs, min or clip may drop imaginary parts without a word: slopes are held against differences, away from
+            # kinks.
             smooth = np.abs(ahead - behind) <= 1e-3 * h
             if not np.allclose(slope[smooth], (ahead + behind)[smooth] / (2 * h), rtol=0.0, atol=1e-5):
                 return False
@@ -115,6 +117,7 @@ class Implicit:
         away = np.column_stack([np.cos(angle), np.sin(angle)])
         for size in 10.0 ** np.arange(-6.0, 9.0):
             if (np.abs(np.abs(self.g(size * away)) - size) <= 0.1 * size).all():
+                # From afar a bounded tool is a point: |x| − g is how far it reaches from the reference point that way.
                 far = 1e4 * size
                 return float(np.abs(np.abs(self.g(far * away)) - far).max())
         return 0.0

@@ -69,6 +69,7 @@ def _nearest(table, boxes, x, y):
             if k >= table.shape[0]:
                 continue
             d, at = _distance(table[k], x, y)
+            # Ties go to the first piece, whatever the order in which the tree is searched: projections are reproducible.
             if d < best or (d == best and k < found):
                 best, found, where = d, k, at
             continue
@@ -99,6 +100,7 @@ def closest(table, boxes, size, xi, g, n, c, s):
                 n[k, 0], n[k, 1] = mx, my
                 if d > ROUND_OFF * size:
                     n[k, 0], n[k, 1] = sign * (x - vx) / d, sign * (y - vy) / d
+                # The normals of a corner fan out: as it were an arc of radius zero, 1/g, bounded at the corner itself.
                 c[k] = sign / max(d, ROUND_OFF * size)
                 if p[R] == 0.0:
                     s[k] = p[S] + (p[LO] if where < 0 else p[HI])
