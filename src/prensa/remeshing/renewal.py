@@ -89,6 +89,7 @@ def carried_over(system: System, state: State, meshes: dict[str, Mesh], bodies: 
         )
     draft = draft.moved(points, origin=points, shape=shape)
     new = on_meshes(system, draft)
+    # Displacements go over as a field, places do not: the initial place of the material at a node is what is left, X = x − u.
     u = nodal.carried(state.u)
     origin = new.X - new.displacement(u)
     histories, volumes = _histories(system, state, new, bodies)
@@ -177,6 +178,7 @@ class _Places:
         self.held = new.displacement(held)
         friction = present_plan(old, state).friction
         self.values = [self._interpolated(*pair) for pair in zip(old.surfaces, new.surfaces, friction)]
+        # A node at two tools, in a corner of a die, is put on one after the other: a few turns come to rest in the corner.
         for _ in range(IN_TURN):
             for s, (_, closed, lam) in zip(new.surfaces, self.values):
                 if s.body in bodies:
@@ -258,6 +260,7 @@ class _Places:
         way = np.zeros_like(self.x)
         way[nodes] = node_normals(self.x, nodes, edges) * free[nodes, None]
         tiny = 1e-6 * self.new.length
+        # Newton's method by a secant: the volume is at most a cubic of the common distance.
         for _ in range(3):
             now, more = (_volume(block, self.x + a * way) for a in (0.0, tiny))
             self.x += (wanted - now) / (more - now) * tiny * way

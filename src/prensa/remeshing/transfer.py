@@ -161,6 +161,8 @@ def carried(block: Block, x: Array, history: Array, new: Array, volume: Array | 
     own, cells, at = x[first:last], block.cells - first, block.positions(x)
     p = new.reshape(-1, 2)
     places = located(own, cells, p)
+    # Logarithms, and the Mises stress over the yield stress, so that means of states that flow still lie on the yield surface
+    # and plastic flow stays isochoric.
     smooth = _smooth_fields(block, history)
     nodal = recover(own, cells, at, smooth)
     growing = _growing(block, smooth.shape[-1])
@@ -208,6 +210,7 @@ def _kept(block: Block, cells: Index, nodal: Array, values: Array) -> Array:
     N = block.element.N
     L = N[:, :3] + 0.5 * (N[:, 3:] + N[:, [5, 3, 4]])
     lost = values - np.einsum("qa,mav->mqv", N, nodal[cells])
+    # By initial volumes, per which plastic strain and work are counted.
     share = L * block.volume[..., None]
     total, weight = np.zeros_like(nodal), np.zeros(len(nodal))
     np.add.at(total, cells[:, :3], np.einsum("mqa,mqv->mav", share, lost))
@@ -267,6 +270,8 @@ def _history(block: Block, values: Array, bounded: Array, old: Array, at: Array,
     if law.plastic:
         now, wanted = utilisation(law, out[:, None])[:, 0], np.maximum(bounded[:, 5:6], 0.0)
         most = max(1.0, float(utilisation(law, old).max()))
+        # The direction of the deviator is interpolated, its size follows from the ratio; patches must not raise it above what
+        # any point had.
         share = np.minimum(wanted, most) / np.where(now > 0, now, 1.0)
         out[:, elastic] = exponential(_joined(trace, np.where(now > 0, share, 1.0) * deviator))
     for field in law.fields.values():
