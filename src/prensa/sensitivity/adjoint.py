@@ -238,6 +238,7 @@ class Recorded(Followed):
         assert self.reduced is not None
         assert result.evaluation is not None
         e = result.evaluation
+        # Derivatives need the exact tangent; the paper's friction iteration leaves the pressure's part of it out.
         at = Converged(replace(c, picard_friction=False), result.u, self.system.active_sets(c, e), self.reduced,
             factors=self._factors())
         if e.data is not None and not c.picard_friction and self.room >= e.data.nbytes:
@@ -323,6 +324,7 @@ class _Parameter:
         systems = parameter.tools_beside(system, step) if shape else parameter.neighbours(system, step)
         for other in systems:
             refuse_other_mesh(system, other, path)
+        # A tool's shape goes its own way, through the points that touched it (`_of_shape`): `change_of` knows of no shapes.
         above, below = (_with_shapes(s, system) for s in systems)
         change = None if shape else change_of(above, below, step)
         if not shape and change is None:
@@ -347,6 +349,7 @@ class _Parameter:
         out = np.einsum("mta,ta->m", adjoints.at, self.between(lambda s: np.array([t.at for t in s.tools]).reshape(-1, 2)))
         for t, touching in enumerate(adjoints.touching):
             a, b = (s.tools[t] for s in self.systems)
+            # By content: shapes hold arrays, which have no equality of their own.
             if touching and pickle.dumps(a.shape) != pickle.dumps(b.shape):
                 out = out + self._of_shape(t, touching)
         out = out + self._of_start(start)
@@ -382,6 +385,7 @@ class _Parameter:
         if np.isfinite(a.period):
             period = self.difference(a.period, b.period)
             round_ = 0.5 * (a.period + b.period)
+            # Both sides may see a point on different sides of the cut of a closed surface: a whole turn is no change.
             jump = np.round((np.asarray(above.s) - below.s) / round_)
             rate = self.difference(above.s - jump * round_, below.s)
             rate = rate + np.concatenate([p.rounds for p in touching]) * period

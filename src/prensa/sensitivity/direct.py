@@ -494,11 +494,13 @@ class Columns:
             np.subtract(rest, after, out=after)
             part = reduced.restriction.part(after)
             before, sizes = sizes.max(), self._shares(part)
+            # Factors of a nearly singular matrix, or of one too far away, lead nowhere: the matrix at the solution is factored.
             if not sizes.max() < before:
                 enough = False
                 break
             found += step
             rest = after
+            # At the present rate, would as many substitutions as a factorisation costs leave more than is allowed?
             enough = not sizes.max() * (sizes.max() /
                 before) ** policy.substitutions_per_factorisation > policy.column_residual_share
         if found is x:

@@ -186,6 +186,7 @@ class Differentiation:
         if mixed is not None:
             mixed.carried = before.mixed(shares * sizes)
             rest = self.reduced.norm(mixed.rest(at, found.x @ (shares * sizes)))
+            # Two residuals clear all parameters at once; only where they do not is each looked at alone.
             if rest <= 0.5 * self._may_be_left(at, mixed):
                 return rest / sizes
         return np.array([self._left_along(at, d, x) for d, x in zip(known, found.x.T)])

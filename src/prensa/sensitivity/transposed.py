@@ -174,6 +174,8 @@ class Adjoints:
         if number not in self.stages:
             system = self.system
             laws = [np.zeros((len(self.X), 0 if law is None else len(values_of(law).numbers))) for law in c.laws]
+            # Prescribed values are linear in where a step starts, so that the difference may be as long as the bodies and loses
+            # no digits.
             above, below = (plan_step(system, number, old.step_start + s * system.length, old.ends) for s in (1.0, -1.0))
             self.stages[number] = Stage(old.step_start, old.ends, [], [], laws, (above, below), system.length)
         return self.stages[number]
@@ -368,6 +370,7 @@ def back(system: System, at: Converged, after: Weights, adjoints: Adjoints, earl
     columns = Backwards(at, earlier, e, system.pattern, adjoints)
     elements = elements_of(system, c, at.u, e)
     x, step_start = after.u.copy(), after.step_start
+    # The state at the end of a step is also the start of the next one.
     if c.ends_step:
         x, step_start = x + step_start, np.zeros_like(step_start)
     nodal = _nodal(system, x)
@@ -377,6 +380,7 @@ def back(system: System, at: Converged, after: Weights, adjoints: Adjoints, earl
     points = [Points(system, at, k, f, after) for k, f in enumerate(e.contacts)]
     for p in points:
         p.vjp_motions(x)
+    # λ = K⁻ᵀ (weights of the dofs); from here on −λ weighs the residual, line by line the reverse of `closed.differentiate`.
     r = -columns.solve(x.T)
     motion = (x + (columns.whole @ r).T)[:, c.plan.fixed]
     before = Weights.none(system, m)
