@@ -313,6 +313,7 @@ def _borne(system: System, state: State, b: Block, history: Array, nodal: Array)
     strain = np.maximum(_recovered(x, b, plastic, history), recover(x[own], cells, b.positions(x), plastic, kinked=kinked))
     law: Any = b.law  # plastic laws have one
     limit = law.flow_stress(np.maximum(strain[:, 0], 0.0))
+    # Points may bear more than the curve at rest: rate-dependent metals, and those that yield on the Kirchhoff stress.
     np.maximum.at(limit, cells, points.max(axis=1)[:, None])
     return borne(x[own], cells, nodal, limit, system.problem.space == "plane stress")
 
