@@ -102,6 +102,7 @@ def crossings(x: Array, edges: Index, values: Array, level: float, axis: int, ma
     found: list[Spot] = []
     for e in np.flatnonzero((np.abs(a) + np.abs(b) >= np.abs(c) - close) & (np.abs(a) + np.abs(b) > close)):
         for s in _roots(a[e], b[e], c[e]):
+            # An end of the outline on the level misses it by round-off: it counts, and is put on its edge.
             beyond = 4.0 * close / (abs(a[e]) + abs(b[e]))
             if abs(s) <= 1.0 + beyond:
                 place = spot(edges, int(e), min(max(s, -1.0), 1.0))
@@ -203,6 +204,7 @@ def _distance(p: Array, corners: Array) -> float:
     for _ in range(20):  # Newton for r·r' = 0
         r, dr = (a * s[:, None] + b) * s[:, None] + middle, 2.0 * a * s[:, None] + b
         curve = (dr**2).sum(axis=1) + 2.0 * (r * a).sum(axis=1)
+        # Where the distance is not convex in s, Gauss and Newton's step still goes downhill.
         step = (r * dr).sum(axis=1) / np.where(curve > 0, curve, (dr**2).sum(axis=1) + SMALLEST)
         s = np.clip(s - step, -1.0, 1.0)
     r = (a * s[:, None] + b) * s[:, None] + middle
