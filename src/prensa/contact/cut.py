@@ -98,6 +98,7 @@ def cuts_of(shape: Tool, at: Array, place: Array, x: Array, edges: Index, limit:
     for *corner, ex, ey in shape.edges:
         to = centre + R @ corner - a
         along = (to * t).sum(axis=1) / length
+        # Edges that look the same way as the corner are on the far side of the body, or on another body's.
         facing = outward @ (R @ [ey, -ex]) < 0.0
         over = np.flatnonzero(facing & (along > AT_NODE) & (along < 1.0 - AT_NODE))
         if not len(over):
@@ -127,6 +128,7 @@ def _up_flank(shape: Tool, corner: Array, ends: Array, outward: Array, along: fl
     other end its own, of which there would be two at the same place else.
     """
     place, e = corner[:2], corner[2:]
+    # Both faces of the corner, a hair beside it: at the corner itself normals fan out.
     faces = shape.closest(place + BESIDE * np.hypot(*(ends[1] - ends[0])) * np.array([-e, e])).n @ outward
     flank = int(np.argmax(faces))
     end = int(np.argmax((2 * flank - 1) * (ends @ e)))

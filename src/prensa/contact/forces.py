@@ -76,6 +76,7 @@ class ContactForces(NamedTuple):
     @property
     def active_sets(self) -> ContactSets:
         """The sides on which the points are, and on which K has them."""
+        # Read off the slope, not the pressure: a point that rests with p = 0 has a closed point's row in K.
         return ContactSets(self.dp[:, 0] > 0, self.slip, self.redundant and self.redundant.points)
 
     @property
@@ -98,6 +99,7 @@ class ContactForces(NamedTuple):
     def way(self) -> Bytes:
         """Eighth of a turn (k,), 0 … 7 from the first tangent on, in which the traction lies; 0 or 4 in the plane."""
         if self.t.shape[1] == 1:
+            # Two directions of the same eight that the solver watches for points that go to and fro.
             return np.where(self.t[:, 0] < 0, 4, 0).astype(np.int8)
         eighths = np.round(np.arctan2(self.t[:, 1], self.t[:, 0]) / (0.25 * np.pi))
         return np.asarray(eighths % 8, dtype=np.int8)

@@ -267,6 +267,8 @@ def recover(
         out[near] = 0.0
         _patches(near, at if N is None else at._replace(counts=_counts(N)), OWN_TERMS[a], OWN, out, count)
     if centred and at.interior.any():
+        # `kinked` is given for elements that follow gradients, `centred` for the others: neither overwrites what the other has
+        # done.
         reached, alike = skin[_reached(at)[skin]], np.ones(X.shape[1])
         middle = at._replace(X=_mean(X, alike), values=_mean(values, alike), counts=np.empty((0, 1)))
         out[reached] = _of_centres(middle)[reached]

@@ -76,6 +76,7 @@ def _integrals(x, there, coef, n):
                 nu[i, 1] -= x[j + 1, 0] - x[j, 0]
         size = np.sqrt(nu[i, 0] * nu[i, 0] + nu[i, 1] * nu[i, 1])
         nu[i, 0], nu[i, 1] = nu[i, 0] / size, nu[i, 1] / size
+    # The slave's averaged normal at the own node, turned round: on flat sides it does not depend on the master's mesh.
     n[0], n[1] = -nu[2, 0], -nu[2, 1]
     coef[:] = 0.0
     ends = np.empty(2, x.dtype)

@@ -72,6 +72,7 @@ def _record(v: Variant) -> _Recorded:
     u = [b - a for a, b in zip(x_n, x)]
     g = gradients(x_n, shapes, v.axisymmetric)
     h = stretched = gradient(u, g)
+    # Without F-bar nothing is shared: α is one, and forces are those of the point alone.
     ratio, middle = ONE, list[Node]()
     if v.bar:
         middle = [dilatation(gradient(u, gradients(x_n, [lift(s) for s in centre(n, 2)], v.axisymmetric)))]

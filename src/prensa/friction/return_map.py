@@ -117,6 +117,7 @@ def returned(
     """
     size = magnitude(t)
     tau = law.bound(p, kappa)
+    # Of a law that does not harden this is the slip itself, of others where the search begins.
     rise = where(sides.moves, (size - tau) / k_t, 0.0)
     if law.hardens:
         most, reach = size / k_t, 2.0 * where(size > absolute(tau), size, absolute(tau)) / k_t

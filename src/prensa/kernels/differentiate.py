@@ -167,6 +167,7 @@ def reach(outputs: Iterable[Node], sources: Sources) -> list[Node]:
 def slope_of(f: Function, x: Node) -> tuple[Node, Node]:
     """First and second derivative of a function of one number: exact ones, of arrays by differences."""
     if isinstance(x, Node):
+        # A node of its own: what f does with x counts, not what x is made of.
         at = node("local", x)
         first = forward([f(at)], {at: [ONE]}, 1)[0][0]
         return first, forward([first], {at: [ONE]}, 1)[0][0]

@@ -342,6 +342,7 @@ class _Emitter:
         known = {unknown: x_now} | dict(zip(part.places[1:], a[ROOT_ARGUMENTS:]))
         self.all(demanded([part.value, slope, curvature]), known)
         x, r, s, c = (_Number(b, v) for v in (x_now, known[part.value], known[slope], known[curvature]))
+        # Halley's step is −r s/(s² − r c/2), Newton's −r/s.
         bent = s * s - r * c * 0.5
         inverse = -r / (s * bent)  # one division for Newton's and Halley's step
         newton, then = inverse * bent, x + inverse * s * s

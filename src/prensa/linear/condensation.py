@@ -77,6 +77,7 @@ def pays(system: System, policy: Policy) -> bool:
     """Whether factorisations and the columns that contact reaches cost less than the factorisations of all iterations."""
     steps = system.problem.steps
     increments = sum(step.increments or policy.usual_increments for step in steps)
+    # In columns: what factorisations of all iterations would cost, less one for each step, over what a column costs.
     afford = (policy.factorisations_per_increment * increments - len(steps)) / policy.column_cost_ratio
     if system.ndof < policy.condense_from_dofs or afford < 0:
         return False

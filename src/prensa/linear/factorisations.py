@@ -320,6 +320,7 @@ class Factorisation:
     ):
         self.policy, self.scale = policy, scale
         self.structure = Structure(n, indptr, indices, GENERAL, threads)
+        # The fastest solver first, its cheapest factors first; LU of the next one takes over where residuals are too large.
         self.first = [
             (name, kind)
             for name in available(solver)
@@ -343,6 +344,7 @@ class Factorisation:
 
         made_from: values of single precision whose factors an attempt begins with; if they are not at hand they are made again.
         """
+        # Nothing of an earlier attempt may remain, or a resumed run, which knows of none, would have other bits.
         self.order, self._single, self._own, self._matrix = list(self.first), True, False, None
         self._to_check, self._points_changed = None, 0
         if made_from is not None and made_from is self.made_from and self._solve is not None:
@@ -573,6 +575,7 @@ class Factorisation:
         try:
             return self._by_some_solver(A, largest, values, b)
         finally:
+            # The frame outlives the solve: with its values it would hold a matrix that nobody needs.
             A.data = NO_VALUES
 
     def _framed(self, values: Array) -> csc_matrix:

@@ -64,6 +64,8 @@ def determined(e: Evaluation, b: Array, equations: list[Equations], policy: Poli
         assert s.multipliers is not None
         asked = np.abs(s.multipliers.of(b))
         unmet = held & (asked > (policy.constraint_met_ratio * s.points.depth * f.weight * unit)[:, None])
+        # No multiplier closes a gap that supports hold. An open one lets the point open; a tool that is driven in has no exact
+        # answer.
         inside = unmet[:, 0] & (f.g < -policy.constraint_met_ratio * s.points.depth)
         if inside.any():
             x, y = s.X[int(np.argmax(inside))].tolist()

@@ -207,6 +207,7 @@ class Controlled(Selected):
         row[self.rows] = column[self.free] = np.arange(len(self.free), dtype=np.int32)
         i, j = row[pattern.indices], column[np.repeat(np.arange(pattern.n), np.diff(pattern.indptr))]
         kept = np.flatnonzero((i >= 0) & (j >= 0))
+        # The row of the lead stands in another place: entries of a column are sorted anew, as factorisations want them.
         self.entries = kept[np.lexsort((i[kept], j[kept]))]
         self.indices = i[self.entries]
         self.indptr = np.searchsorted(j[self.entries], np.arange(len(self.free) + 1)).astype(np.int32)

@@ -129,6 +129,7 @@ def resampled(outline: list[Chain], size: SizeOf, touching: Flags | None = None)
     zone loses up to a side of an element at each remeshing.
     """
     ends, middles, names = [], [], []
+    # A round outline has no corner: less than three sides would enclose nothing.
     least = 3 if len(outline) == 1 else 1
     for chain in outline:
         s = _stations(chain, size, touching, least)

@@ -290,6 +290,7 @@ def _energies(at: Solution, before: Bundle, found: Closed, u: Array, work: Array
     (elastic, plastic), friction, contact = stored, was["energy.friction"].copy(), np.zeros(len(before.sizes))
     for p in found.points:
         friction += p.friction
+        # Multipliers have no springs that hold energy.
         contact += 0.0 if p.surface.exact else p.stored
     viscous = was["energy.viscous"]
     imbalance = external - (elastic + plastic + friction + contact + viscous)

@@ -164,6 +164,7 @@ class Differentiation:
             bundle = Bundle.of(known)
         self.bundle, found = differentiate(at, columns, bundle, state)
         assert self.reduced is not None
+        # The residual itself is asked where it pays: once when the closed forms are first used, and where users read results.
         look, beside = at.c.ends_step or at.c.state.clock.number == 0, {}
         looked = self._looked(at, bundle, found) if look else np.zeros(len(known))
         unmet = np.sum([p.unmet() for p in found.points], axis=0) if found.points else np.zeros(len(known))

@@ -51,6 +51,7 @@ def soft_springs(system: System, given: Committed) -> Iterator[Finding]:
     One that is to preload a tool does that too, beside what else is moved.
     """
     plan, u = given.context.plan, given.state.u
+    # A soft spring beside other motions may be a preload; where nothing else drives the run a force was meant.
     if not plan.springs or not _by_springs_alone(system):
         return
     for t, tool in enumerate(system.tools):

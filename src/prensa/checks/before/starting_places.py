@@ -43,6 +43,8 @@ def starting_places(system: System) -> Iterator[Finding]:
             )
             continue
         depth = -pairs.g / float(s.points.depth.min())
+        # A node whose nearest face of the tool looks its own way is past the tool's middle: contact would pull it out at the
+        # far side.
         behind = np.where(facing > TOWARDS, depth, 0.0)
         k = int(np.argmax(behind))
         if behind[k] > NOTABLE_DEPTH and not start.contact.closed[s.rows].any():

@@ -162,6 +162,8 @@ class Enhanced(Isoparametric, abstract=True):
             place = enhanced.At(left.X, left.u, left.alpha, left.Hn, shapes_, scale)
             enhanced.kinematics(form, place, F, w.h, w.w, bad)
             if bad.any():
+                # The law is asked at rest where kinematics failed: what it answers there is not used, and no NaN gets into the
+                # batch.
                 w.h[bad] = 0.0
             there = at if at.flows is None else at.of((self.points * rows[:, None] + points).ravel())
             if failure := material(part, law, there, w):
