@@ -129,6 +129,7 @@ def _in(folder: Path, job: Job, sent: Path | None) -> Outcome:
         except Held:
             clocks.sleep(_POLL)
             continue
+        # A lost case may succeed elsewhere, so that nothing is recorded of it; a failed one is the case's own doing, and stays.
         if outcome.status != "lost":
             record = {"key": job.key, "version": __version__, "status": outcome.status, "reason": outcome.reason}
             record |= {"measures": outcome.measures, "values": outcome.values}
@@ -153,6 +154,7 @@ def _run(folder: Path, job: Job, sent: Path | None) -> Outcome:
 
     case = loads(attached(job.text, places(job.attachments, sent)), bounded=False)
     try:
+        # A restart gives the same bits as a run without interruption: the table does not show which cases were interrupted.
         if _was_interrupted(folder, case_text(case)):
             try:
                 resume(folder, bar=_Silent())
@@ -205,6 +207,7 @@ def packed(folder: Path) -> bytes:
 
 def unpacked(files: bytes, folder: Path) -> None:
     """Put zipped results in place of *folder*."""
+    # Unpacked beside and moved in one step: an interruption leaves the old results or the new ones, no mixture.
     fresh = folder.with_name(folder.name + ".part")
     shutil.rmtree(fresh, ignore_errors=True)
     with zipfile.ZipFile(io.BytesIO(files)) as archive:
