@@ -160,6 +160,7 @@ class Experiment:
         for increment in solve(problem, self.numerics, stops=wanted.tolist(), derivatives=paths):
             times.append(increment.time)
             ways.append([c.measure.value(increment) for c in self.channels])
+            # Runs choose increments of their own between the rows: only those that end at a row are read.
             k = int(np.argmin(np.abs(wanted - increment.time)))
             if abs(wanted[k] - increment.time) <= NEGLIGIBLE:
                 slopes = [increment.derivative(c.measure) if paths else {} for c in self.channels]
@@ -393,6 +394,7 @@ def _times(
                 f"{table.place(k)}: {column} reaches {s:g} in units of the case, {along} goes from {way.min():g} to "
                 f"{way.max():g}; let the case press further, mind the sign (along: '-…') and the unit, or leave these rows out"
             )
+        # A motion may pass a place several times: the row belongs to the first passage that is not before the last row.
         later = found[found >= now - DRAWN]
         if not len(later):
             # a little back is noise: the last time before now at which the motion was there

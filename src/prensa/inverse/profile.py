@@ -150,6 +150,8 @@ class _Side:
         if found is None:
             return np.inf
         self.least = min(self.least, float(found @ found))
+        # What the others could still gain is taken off by projection: one run without derivatives tells how bent the problem
+        # is.
         basis, _ = np.linalg.qr(self.at.J[:, self.others])
         return self._root(float(found @ found) - float(np.linalg.norm(basis.T @ found) ** 2))
 
@@ -173,6 +175,7 @@ class _Side:
                 outside = d
             else:
                 inside = found
+            # Far beyond the end derivatives say little of where it is.
             here = found if found.root < TOO_FAR else inside
             self.end = float(np.clip(found.onward, inside.d, min(outside, reach)))
             if abs(found.root - 1.0) < CLOSE:
