@@ -401,7 +401,7 @@ class _Reader:
         x0, y0, _ = self.deck.nodes[tool.reference]
         met = {n for s in tool.surfaces for n in self._nodes_of(s)}
         cells = (self.deck.cells[e] for s in sections for e in sorted(s.cells))
-        # Which side of a profile is metal is not said in a deck: the bodies that it is to meet lie outside of it.
+        # Chains of line elements do not say on which side the metal is: the bodies that a tool is to meet lie outside of it.
         near = [self._middle(cell) for cell in cells if not met or met.intersection(cell)]
 
         def moved(x: tuple[float, float]) -> list[float]:

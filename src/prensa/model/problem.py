@@ -459,6 +459,7 @@ class Problem:
         from prensa.model.checks import FindingsError, find
 
         if not self.contacts:
+            # Filled in here, so that solver, reports and 'dump' see the contacts that count.
             object.__setattr__(self, "contacts", self.every_contact())
         if findings := tuple(find(self)):
             raise FindingsError(findings)
