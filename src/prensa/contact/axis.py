@@ -39,6 +39,7 @@ def edges_at_axis(surface: Candidates) -> Index:
     middle = np.flatnonzero(surface.middle & ~bare)
     ends = ends[middle]
     there = bare[ends]
+    # An edge that lies on the axis itself has both ends there, and no area to integrate over.
     touches = there.sum(axis=1) == 1
     ends = np.where(there[:, 1:], ends[:, ::-1], ends)
     return np.column_stack([middle, ends])[touches]

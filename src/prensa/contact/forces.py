@@ -243,6 +243,7 @@ def multiplier_rows(f: ContactForces, lam: Array, scale: Scale) -> tuple[Array, 
     by_lam = f.stencils.act(f.stencils.n)[:, :, None] * dP[:, None]
     for a in range(n - 1):
         by_lam = by_lam + f.stencils.act(f.stencils.e[:, a])[:, :, None] * dT[:, a, None]
+    # Unknowns ℓ are lengths and equations R forces: the extended matrix has the unit of a stiffness throughout.
     K[:, :q, q:] = -c[:, None, None] * by_lam
     for a in range(n):
         dR[:, a, a] -= 1.0

@@ -331,6 +331,7 @@ def _with_area(points: Points, X: Array, along: Index | None = None) -> Points:
     """The points that have an area on positions X, in the order ``along``."""
     weight = points.weights(X)
     along = np.arange(len(points)) if along is None else along
+    # On the axis 2πr vanishes to round-off only; a point of that weight would have a pressure that no force determines.
     along = along[weight[along] > 1e-12 * weight.max()]
     new = np.full(len(points), -1)
     new[along] = np.arange(len(along))

@@ -216,6 +216,8 @@ def _carried_frame(Q, T, y, n_tool, H, touched, m, start, n, e, kept, s, dg, ds,
         for i in range(3):
             c += n_tool[k, i] * m[k, i]
         x = 1.0 - c
+        # α/sin α and its derivative by cos α in powers of x = 1 − cos α: arccos loses half of its digits where normals hardly
+        # turn.
         if x < SMALL_ANGLE:
             phi = 1.0 + x * (1 / 3 + x * (2 / 15 + x * (2 / 35 + x * 8 / 315)))
             dphi = -(1 / 3 + x * (4 / 15 + x * (6 / 35 + x * 32 / 315)))

@@ -40,6 +40,7 @@ class FacingSides(NamedTuple):
         """From the nodes (k,) and (c,) of the two sides, each in walking order."""
         k = len(slave)
         at = np.arange(k)[:, None] + np.arange(-NEIGHBOURS_BEFORE, NEIGHBOURS_BEFORE + 1)
+        # Stencils have one width: beyond the ends of the side the end node stands in, and `there` leaves it out.
         nodes = np.hstack([slave[np.clip(at, 0, k - 1)], np.tile(master, (k, 1))])
         return cls(nodes, (at >= 0) & (at < k))
 
@@ -91,11 +92,13 @@ def _integrals(x, there, coef, n):
             for e in range(2):
                 px, py = x[c + e, 0], x[c + e, 1]
                 s = ((px - ax) * tx + (py - ay) * ty) / (length * length)
+                # No criterion ends the iteration: the imaginary part, which is the derivative, converges behind the real one.
                 for _ in range(_PROJECTIONS):
                     vx, vy = nu[i, 0] + s * wx, nu[i, 1] + s * wy
                     dx, dy = ax + s * tx - px, ay + s * ty - py
                     s -= (dx * vy - dy * vx) / (tx * vy - ty * vx + dx * wy - dy * wx)
                 ends[e] = s
+            # The master side runs against the slave side; complex numbers have no order, their real parts do.
             lo, hi = (ends[0], ends[1]) if ends[0].real < ends[1].real else (ends[1], ends[0])
             if lo.real < 0.0:
                 # An end that is clipped to the edge does not move with the nodes: value and imaginary part, which is its

@@ -167,6 +167,7 @@ def _back(v: Variant, by_forces: bool) -> Program:
     sums, written = bar[:k], list[Put]()
     arrays = _arrays(v) | {"w": Rows(v.fields, points=True), "r": Rows(v.dofs), "to_x_n": Rows(v.dofs)}
     arrays |= {"to_x": Rows(v.dofs)}
+    # The dilatation at the centre is one for all points: weights on it are summed over them, and go back to the places once.
     middle = reverse(e.centre, [total(len(places) + i) for i in range(len(e.centre))], places)
     back = [total(i) + b for i, b in enumerate(middle)]
     if by_forces:

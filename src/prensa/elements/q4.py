@@ -120,5 +120,6 @@ def _unfold(folds, X, x, d, axisymmetric, modulus, forces, stiffness, r_out, K_o
                 for i in range(2):
                     for b in range(4):
                         for k in range(2):
+                            # ∂B_ai/∂v_bk = −B_ak B_bi, of the centre less of the point.
                             turn = B[q, 2 * a + k] * B[q, 2 * b + i] - B[POINTS, 2 * a + k] * B[POINTS, 2 * b + i]
                             K_out[e, 2 * a + i, 2 * b + k] += W * (slope[2 * a + i] * slope[2 * b + k] + excess * turn)

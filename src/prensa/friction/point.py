@@ -99,6 +99,7 @@ class Recorded:
         out: Any = object.__new__(cls)
         for name, kind in found:
             if kind is Stands.NUMBER:
+                # `arrays_of` asks for the names of tables alone, and has no numbers to give.
                 out.__dict__[name] = next(numbers, ZERO)
             elif kind is Stands.TABLE:
                 own = f"knots_{len(self.tables)}", f"coefficients_{len(self.tables)}"

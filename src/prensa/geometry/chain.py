@@ -207,6 +207,7 @@ def crossings(p: Piece, q: Piece) -> list[Point]:
         t = q.coordinate((cx, cy))
         fx, fy = q.at(t)
         away = hypot(fx - cx, fy - cy)
+        # As a product: the difference of the squares cancels where the line all but touches the circle.
         half = (p.radius - away) * (p.radius + away)
         if half < -NEGLIGIBLE * p.radius * p.radius:
             return []

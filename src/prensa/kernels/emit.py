@@ -165,6 +165,7 @@ _LOG_TAIL = (
 def _log(b: Any, v: Any) -> Any:
     """Logarithm after fdlibm (Sun Microsystems 1993, e_log.c); no number of what is not positive, normal and finite."""
     bits = b.bitcast(v, _VL)
+    # Exponent k and x = v/2ᵏ between √½ and √2, taken from the bits.
     over = b.ashr(b.sub(bits, _longs(0x3FE6A09E667F3BCD)), _longs(52))  # the bits of ½√2
     k, x = _Number(b, b.sitofp(over, _V)), _Number(b, b.bitcast(b.sub(bits, b.shl(over, _longs(52))), _V))
     f = x - 1.0
@@ -173,6 +174,7 @@ def _log(b: Any, v: Any) -> Any:
     t = z * _LOG_TAIL[0]
     for c in _LOG_TAIL[1:]:
         t = (t + c) * z
+    # k times the first part of ln 2 is exact; its rest goes with the small terms, which are added first.
     found = -(half - (s * (half + t) + k * _LN2_REST) - f) + k * _LN2
     good = b.and_(_Number(b, v).compared(">=", _LEAST_NORMAL), _Number(b, v).compared("<=", _MOST))
     return b.select(good, found.v, _both(math.nan))
@@ -187,6 +189,7 @@ def _exp(b: Any, v: Any) -> Any:
     p = t * (1.0 / math.factorial(13)) + 1.0 / math.factorial(12)
     for k in range(11, 1, -1):
         p = p * t + 1.0 / math.factorial(k)
+    # The bits of 1.5 · 2⁵² + n end with n as a whole number: shifted into the exponent they are 2ⁿ.
     scale = b.bitcast(b.shl(b.add(b.bitcast(n.v, _VL), _longs(1023 - 0x4338000000000000)), _longs(52)), _V)
     found = (t * t * p + t + 1.0) * _Number(b, scale)
     small, large = x.compared("<", _EXP_LEAST), x.compared(">", _EXP_MOST)
@@ -240,6 +243,7 @@ def _described(n: Node, numbers: Mapping[Node, int]) -> str:
         own = {x: k for k, x in enumerate(inner)}
         value = f"{value.smooth} {[p.value for p in value.places]} {'; '.join(_described(x, own) for x in inner)}"
     elif isinstance(value, float):
+        # In hexadecimal every bit of a number counts for the key.
         value = value.hex()
     return f"{n.op} {[numbers[x] for x in _arguments(n)]} {value}"
 
@@ -381,6 +385,7 @@ class _Emitter:
         last = b.sub(count, ir.Constant(_L, 1))
         b.cbranch(b.icmp_signed(">", last, ir.Constant(_L, 1)), loop, after)
         b.position_at_end(loop)
+        # All knots are compared: a search by halves would go another way in each lane.
         k, place = b.phi(_L), b.phi(_VL)
         k.add_incoming(ir.Constant(_L, 1), before)
         place.add_incoming(_longs(0), before)

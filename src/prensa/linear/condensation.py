@@ -396,6 +396,7 @@ class Condensation:
             try:
                 result = solve(self.reduced)
             except ActiveSetGrew as grown:
+                # It ends: blocks are only added, and there are finitely many.
                 blocks = grown.blocks
                 continue
             if result.converged:

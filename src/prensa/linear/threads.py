@@ -111,6 +111,7 @@ def busy() -> int:
         return 0
     seen = []
     for _ in range(5):  # one look could fall on a moment when something wakes up
+        # Who reads the number of running threads is one of them.
         seen.append(int(LOAD.read_text().split()[3].partition("/")[0]) - 1)
         time.sleep(0.002)
     return max(sorted(seen)[len(seen) // 2], 0)

@@ -143,6 +143,7 @@ def hencky_at_rest(b: np.ndarray, lam: float, mu: float) -> np.ndarray:
     r = np.hypot(half, b12)
     low = 0.5 * (b11 + b22) - r
     # logarithmic strains ½ ln b: that of the lower principal value, what the upper one has more, and that out of the plane
+    # The difference of both logarithms as one: where principal values are alike it keeps its digits.
     e, more, e3 = 0.5 * np.log1p(low), 0.5 * np.log1p(2.0 * r / (1.0 + low)), 0.5 * np.log1p(b33)
     trace = 2.0 * e + more + e3
     J = np.exp(trace)

@@ -45,6 +45,7 @@ def logarithm(b: Tensor) -> tuple[Node, Node, Node, Node]:
     square = half * half + b12 * b12
     by = 1.0 / (1.0 + mean)
     scale = 0.5 * artanh_ratio(square * by * by) * by
+    # A quarter of the logarithm of the determinant in the plane, the mean of both principal strains.
     middle = 0.5 * half_log1p(2.0 * mean + mean * mean - square)
     return middle + scale * half, middle - scale * half, half_log1p(b33), scale * b12
 
@@ -208,6 +209,7 @@ def hencky_j2(h: Tensor, old: Begun, metal: Metal, flows: Flows | None = None) -
         # round-off, and equal bits tell `begin` that nothing flowed.
         new = [where(moved, x, y) for x, y in zip(exponential(r.elastic), t)]
         kept = [where(moved, x, y) for x, y in zip(push_forward(h, old.kept), new)]
+        # Trapezoid: at the end's flow stress alone the plastic work would err by the first order of the increment.
         history = (*new, old.strain + r.rise, old.work + 0.5 * (Jn * r.was + J * r.now) * r.rise, *kept)
         trace, d, elastic, two = r.trace, r.deviator, r.elastic, 2.0 * G * damped(r.less, metal.share)
     p = K * trace

@@ -135,6 +135,7 @@ def finite(
     """
     kernel = _finite(flow.kind, cauchy, tangent, held is not None)
     p = numbers(K, G, flow, dt, secant)
+    # The kernel wants some array there; without held branches it does not read it.
     flags = failed if held is None else held
     kernel(len(h), h, old, old[:, kept:], p, flow.knots, flow.coefficients, flags, P, A, new, failed)
 

@@ -114,6 +114,7 @@ class PlaneStress:
         h33 = self._thin(h, inner, at._replace(tangent=True, secant=0.0), out)  # the condensation needs it in any case
         P, A = out.P, out.A
         pivot = A[:, 4, 4]
+        # Not 'pivot == 0': one that is NaN has to count as well.
         singular = ~(np.abs(pivot) > 0.0)
         out.failed[singular] = True
         A -= A[:, :, 4:] * (A[:, 4:, :] / np.where(singular, 1.0, pivot)[:, None, None])

@@ -151,6 +151,7 @@ class _Reader:
         if match := re.fullmatch(r"(\w+)\s*\((.*)\)", text):
             return self._function(match[1], _arguments(match[2]), text)
         for kind, names_ in (
+            # Contacts first: their names begin with the name of a body.
             (self._contact, [c.name for c in self.problem.contacts]),
             (self._tool, list(self.problem.tools)),
             (self._body, list(self.problem.bodies)),

@@ -167,6 +167,7 @@ def circle_curvature(points: Array) -> float:
     A (x² + y²) + D x + E y + F = 0 with D² + E² − 4 A F = 1: lines are circles with A = 0. m ≥ 3.
     """
     centre = points.mean(axis=0)
+    # About the middle and over the size: sums of fourth powers of coordinates far from the origin would cancel.
     size = float(np.abs(points - centre).max())
     p = (points - centre) / size
     Z = np.column_stack([(p**2).sum(axis=1), p, np.ones(len(p))])
@@ -208,6 +209,7 @@ def _distance(p: Array, corners: Array) -> float:
         step = (r * dr).sum(axis=1) / np.where(curve > 0, curve, (dr**2).sum(axis=1) + SMALLEST)
         s = np.clip(s - step, -1.0, 1.0)
     r = (a * s[:, None] + b) * s[:, None] + middle
+    # Newton may have come to a foot that is not the nearest: the ends are looked at besides.
     ends = np.minimum((first**2).sum(axis=1), (last**2).sum(axis=1))
     return float(np.sqrt(np.minimum((r**2).sum(axis=1), ends).min()))
 

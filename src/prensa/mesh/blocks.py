@@ -107,12 +107,14 @@ def annulus(m: model.Annulus) -> Draft:
         node[-1] = node[0]
     points = np.array(m.centre) + direction[:, None, :] * radius[None, :, None]
     cells = np.stack([node[:-1, :-1], node[:-1, 1:], node[1:, 1:], node[1:, :-1]], axis=-1).reshape(-1, 4)
+    # The inner rim is walked clockwise, so that the body is on its left as well.
     edges = {"inner": chain(node[::-1, 0]), "outer": chain(node[:, -1])}
     corners = {"inner-start": int(node[0, 0]), "outer-start": int(node[0, -1])}
     if not closed:
         edges |= {"start": chain(node[0]), "end": chain(node[-1, ::-1])}
         corners |= {"inner-end": int(node[-1, 0]), "outer-end": int(node[-1, -1])}
     curve = _round(np.array(m.centre))
+    # Of a closed ring the last row of points is the first one again.
     points = points.reshape(-1, 2)[: int(cells.max()) + 1]
     return Draft(points, cells, edges, corners, {"inner": curve, "outer": curve})
 
@@ -163,6 +165,7 @@ def _coons(
     t = (np.linspace(0, 1, len(left)) if v is None else v)[:, None, None]
     corners = (1 - s) * (1 - t) * bottom[0] + s * (1 - t) * bottom[-1] + s * t * top[-1] + (1 - s) * t * top[0]
     x = (1 - t) * bottom[None] + t * top[None] + (1 - s) * left[:, None] + s * right[:, None] - corners
+    # To the digit: supports and tools look for nodes on the sides.
     x[0], x[-1], x[:, 0], x[:, -1] = bottom, top, left, right
     return np.asarray(x)
 
@@ -191,6 +194,7 @@ class _SplineCurve(_Curve):
         from scipy.interpolate import CubicSpline
 
         chord = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+        # The parameter is the chord length; nodes are set by the arc length, which it follows only nearly.
         self.spline = CubicSpline(chord / chord[-1], points)
         fine = np.linspace(0.0, 1.0, 2001)
         length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(self.spline(fine), axis=0).T))])

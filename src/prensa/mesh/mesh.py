@@ -88,6 +88,7 @@ def displaced(mesh: Mesh, points: Array) -> Mesh:
     """The mesh with its nodes elsewhere; a deformed shape is not checked as a new mesh is."""
     moved = copy(mesh)
     object.__setattr__(moved, "points", points)
+    # What was cached of numbers of nodes still holds, what was of their places does not.
     moved.__dict__.pop("extent", None)
     return moved
 
@@ -134,6 +135,7 @@ def ordered_nodes(edges: Index) -> Index:
     pieces = segments(edges)
     follower = dict(pieces.tolist())
     ends = set(follower.values())
+    # A closed chain has no first node, and begins anywhere.
     starts = [a for a in follower if a not in ends] or [pieces[0, 0]]
     order: list[int] = []
     seen: set[int] = set()

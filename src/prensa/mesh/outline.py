@@ -103,6 +103,7 @@ def _cut(edges: Index, x: Array, names: list[frozenset[str]], named: set[int]) -
     start, end = 4 * m - 3 * a - b, np.roll(3 * b + a - 4 * m, 1, axis=0)
     turn = np.abs(np.arctan2(end[:, 0] * start[:, 1] - end[:, 1] * start[:, 0], (end * start).sum(axis=1)))
     k = len(edges)
+    # A round outline of one name has nothing to be cut at: it is one chain, from anywhere.
     cuts = [i for i in range(k) if turn[i] > CORNER or names[i] != names[i - 1] or int(edges[i, 0]) in named] or [0]
     ends = [*cuts[1:], cuts[0] + k]
     return [Chain(edges[np.arange(i, j) % k], x, names[i]) for i, j in zip(cuts, ends)]

@@ -52,6 +52,7 @@ def graded(
         if parts.sum() >= n:
             break
         parts[k] += 1
+    # One element at least in every stretch may have been too many: those with most to spare give back.
     while parts.sum() > n:
         parts[np.argmax(np.where(parts > 1, parts - exact, -np.inf))] -= 1
     out = [np.array([knots[0]])]

@@ -141,6 +141,7 @@ def _numbers(vertices: Array, points: Array) -> Index:
 
 
 def _ordered(vertices: Array, triangles: Index, points: Array, edges: Index) -> tuple[Array, Index]:
+    # Holes have been meshed too.
     triangles = triangles[inside(vertices[triangles].mean(axis=1), points, edges)]
     own = _numbers(vertices, points)
     number = np.full(len(vertices), -1)
@@ -162,6 +163,7 @@ def inside(x: Array, points: Array, edges: Index) -> Flags:
     step = max(POINTS_AT_ONCE // max(len(edges), 1), 1)
     for k in range(0, len(x), step):
         y = x[k : k + step, 1:2]
+        # Half-open, so that a ray through a node crosses one of its two edges and not both.
         spans = (a[:, 1] <= y) != (b[:, 1] <= y)
         with np.errstate(divide="ignore", invalid="ignore"):
             at = a[:, 0] + (y - a[:, 1]) * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1])

@@ -198,6 +198,8 @@ class Remeshing:
         if state.clock.number == 0:
             return "the first mesh is too coarse" if self._too_coarse(system, state) else ""
         when, began = self.asked.when, 1.0 if state.remeshed is None else state.remeshed.shape
+        # A mesh that had to begin with poor elements is worn by a share of what it had: else it would be due at once, again and
+        # again.
         least = min(when.quality, self.policy.worn_shape_ratio * began)
         shape = least_shape(system, state.u, self.bodies)
         if shape < least:
@@ -259,6 +261,7 @@ class Remeshing:
 
     def _refuse_hopeless(self, state: State, error: SolveError, failures: int) -> None:
         """Raise what ended a run if a new mesh does not help, or has not helped twice at the same place."""
+        # No mesh removes what these tell: metal that is inside a tool, strains beyond small ones, a body that nothing holds.
         hopeless = isinstance(error.reason, MetalInside | BeyondSmall | FreeToMove)
         hopeless = hopeless or tools_removed(self.base.problem, state.clock.step)
         if hopeless or not self.asked.when.failure or self._count(state) >= self.asked.at_most:

@@ -237,6 +237,8 @@ class _Places:
             nodes = s.points.support[of, 0]
             pairs = self.new.masters[s.against].seen(s.points.at(self.x)[of], self.tools_at)
             free = np.where(self.held[nodes], 0.0, pairs.n)
+            # Along the directions that supports leave free; where these hardly point along the normal a small gap would ask for
+            # a long way.
             size = share * (free**2).sum(axis=1)
             go = (closed[of] | (pairs.g < 0)) & (size > LEAST_SHARE)
             way = np.where(go, (target[of] - pairs.g) / np.where(go, size, 1.0), 0.0)

@@ -78,6 +78,7 @@ def _inverted(X: Array, x: Array) -> Array:
             [J[:, 1, 1] * r[:, 0] - J[:, 0, 1] * r[:, 1], J[:, 0, 0] * r[:, 1] - J[:, 1, 0] * r[:, 0]], axis=1
         )
         step /= det[:, None]
+        # Curved elements fold some way outside of themselves, and Newton's steps would go anywhere from there.
         xi[todo] = np.clip(xi[todo] + step, -3.0, 3.0)
         todo = todo[np.abs(step).max(axis=1) >= 1e-14]
         if not len(todo):

@@ -176,6 +176,7 @@ def ray(table, boxes, slack, xi, inside, dx, dy, h):
     From outside forward to the first crossing; a point that is ``inside`` the tool looks back to where it came in.
     """
     first = boxes.shape[0] // 2
+    # A search in depth leaves one node a level on the stack: 64 are enough for any chain.
     stack = np.empty(64, dtype=np.int64)
     for k in range(xi.shape[0]):
         x, y = xi[k, 0], xi[k, 1]
@@ -196,6 +197,7 @@ def ray(table, boxes, slack, xi, inside, dx, dy, h):
                 continue
             a, b = _hits(table[i - first], x, y, dx, dy)
             for hit in (a, b):
+                # A point that lies on the surface meets it at once, but for round-off.
                 if np.isfinite(hit) and sign * hit >= -slack and sign * hit < best:
                     best = sign * hit
         h[k] = sign * best if np.isfinite(best) else np.inf

@@ -135,6 +135,7 @@ class Enhanced(Isoparametric, abstract=True):
         if stiffness:
             if not tangent:
                 K = self._towards_secant(c, law, whole, mode, u, Hn, alpha)
+            # Static condensation. The modes' own forces are zero by now, so that those on the nodes need no correction.
             work.K[:] = K[:, :8, :8] - K[:, :8, 8:] @ np.linalg.solve(K[:, 8:, 8:], K[:, 8:, :8])
         work.r[:] = r[:, :8]
         c.new[..., first : first + 5] = H if finite else c.old[..., first : first + 5] + H
