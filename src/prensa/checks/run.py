@@ -54,6 +54,7 @@ class RunChecks:
         ]  # fmt: skip
         self.tools_leave: list[Check[Finished]] = [partial(untouched_tools, system)]
         self.run_ends: list[Check[Finished]] = [*self.tools_leave, self.validity.warnings]
+        # Who asks stops at the first finding that ends the run: what the run has seen up to here comes before that.
         self.failed: list[Check[Failed]] = [
             self.validity.warnings, partial(tool_balance, system), partial(unilateral_support, system),
         ]  # fmt: skip

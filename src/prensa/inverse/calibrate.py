@@ -152,6 +152,7 @@ def _refined(objective: Objective, x: Array, at: Residuals) -> Finer | None:
     if len(experiments) < len(meshes):
         return None
     objective.report("the same on a finer mesh")
+    # Runs that are known stay known: their keys hold the mesh.
     again = replace(objective, experiments=experiments, _last=None)
     begun = again.at(x)
     found = again.minimise(x)

@@ -426,6 +426,7 @@ def _reached(t: Array, way: Array, s: float) -> Array:
 
 def _together(times: Array) -> Array:
     """Times of which those that are all but the same, or all but the end of a step, are the same."""
+    # Rows next to each other, or next to the end of a step, would ask for increments of next to nothing.
     order = np.argsort(times, kind="stable")
     ends = np.round(times)
     out = np.where(np.abs(times - ends) <= DRAWN, ends, times)

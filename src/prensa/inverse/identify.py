@@ -157,6 +157,7 @@ def _covariance(readings: list[_Reading], chosen: list[Index]) -> Array:
     """Covariance (k, k) of the parameters, relative, with gains and offsets that are known to their errors."""
     k, q = readings[0].J.shape[1], readings[0].unknown.shape[1]
     rows = [np.hstack([r.J[at], r.unknown[at]]) for r, at in zip(readings, chosen)]
+    # As in a fit: gains and offsets are readings of zero with an error of one.
     prior = np.hstack([np.zeros((q, k)), np.eye(q)])
     J = np.vstack([*rows, prior])
     _, sizes, ways = np.linalg.svd(J, full_matrices=True)

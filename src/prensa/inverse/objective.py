@@ -189,6 +189,7 @@ class Objective:
         seen = [(str(c.measure), c.scale, c.shift, c.rows.tolist()) for c in e.channels]
         text = dump(Case(e.problem, e.numerics)) + repr((sorted(values.items()), paths, e.times.tolist(), e.pace.tolist(), seen))
         key = hashlib.sha256(text.encode()).hexdigest()
+        # A run without derivatives has a key of its own, so that nobody takes it for one with them.
         if not sloped and key not in self._known:
             paths, key = [], f"{key}-values"
         if key not in self._known:

@@ -491,6 +491,7 @@ class Points:
         self.by, self.turning = slopes_of(c, number, f, at.u), turning(f)
         self.forces = f.stencils.act(f.stencils.n), f.stencils.act(f.stencils.e[:, 0])
         self.F = after.force[:, self.surface.dofs]
+        # Measures ask for forces on tools alone.
         self.F[:, :, : self.surface.of_master.start] = 0.0
 
     def _back(self, F: Array, p: Array, t: Array, bound: Array | None = None) -> tuple[dict[str, Array], Array]:
@@ -547,15 +548,18 @@ class Points:
         adjoints.scale[self.number][:, 0] += flat["k_n"]
         adjoints.scale[self.number][:, 1] += flat["k_t"]
         P, T = ((F * e).sum(axis=2) for e in self.forces)
+        # A normal that turns carries the pressure into the tangent, and the traction into the normal, with the other sign.
         turn = f.weight * f.p * T - f.area * f.t[:, 0] * P
         self._touch(adjoints, flat["g"], turn, self.adjoints.s + flat["way"])
         if c.laws[self.number] is not None:
             self._strengths(flat["k"], before, adjoints)
         if s.multipliers is None:
+            # Penalties begin with λ_n = 0: of what was committed the traction alone goes on.
             kept = lam * [0.0, 1.0]
         else:
             adjoints.scale[self.number][:, 2] += (lam * s.multipliers.of(self.u)).sum(axis=2)
         slip = flat["slip"] - self.adjoints.speed / c.seconds
+        # Ways are counted from the committed coordinate, which has their weights with the other sign.
         before.contact[self.number] = ContactWeights(kept[:, :, 0], kept[:, :, 1], -flat["way"], slip, flat["speed"])
 
     def _strengths(self, k: Array, before: Weights, adjoints: Adjoints) -> None:

@@ -175,6 +175,7 @@ def _contacts(problem: Problem, factor: float) -> str:
     from prensa.model.schema import brief
 
     stiffer = []
+    # Contacts by default have no list in the file in which one could be changed: all are written out.
     for contact in problem.contacts:
         own = contact.enforcement
         values = {k: float(f"{factor * v:.12g}") for k in _STIFFNESSES if (v := getattr(own, k)) is not None}

@@ -62,6 +62,7 @@ def neighbours(system: System) -> Iterator[Overlap]:
             close = np.flatnonzero(((ends > low) & (ends < high)).all(axis=(1, 2)))
             if not len(close):
                 continue
+            # Both ends and the middle: an edge that meets the other outline in one point does not lie on it.
             places = np.stack([ends[close, 0], middles[close], ends[close, 1]]).reshape(-1, 2)
             on = (distance(places, other.points, other.edges).reshape(3, -1) <= near).all(axis=0)
             if on.any():
