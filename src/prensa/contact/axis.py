@@ -17,6 +17,8 @@ import numpy as np
 from prensa.contact.integration import Candidates, Points
 from prensa.types import Array, Index
 
+# Points of Radau's rule fail the patch test, a small weight leaves the node in the middle loose, a point beside the corner does
+# not lie on a curved edge.
 LOBATTO_POINT = 3 / 5  # the point between the ends, on an edge that begins on the axis
 
 

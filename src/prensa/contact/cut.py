@@ -58,6 +58,7 @@ class Corners(NamedTuple):
 
     def closest(self, xi: Array) -> Closest:
         """Of the points (k, 2) in the frame of the tool."""
+        # The line alone: the nearer of line and face would have a kink, at which Newton's iterations cycle.
         d, n = xi - self.place, self.normal
         s = self.s + n[:, 0] * d[:, 1] - n[:, 1] * d[:, 0]
         return Closest((d * n).sum(axis=1), n, np.zeros(len(d)), s)
@@ -105,6 +106,8 @@ def cuts_of(shape: Tool, at: Array, place: Array, x: Array, edges: Index, limit:
             continue
         k = over[np.argmin(np.abs((to * outward).sum(axis=1))[over])]
         ends = (x[edges[k]] - centre) @ R
+        # Where nothing slides corners that hold edges converge faster, but coarse meshes that are pressed far take up to ten
+        # times the iterations with them.
         up = _up_flank(shape, np.array([*corner, ex, ey]), ends, outward[k] @ R, float(along[k])) if flanks else None
         if up is not None:
             found.append(up._replace(edge=int(k)))
@@ -163,6 +166,8 @@ def cut(points: Points, x: Array, cuts: list[Cut]) -> Points:
             # The point moves to the corner and keeps all of its area: the rest of its edges has no other point.
             N[shares.point[inside]] = [1.0 - covered, *((0.0, covered) if end == 0 else (covered, 0.0))]
             continue
+        # A constraint on the node beside the tool would make a stamp as wide as the whole edge:
+        # up to 11.6 % of the force at β = 1e4.
         factor[inside], factor[outside] = covered, 1.0 - covered
         # 2πr is taken in the middle of each part.
         for i, middle in ((inside, 0.5 * covered), (outside, 0.5 * (1.0 + covered))):

@@ -17,6 +17,8 @@ import numpy as np
 from prensa.mesh.mesh import areas, beyond_corners, corner_cells, segments, sides
 from prensa.types import Array, Flags, Index
 
+# By the depth alone a penalty gives way far too much on deep elements. Two edges and not one, so that no square element
+# changes.
 SPREAD = 2.0  # edge lengths of material that one point presses in, however deep the elements behind are: docs/developer/book/04
 
 

@@ -380,6 +380,8 @@ def at_free_edges(
     nodes, nx, ny = nodes[near], nx[near], ny[near]
     # One fit serves both the values and what varies within the elements, which alone is put right.
     both = np.concatenate([values, values - values.mean(axis=1, keepdims=True)], axis=2)
+    # The law integrated at the surface with a history of its own is right in all cases too, but it is a second state to commit,
+    # to store and to carry to new meshes.
     own = np.zeros((n, 2 * values.shape[2]))
     _patches(nodes, _sampled(x, cells, X, both), OWN_TERMS[a], OWN, own, np.zeros(n, dtype=np.int64))
     xx, yy, zz, xy = own[nodes].reshape(-1, 2, 4).T  # (2, nodes) each: the values, and what is within the elements of them

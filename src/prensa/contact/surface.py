@@ -97,6 +97,8 @@ class Surface:
     @property
     def unit(self) -> Array:
         """E*/h (k,) of the points: what β multiplies, h what they press in; of multipliers the unit, h the depth there."""
+        # Not the body's own stiffness at the point: that differs with every law and state, and its derivative would belong to
+        # the tangent.
         return self.modulus / (self.points.depth if self.exact else self.points.pressed_length)
 
     def supports(self, fixed: Index) -> Supports | None:

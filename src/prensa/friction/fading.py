@@ -52,6 +52,8 @@ class Fading(FrictionLaw, abstract=True):
         zero = np.zeros_like(p)
         now = (zero, zero, zero) if self.now is None else bounded(self.now, p, kappa, at)
         before = bounded(self.before, p, kappa, at)
+        # Dead forces that are taken away instead would not go with the pressure, and tools would feel forces that no table
+        # shows.
         left = np.where(before[0] > now[0], self._left(at.time), 0.0)
         tau, by_p, by_kappa = (n + left * (b - n) for b, n in zip(before, now))
         return tau, by_p, by_kappa

@@ -21,6 +21,7 @@ from prensa.precision import FIRST_DIFFERENCE, NEGLIGIBLE
 from prensa.sensitivity.parameters import part_of
 from prensa.types import Array
 
+# Stresses are not fitted themselves: not all of them belong to a curve of the law.
 SAMPLED = np.linspace(0.02, 1.0, 25)  # of the stresses of a curve
 
 

@@ -53,6 +53,7 @@ def profile(
     ``curves``: flow curves along whose stresses the problem is predicted (`LinearisedResiduals`), where its ends are
     looked for first.
     """
+    # Chains of samples (MCMC) would take hundreds of runs, measures of curvature by second derivatives as many runs for less.
     sides = [_Side(objective, x, at, number, half, sign, limits) for sign in (-1.0, 1.0)]
     bent = max(side.bent for side in sides)
     points = [(0.0, 0.0)]

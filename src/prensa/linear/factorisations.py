@@ -358,6 +358,8 @@ class Factorisation:
     @property
     def _worth_single(self) -> bool:
         """Whether factors of single precision may be taken, and save something."""
+        # Below that size little is saved, and runs with derivatives, which need factors in double precision there, must take
+        # the same increments as runs without.
         return self._single and self.structure.n >= self.policy.single_precision_from and self.order[0][0] in SINGLE
 
     @property
@@ -651,6 +653,8 @@ def krylov(A: csc_matrix, solve: Solve, b: Array, most: int, share: float, outli
     are expected to lie apart, each of which takes an iteration more, that says nothing of the rate. Flexible (Saad 1993): with
     factors of single precision the preconditioner is not quite linear.
     """
+    # GMRES and not iterative refinement, which may diverge with factors of an earlier matrix where this takes one more
+    # iteration.
     size = length(b)
     if not np.isfinite(size):
         return None
@@ -708,6 +712,7 @@ def departure(A: csc_matrix, solve: Solve, sweeps: int = 2) -> float:
     Above 1 those factors may have the wrong sign of that mode's stiffness, far below it they have the right one.
     """
     # Not Newton's step or its load: with the symmetry of the problem they have no part in the mode in which a column buckles.
+    # A bound by norms and unit round-off would refuse large sound bodies long before slender ones.
     x = np.random.default_rng(0).standard_normal(A.shape[0])
     b = x
     for _ in range(sweeps):

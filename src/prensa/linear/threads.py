@@ -109,6 +109,7 @@ def busy() -> int:
     """Threads of other processes that run or wait for a core; 0 where the system does not say."""
     if not LOAD.exists():
         return 0
+    # Not the load average: it remembers the last minute, in which the same script may have solved the case before.
     seen = []
     for _ in range(5):  # one look could fall on a moment when something wakes up
         # Who reads the number of running threads is one of them.

@@ -76,6 +76,8 @@ class Tensor:
 def turned_axes(h: Sequence[Node], b: Sequence[Node], cos: Node, sin: Node) -> tuple[Node, Node]:
     """Cosine and sine of axes after an increment of gradient h (11, 12, 21, 22) from b_e − I (11, 22, 33, 12)."""
     b11, b22, _, b12 = b
+    # The logarithm of the whole F with an additive plastic strain (Miehe, Apel and Lambrecht 2002) needs no axes that turn, but
+    # with equal coefficients it is J2's answer only where strains keep their axes.
     # V is parallel to b + det V I in the plane
     J = sqrt((1.0 + b11) * (1.0 + b22) - b12 * b12)
     v11, v22 = 1.0 + b11 + J, 1.0 + b22 + J

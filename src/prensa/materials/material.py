@@ -155,6 +155,7 @@ def principal_tangent(material: IsotropicMaterial, eps: Array) -> Array:
         return np.ascontiguousarray((tau[:3] - tau[3:]).transpose(1, 2, 0) / (2 * DIFFERENCE))
     energy = _energy(material)
     shifts = DIFFERENCE * np.concatenate([steps, -steps])
+    # One step is complex and one real: hyper-dual numbers would be exact, but users' functions would have to support them.
     pairs = (shifts[:, None] + 1j * COMPLEX_STEP * steps[None]).reshape(-1, 3)
     psi = complex_value(lambda s: _spread(energy, eps, s), pairs)
     if psi is not None:

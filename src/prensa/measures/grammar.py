@@ -32,6 +32,7 @@ CONTACT_EXTREMES = ("max.pressure", "max.shear", "max.slip", "max.friction_power
 COUNTS = ("open", "stick", "slip")
 TOOL_QUANTITIES = ("force", "force.x", "force.y", "moment", "travel", "travel.x", "travel.y", "rotation")
 DEEPEST = 20  # brackets of a measure: functions in one another are read one inside the other
+# A few functions and no expressions of Python: these would be a second language in case files, without units or derivatives.
 FUNCTIONS = ("angle", "change", "curvature", "distance", "mean", "radius", "ripple", "thickness", "thinning")
 NOT_NUMBERS = ("step", "increment")
 

@@ -40,6 +40,7 @@ def from_file(m: model.File, nodes: int, unit: str) -> Mesh:
     try:
         # Names come in any encoding; the numbers are ASCII.
         text = path.read_bytes().decode("utf-8", errors="replace")
+        # Readers of our own: meshio loses surfaces and sets, mixes parts, and allocates what a wrong file asks for.
         deck = (gmsh if path.suffix.lower() == ".msh" else abaqus).read(text)
         points, kinds, label = _cells(deck, _chosen(deck, m.part))
     except (FileError, OSError) as error:

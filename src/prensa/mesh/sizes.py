@@ -104,6 +104,7 @@ class SizeField:
 
         None below that at tools: a band of shear is as thin as the elements that it has, and would ask for ever smaller ones.
         """
+        # Not an error estimate of the stress: plastic zones end in kinks, whose error no size removes.
         strain = self.strain()
         steep = self.share / (self.asked.per_strain * self.far) if self.asked.per_strain else np.inf
         # No element can see a slope that counts then, and the strains at the nodes need not be recovered.

@@ -37,6 +37,7 @@ def mesher() -> Any:
         If it is not installed.
 
     """
+    # Triangles: of quadrilaterals by recombination one in a hundred was nearly folded, and their mesher has a copyleft licence.
     return _library("mmgpy").MmgMesh2D
 
 

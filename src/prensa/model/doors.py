@@ -133,5 +133,7 @@ class Member:
                 )
         if "type" not in vars(cls) and "type" not in getattr(cls, "__dataclass_fields__", {}):
             cls.type = user_type(cls)
+        # Deriving registers: a decorator besides would be forgotten, an entry point would need an installation for a law in a
+        # script.
         described(cls)
         DOORS[cls.door].add(cls)

@@ -139,6 +139,7 @@ else:
 
 
 def _default_enforcement() -> Any:
+    # Multipliers would make every system a saddle point, to remove a penetration of a thousandth of an element.
     return DOORS["enforcement"].find("penalty")()
 
 

@@ -91,6 +91,7 @@ def carried_over(system: System, state: State, meshes: dict[str, Mesh], bodies: 
     new = on_meshes(system, draft)
     # Displacements go over as a field, places do not: the initial place of the material at a node is what is left, X = x − u.
     u = nodal.carried(state.u)
+    # Displacements that count from here on would have to be known to every prescribed value, load and plot.
     origin = new.X - new.displacement(u)
     histories, volumes = _histories(system, state, new, bodies)
     remeshed = replace(draft, origin={b: origin[own_nodes(new, b)] for b in meshes}, volume=volumes)

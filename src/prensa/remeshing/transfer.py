@@ -165,8 +165,11 @@ def carried(block: Block, x: Array, history: Array, new: Array, volume: Array | 
     # Logarithms, and the Mises stress over the yield stress, so that means of states that flow still lie on the yield surface
     # and plastic flow stays isochoric.
     smooth = _smooth_fields(block, history)
+    # Values of the closest points made jumps of the force ten times as large; a projection onto linear fields needs a limiter,
+    # which spoils the linear ones.
     nodal = recover(own, cells, at, smooth)
     growing = _growing(block, smooth.shape[-1])
+    # One factor alone would raise everything for what one peak has lost.
     nodal[:, growing] += _kept(block, cells, nodal[:, growing], smooth[..., growing])
     values = at_places(nodal, cells, places)
     bounded = _bounded(values, smooth, cells, places.element)

@@ -52,6 +52,7 @@ if TYPE_CHECKING:
 
 
 DROPPED = np.zeros(0)
+# Three increments with the present one: six save one substitution in twenty, for twice the products and sums.
 EARLIER = ("u_last", "u_before")
 """What carries the derivatives of the dofs one, two … increments earlier, from which the next ones are predicted."""
 PAST = ("u", *EARLIER)

@@ -87,6 +87,7 @@ def solve(
     directions = [Direction.of(system, path, policy.parameter_step_ratio, policy, begin) for path in derivatives]
     stepping = Differentiated(system, replace(numerics, threads=threads), policy, messages, timer, directions)
     stepping.passages = passages or stepping.passages
+    # Planes from the beginning would make another run than the one without derivatives.
     stepping.guard = guard_of(system) if system is base else None
     stepping.planes = list(system.problem.tools)[len(base.problem.tools) :]
     stepping.prescribe(begin, times, stops)

@@ -162,6 +162,7 @@ def _local(count: int, memory: str | None) -> Iterator[Engine]:
     from distributed import Client, LocalCluster
     from distributed.system import MEMORY_LIMIT
 
+    # Not concurrent.futures or joblib: one process that is killed breaks their whole pool.
     each = _bytes(memory, MEMORY_LIMIT) if memory else int(MEMORY_LIMIT / count)
     with _dask_settings(configured), tempfile.TemporaryDirectory(prefix="prensa-dask-") as here:
         try:

@@ -82,6 +82,7 @@ class Folding:
                 yield self._reported(block, element, past.support, _beyond(past))
             if past is not None and past.share > TOUCHING_DEPTH:
                 first = since[block.body, element] = self.since.get((block.body, element), now)
+                # A short overhang may be meant: a step that ends soon after has its answer.
                 if reason is None and now - first >= self.policy.max_folded_increments:
                     x, y = self.system.positions(u)[nodes].mean(axis=0).tolist()
                     reason = PastSupport(element, block.body, x, y, past, now - first)

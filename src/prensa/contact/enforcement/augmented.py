@@ -27,6 +27,7 @@ class Augmented(Enforcement):
     beta_T: Annotated[Number, Field(gt=0)] = 10.0
     k_n: Annotated[Stiffness, Field(gt=0)] | None = None
     k_T: Annotated[Stiffness, Field(gt=0)] | None = None
+    # Updates converge linearly: twelve digits would take some forty solutions of the increment.
     tolerance: Annotated[Number, Field(gt=0, le=0.1)] = 1e-5
     max_updates: Annotated[Whole, Field(ge=1)] = 40
     type: Literal["augmented"] = "augmented"
