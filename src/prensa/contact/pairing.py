@@ -144,8 +144,8 @@ def _turn_into_space(g, c, n_tool, place, arm, n, e, dg, ds, turn):
         dg[k, 4] = arm[k, 1] * n[k, 0] - arm[k, 0] * n[k, 1]
         along[4] = arm[k, 1] * e[k, 0, 0] - arm[k, 0] * e[k, 0, 1]
         for i in range(5):
-            # c is the curvature at the point, 1/(R + g) beside a circle: the foot of the projection moves by the share 1 − g c
-            # = R/(R + g).
+            # c is the curvature at the point, 1/(R + g) beside a circle: the foot of the projection moves by the share
+            # 1 − g c = R/(R + g).
             ds[k, 0, i] = (1.0 - g[k] * c[k]) * along[i]
             turn[k, 0, i] = c[k] * along[i]
         # The frame turns with the tool besides.

@@ -181,6 +181,7 @@ class Experiment:
 
 def over_stroke(values: Array, stroke: Array) -> Array:
     """Change of values (m, k) over a stroke (m,) that may stand still."""
+    # Differences are divided by those of the places, which are zero where the motion stands still.
     places, first, back = np.unique(stroke, return_index=True, return_inverse=True)
     if len(places) < 2:
         return np.zeros_like(values)
@@ -350,6 +351,7 @@ def refuse_strange(e: Experiment, models: Sequence[Array]) -> None:
     """
     for c, model in zip(e.channels, models):
         read, says = (float(np.abs(v).max()) for v in (c.readings, model))
+        # Readings within their noise have neither size nor sign that could be wrong.
         if not (read > 3.0 * float(c.sigma.max()) and says > 0.0):
             continue
         if not 1.0 / OFF <= read / says <= OFF:

@@ -109,6 +109,7 @@ def _planned(problem: Problem, names: Sequence[str], observe: Sequence[Observe],
     times, index = np.linspace(0.0, float(len(problem.steps)), rows + 1)[1:], np.arange(rows)
     channels = [
         Channel(
+            # Errors may be shares of readings, which the run has yet to tell: they come in `_readings`.
             name, parse(o.measure, problem), o.scale, index, np.zeros(rows), np.ones(rows),
             0.0 if o.gain is None else share(o.gain, 1.0, f"the gain of {name!r}"), o.shift,
         )

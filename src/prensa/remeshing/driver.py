@@ -343,8 +343,8 @@ def balanced(stepping: Stepping, state: State) -> tuple[State, str]:
     dt = state.dt_last if state.dt_last > 0 else stepping.policy.first_share * (plan.t1 - plan.t0)
     at_rest = replace(state, clock=state.clock._replace(time=now - dt), du=0.0 * state.du, dt_last=0.0)
     eq = stepping.equilibrium(stepping.context(at_rest, plan, now))
-    # In no time nothing flows or slides. With flow and friction Newton took 5 to 7 iterations here, and upsetting carried 0.36
-    # % less after a new mesh; at rest it takes one, for 0.008 %.
+    # In no time nothing flows or slides. With flow and friction Newton took 5 to 7 iterations here, and upsetting carried
+    # 0.36 % less after a new mesh; at rest it takes one, for 0.008 %.
     in_no_time = replace(eq, reduced=replace(eq.reduced, assembly=AtRest(eq.reduced.assembly, system)))
     first = attempt_from(in_no_time, state.u)
     if not first.residuals:  # it could not be evaluated

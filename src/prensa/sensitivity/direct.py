@@ -254,6 +254,7 @@ class Direction:
         """The increment beside, from the committed state that belongs to it."""
         old = at.c.state.moved(self.carried, sign * self.step)
         plan = self.plans(at.c)[0 if sign > 0 else 1]
+        # Forces that a step releases are those of each side's own state; they are found once, as the step begins.
         if at.c.state.release is not None and at.c.state.clock.time == plan.t0:
             carried = release_forces(system, replace(old, release=None), plan)
             old = replace(old, release=np.zeros(system.ndof) if carried is None else carried)
@@ -330,12 +331,14 @@ class Direction:
         contacts = [self._contact(at, fixed, (moved[0], moved[1]), x, k) for k in range(len(at.c.surfaces))]
         out, states = [], []
         for k, ((sign, system, stabilisation), side) in enumerate(zip(self.sides, moved)):
+            # Reactions are those of the matrix, as pressures are: differenced, gaps times penalties would be round-off.
             e = side.e._replace(r=at.e.r + sign * self.step * reaction, contacts=tuple(pair[k] for pair in contacts))
             result = replace(how, u=side.u, lam=side.lam.copy(), evaluation=e, recover=None)
             states.append(committed(system, side.c, result, e, dt, stabilisation).moving())
             beyond = self._folded(at, side.c, e)
             states[k]["energy.friction"] -= beyond
             states[k]["energy.imbalance"] += beyond
+            # Neighbours are kept with their increment, and nobody asks them for stiffnesses.
             slim = tuple(f._replace(K=DROPPED, dp=DROPPED, dt=DROPPED) for f in e.contacts)
             out.append(Neighbour(system, side.c.plan, e._replace(contacts=slim, history=()), self.step))
         earlier = handed_down(self.carried)
@@ -371,6 +374,7 @@ class Direction:
         f, s = at.e.contacts[k], at.c.surfaces[k]
         a, b = (side.e.contacts[k] for side in fixed)
         q, lam = _motions(at.system, s, x)
+        # What multipliers held back at fixed degrees of freedom is given back here, by the matrix.
         lam = lam - self.difference(fixed[0].pushed[s.rows], fixed[1].pushed[s.rows])
         with_lam = np.hstack([lam, q])
         dp = self.difference(a.p, b.p) + (f.dp * with_lam).sum(axis=1)

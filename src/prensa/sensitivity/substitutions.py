@@ -50,6 +50,8 @@ class Substitutions:
         P, Q, size, rate, first = self._ways, self._changes, np.inf, np.inf, np.inf
         z = again(b - A @ x)
         for k in range(self.most):
+            # Q: orthonormal changes of what substitutions answer; P: the steps that make these. The next step takes with it
+            # what they can undo of z.
             shares = Q[:k] @ z
             rest = z - shares @ Q[:k]
             way = rest + shares @ P[:k]
