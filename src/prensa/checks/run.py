@@ -54,6 +54,7 @@ class RunChecks:
         ]  # fmt: skip
         self.tools_leave: list[Check[Finished]] = [partial(untouched_tools, system)]
         self.run_ends: list[Check[Finished]] = [*self.tools_leave, self.validity.warnings]
+        # Who asks stops at the first finding that ends the run: what the run has seen up to here comes before that.
         self.failed: list[Check[Failed]] = [
             self.validity.warnings, partial(tool_balance, system), partial(unilateral_support, system),
         ]  # fmt: skip
@@ -63,4 +64,5 @@ class RunChecks:
         if not result.converged or result.evaluation is None:
             return None
         given = Attempted(c, result)
+        # The first refusal ends the search; `deformation`, which looks at every element, is the last in the list.
         return next((f.reason for check in self.attempted for f in check(given) if isinstance(f, Refusal)), None)

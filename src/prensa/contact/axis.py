@@ -17,6 +17,8 @@ import numpy as np
 from prensa.contact.integration import Candidates, Points
 from prensa.types import Array, Index
 
+# Points of Radau's rule fail the patch test, a small weight leaves the node in the middle loose, a point beside the corner does
+# not lie on a curved edge.
 LOBATTO_POINT = 3 / 5  # the point between the ends, on an edge that begins on the axis
 
 
@@ -31,6 +33,7 @@ CARRIED = _values(LOBATTO_POINT)
 def edges_at_axis(surface: Candidates) -> Index:
     """Slots (e, 3) of middle, corner on the axis and other corner of the quadratic edges that end on the axis."""
     area = surface.tributary()
+    # ∫ N_A 2πr dΓ of the corner on the axis vanishes, but only to round-off.
     bare = area <= 1e-12 * area.max()
     ends = np.full((len(area), 2), -1)
     first, second = surface.slots(surface.edges).T
@@ -38,6 +41,7 @@ def edges_at_axis(surface: Candidates) -> Index:
     middle = np.flatnonzero(surface.middle & ~bare)
     ends = ends[middle]
     there = bare[ends]
+    # An edge that lies on the axis itself has both ends there, and no area to integrate over.
     touches = there.sum(axis=1) == 1
     ends = np.where(there[:, 1:], ends[:, ::-1], ends)
     return np.column_stack([middle, ends])[touches]
@@ -53,6 +57,8 @@ def with_points_at_axis(surface: Candidates, edges: Index) -> Points:
     support, N = np.repeat(nodes[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(nodes), 1))
     support[edges[:, 0]], N[edges[:, 0]] = nodes[edges], CARRIED
     parts = [nodal]
+    # What N of the point at 3/5 puts on each node is made up by that node's own point, so that Σ_q w_q N_A(q) is the node's
+    # area again: without it the patch test fails.
     for share, to in zip((1.0 - CARRIED[0], -CARRIED[1], -CARRIED[2]), edges.T):
         moved = np.full(len(nodes), -1)
         moved[edges[:, 0]] = to

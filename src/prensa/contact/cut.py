@@ -58,6 +58,7 @@ class Corners(NamedTuple):
 
     def closest(self, xi: Array) -> Closest:
         """Of the points (k, 2) in the frame of the tool."""
+        # The line alone: the nearer of line and face would have a kink, at which Newton's iterations cycle.
         d, n = xi - self.place, self.normal
         s = self.s + n[:, 0] * d[:, 1] - n[:, 1] * d[:, 0]
         return Closest((d * n).sum(axis=1), n, np.zeros(len(d)), s)
@@ -65,12 +66,16 @@ class Corners(NamedTuple):
 
 def may_cut(points: Points, shape: Tool) -> bool:
     """Whether edges are cut at the tool's corners: it has sharp ones, the points are nodes, and the edges are straight."""
+    # A factor of 1/2 everywhere is the trapezoid of straight edges. The covered part of a quadratic edge has shares of either
+    # sign, which no pressure may carry.
     return bool(points.rule.cuts and len(shape.edges) and (points.shares.factor == 0.5).all())
 
 
 def with_neighbours(points: Points) -> Points:
     """Points at nodes, carried by the node and, with no share yet, by those before and after it on the surface."""
     own = points.support[:, 0]
+    # A node at the end of a surface stands in for its missing neighbour; with N = 0 until something is cut, that changes
+    # nothing. All stencils have three nodes from the start: a cut changes numbers, not which unknowns are coupled.
     before, after = (np.arange(int(points.nodes.max()) + 1) for _ in range(2))
     before[points.edges[:, 1]], after[points.edges[:, 0]] = points.edges.T
     support = np.stack([own, before[own], after[own]], axis=1)
@@ -94,12 +99,15 @@ def cuts_of(shape: Tool, at: Array, place: Array, x: Array, edges: Index, limit:
     for *corner, ex, ey in shape.edges:
         to = centre + R @ corner - a
         along = (to * t).sum(axis=1) / length
+        # Edges that look the same way as the corner are on the far side of the body, or on another body's.
         facing = outward @ (R @ [ey, -ex]) < 0.0
         over = np.flatnonzero(facing & (along > AT_NODE) & (along < 1.0 - AT_NODE))
         if not len(over):
             continue
         k = over[np.argmin(np.abs((to * outward).sum(axis=1))[over])]
         ends = (x[edges[k]] - centre) @ R
+        # Where nothing slides corners that hold edges converge faster, but coarse meshes that are pressed far take up to ten
+        # times the iterations with them.
         up = _up_flank(shape, np.array([*corner, ex, ey]), ends, outward[k] @ R, float(along[k])) if flanks else None
         if up is not None:
             found.append(up._replace(edge=int(k)))
@@ -109,6 +117,7 @@ def cuts_of(shape: Tool, at: Array, place: Array, x: Array, edges: Index, limit:
         if under[0] != under[1]:
             end = 0 if under[0] else 1
             found.append(Cut(int(k), end, float(along[k] if end == 0 else 1.0 - along[k])))
+    # Of an edge under two corners (a tool narrower than it) no end has one covered part: it stays whole.
     several = [cut.edge for cut in found]
     return [cut for cut in found if several.count(cut.edge) == 1]
 
@@ -122,6 +131,7 @@ def _up_flank(shape: Tool, corner: Array, ends: Array, outward: Array, along: fl
     other end its own, of which there would be two at the same place else.
     """
     place, e = corner[:2], corner[2:]
+    # Both faces of the corner, a hair beside it: at the corner itself normals fan out.
     faces = shape.closest(place + BESIDE * np.hypot(*(ends[1] - ends[0])) * np.array([-e, e])).n @ outward
     flank = int(np.argmax(faces))
     end = int(np.argmax((2 * flank - 1) * (ends @ e)))
@@ -153,13 +163,18 @@ def cut(points: Points, x: Array, cuts: list[Cut]) -> Points:
             continue
         inside, outside = of[end], of[1 - end]
         if corner is not None:
+            # The point moves to the corner and keeps all of its area: the rest of its edges has no other point.
             N[shares.point[inside]] = [1.0 - covered, *((0.0, covered) if end == 0 else (covered, 0.0))]
             continue
+        # A constraint on the node beside the tool would make a stamp as wide as the whole edge:
+        # up to 11.6 % of the force at β = 1e4.
         factor[inside], factor[outside] = covered, 1.0 - covered
+        # 2πr is taken in the middle of each part.
         for i, middle in ((inside, 0.5 * covered), (outside, 0.5 * (1.0 + covered))):
             at[i] = middle if end == 0 else 1.0 - middle
         transfers.append((int(shares.point[inside]), edge, end, covered))
     out = replace(points, shares=shares._replace(factor=factor, at=at))
+    # N_B is a share of the area that the point has after the cut, so the weights are those of the new shares.
     weight = out.weights(x)
     for point, edge, end, covered in transfers:
         # ∫N_B over the covered part, of length or area of revolution: its centroid is at 2/3 of it

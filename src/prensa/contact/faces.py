@@ -102,6 +102,7 @@ class FacePoints:
     def normals(self, x: Array) -> Array:
         """Outward unit normals (k, 3) at the nodes, weighted by the areas of the faces."""
         a = x[self.faces]
+        # Half the cross product of the diagonals is the area vector of a bilinear face, warped ones included.
         n = np.cross(a[:, 2] - a[:, 0], a[:, 3] - a[:, 1])
         out = np.zeros((len(self), 3))
         np.add.at(out, self.slots, n[:, None])

@@ -76,6 +76,7 @@ class ContactForces(NamedTuple):
     @property
     def active_sets(self) -> ContactSets:
         """The sides on which the points are, and on which K has them."""
+        # Read off the slope, not the pressure: a point that rests with p = 0 has a closed point's row in K.
         return ContactSets(self.dp[:, 0] > 0, self.slip, self.redundant and self.redundant.points)
 
     @property
@@ -98,6 +99,7 @@ class ContactForces(NamedTuple):
     def way(self) -> Bytes:
         """Eighth of a turn (k,), 0 … 7 from the first tangent on, in which the traction lies; 0 or 4 in the plane."""
         if self.t.shape[1] == 1:
+            # Two directions of the same eight that the solver watches for points that go to and fro.
             return np.where(self.t[:, 0] < 0, 4, 0).astype(np.int8)
         eighths = np.round(np.arctan2(self.t[:, 1], self.t[:, 0]) / (0.25 * np.pi))
         return np.asarray(eighths % 8, dtype=np.int8)
@@ -158,7 +160,11 @@ def forces(
         by_p, by_way = np.zeros((k, t)), np.zeros((k, t, t))
     else:
         share = None if area is None else weight / area
+        # A point that is made to stay closed may be in tension, where no law has a bound. Where slip is prescribed p stays as
+        # it is: derivatives at fixed active sets need forces that are smooth through p = 0.
         pressure = np.where((want & BRANCH) == SLIDING, p, np.maximum(p, 0.0))
+        # P/a: a law is stated per current area, pressures are kept per committed area, which leaves the frictionless tangent
+        # symmetric.
         pressure = pressure if share is None else pressure * share
         way = x.s - committed.coordinate
         out = return_map(law, at, lam[:, 1:], way, pressure, touching, committed.slip, scale.k_t, want)
@@ -169,9 +175,13 @@ def forces(
     area = weight if area is None else area
     if picard_friction:
         by_p = np.zeros_like(by_p)
+        # Equations (24)-(26) of the paper have no term from the rotation of the frame; the forces keep it, so only convergence
+        # changes.
         turning = np.zeros(k), np.zeros((k, t))
     if foundation is not None and law is not None:
         springs = foundation[:, 1] > 0.0
+        # On the weak foundation of a contact step every candidate sticks elastically, so its traction must not follow its
+        # pressure; the complementarity problem takes the springs off again.
         by_p = np.where(springs[:, None], 0.0, by_p)
         stuck = -(foundation[:, 1] * scale.k_t)[:, None, None] * np.eye(t)
         by_way = np.where(springs[:, None, None], stuck, by_way)
@@ -233,6 +243,7 @@ def multiplier_rows(f: ContactForces, lam: Array, scale: Scale) -> tuple[Array, 
     by_lam = f.stencils.act(f.stencils.n)[:, :, None] * dP[:, None]
     for a in range(n - 1):
         by_lam = by_lam + f.stencils.act(f.stencils.e[:, a])[:, :, None] * dT[:, a, None]
+    # Unknowns ℓ are lengths and equations R forces: the extended matrix has the unit of a stiffness throughout.
     K[:, :q, q:] = -c[:, None, None] * by_lam
     for a in range(n):
         dR[:, a, a] -= 1.0

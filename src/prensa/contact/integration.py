@@ -17,6 +17,8 @@ import numpy as np
 from prensa.mesh.mesh import areas, beyond_corners, corner_cells, segments, sides
 from prensa.types import Array, Flags, Index
 
+# By the depth alone a penalty gives way far too much on deep elements. Two edges and not one, so that no square element
+# changes.
 SPREAD = 2.0  # edge lengths of material that one point presses in, however deep the elements behind are: docs/developer/book/04
 
 
@@ -213,6 +215,7 @@ def node_normals(x: Array, nodes: Index, edges: Index) -> Array:
 
 def point_normals(points: Points, x: Array) -> Array:
     """Outward unit normals (k, 2) of the surface at the points: of the edge inside it, averaged at a node and near it."""
+    # A point inside an edge has one share, so its edge is unique; what the others get here is not read.
     inside = (points.N.max(axis=1) < 1.0) & (not points.one_a_node)
     at_nodes = np.zeros_like(x)
     at_nodes[points.nodes] = node_normals(x, points.nodes, points.edges)
@@ -246,6 +249,7 @@ def depth_of(edges: Index, cells: Index, points: Array) -> Array:
     """Size (m,) into the body of the element behind each surface edge (m, 2|3): area over length, twice that of a triangle."""
     length = np.hypot(*(points[edges[:, 1]] - points[edges[:, 0]]).T)
     twice = 2.0 if len(corner_cells(cells)[0]) == 3 else 1.0
+    # Area over edge length is the depth of a quadrilateral, but half the height of a triangle.
     return np.asarray(twice * areas(points, cells)[behind(edges, cells)] / length)
 
 
@@ -312,6 +316,8 @@ def points_of(
     ends = edges.T.ravel()  # first ends, then second ends
     total = np.bincount(ends, np.tile(depth, 2), len(number))
     at_nodes = total[nodes] / np.bincount(ends, minlength=len(number))[nodes]
+    # ∫ N_A r over a straight edge is half its length times r at a third from node A: exact in axisymmetry with one value of r a
+    # share.
     third = np.repeat([1 / 3, 2 / 3], m)
     nodal = Shares(number[ends], np.tile(np.arange(m), 2), np.full(2 * m, 0.5), third, np.repeat([0.0, 1.0], m))
     if quadratic:
@@ -327,6 +333,7 @@ def _with_area(points: Points, X: Array, along: Index | None = None) -> Points:
     """The points that have an area on positions X, in the order ``along``."""
     weight = points.weights(X)
     along = np.arange(len(points)) if along is None else along
+    # On the axis 2πr vanishes to round-off only; a point of that weight would have a pressure that no force determines.
     along = along[weight[along] > 1e-12 * weight.max()]
     new = np.full(len(points), -1)
     new[along] = np.arange(len(along))

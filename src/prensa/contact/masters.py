@@ -67,6 +67,8 @@ class RigidMaster:
     @cached_property
     def has_memory(self) -> bool:
         """Whether coordinates of points on its moved surface are counted on from those of the last commit."""
+        # Open tools in the plane have an absolute surface coordinate. A closed one jumps by its period at a cut, and in space
+        # slip is a chord from the committed place: both need to know where the point was.
         return self.dimension == 3 or bool(np.isfinite(self.shape.period))
 
     def pairs(

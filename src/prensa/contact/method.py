@@ -56,6 +56,7 @@ class Enforcement(Member, abstract=True):
 
     def beta_of(self, unit: Array) -> float:
         """Penalty over E*/h, at the median point."""
+        # The median: single elements much flatter or deeper than the rest would hide what was meant.
         return float(np.median(self.stiffness(unit)[0] / unit))
 
 

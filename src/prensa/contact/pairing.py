@@ -82,6 +82,7 @@ def rotation(turn: Array) -> Array:
         return np.array([[c, -s], [s, c]])
     angle = float(np.linalg.norm(turn))
     W = _cross_matrix(turn)
+    # Rodrigues' formula; np.sinc holds sin θ/θ and (1 − cos θ)/θ² through θ = 0, where tools that do not turn are.
     return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * W + 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * W @ W)
 
 
@@ -91,6 +92,7 @@ def spin(turn: Array) -> Array:
         return np.eye(1)
     angle = float(np.linalg.norm(turn))
     W = _cross_matrix(turn)
+    # (θ − sin θ)/θ³ cancels for small angles; below 1e-3 the first term that its series leaves out is under round-off.
     third = (1.0 - np.sinc(angle / np.pi)) / angle**2 if angle > 1e-3 else 1.0 / 6.0 - angle**2 / 120.0
     return np.asarray(np.eye(3) + 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * W + third * W @ W)
 
@@ -142,8 +144,11 @@ def _turn_into_space(g, c, n_tool, place, arm, n, e, dg, ds, turn):
         dg[k, 4] = arm[k, 1] * n[k, 0] - arm[k, 0] * n[k, 1]
         along[4] = arm[k, 1] * e[k, 0, 0] - arm[k, 0] * e[k, 0, 1]
         for i in range(5):
+            # c is the curvature at the point, 1/(R + g) beside a circle: the foot of the projection moves by the share
+            # 1 − g c = R/(R + g).
             ds[k, 0, i] = (1.0 - g[k] * c[k]) * along[i]
             turn[k, 0, i] = c[k] * along[i]
+        # The frame turns with the tool besides.
         turn[k, 0, 4] += 1.0
 
 
@@ -168,6 +173,7 @@ def spatial_pairs(shape: Closer, X: Array, u: Array, at: Array, place: Array, si
     if since is not None:
         touched = (X + since.u - at - since.place[:3]) @ rotation(since.place[3:])
         then = shape.closest(touched)
+        # The chord begins at the foot of the committed point: the penetration or gap that it had is no slip.
         touched, m, start = touched - then.g[:, None] * then.n, then.n, start + since.s
     n, e, kept, s = np.empty((k, 3)), np.empty((k, 2, 3)), np.empty((k, 2, 3)), np.empty((k, 2))
     dg, ds, turn = np.empty((k, 9)), np.empty((k, 2, 9)), np.empty((k, 3, 9))
@@ -210,6 +216,8 @@ def _carried_frame(Q, T, y, n_tool, H, touched, m, start, n, e, kept, s, dg, ds,
         for i in range(3):
             c += n_tool[k, i] * m[k, i]
         x = 1.0 - c
+        # α/sin α and its derivative by cos α in powers of x = 1 − cos α: arccos loses half of its digits where normals hardly
+        # turn.
         if x < SMALL_ANGLE:
             phi = 1.0 + x * (1 / 3 + x * (2 / 15 + x * (2 / 35 + x * 8 / 315)))
             dphi = -(1 / 3 + x * (4 / 15 + x * (6 / 35 + x * 32 / 315)))
@@ -221,6 +229,7 @@ def _carried_frame(Q, T, y, n_tool, H, touched, m, start, n, e, kept, s, dg, ds,
             for i in range(3):
                 b += n_tool[k, i] * old[a, i]
             for i in range(3):
+                # The smallest rotation from m to n. It is undefined only for n = −m, half a turn within one increment.
                 now[a, i] = old[a, i] - b / (1.0 + c) * (m[k, i] + n_tool[k, i])
                 way += now[a, i] * (y[k, i] - touched[k, i])
             s[k, a] = start[k, a] + phi * way
@@ -264,6 +273,7 @@ def _carried_frame(Q, T, y, n_tool, H, touched, m, start, n, e, kept, s, dg, ds,
                 turn[k, i, q] = 0.0
             for l in range(3):
                 l1, l2 = (l + 1) % 3, (l + 2) % 3
+                # Spin of the frame: n × dn turns the normal, the rest turns the tangents about it.
                 spin_l = n_tool[k, l1] * dn[l2] - n_tool[k, l2] * dn[l1] + about * n_tool[k, l]
                 if col >= 3:
                     spin_l += T[l, col - 3]
@@ -316,6 +326,7 @@ def reference_pairs(
     centre = at + place[:d]
     h = np.empty(len(X))
     N = np.empty_like(X)
+    # `along` takes one direction for many points, and a flat side has one.
     for nu in np.unique(normal, axis=0):
         rows = (normal == nu).all(axis=1)
         local = (X[rows] - centre) @ R
@@ -327,10 +338,12 @@ def reference_pairs(
     slope = (N * normal).sum(axis=1)
     # a ray that grazes the tool (the flank of a fillet, a cylinder's equator) meets it under no pressure
     miss = ~np.isfinite(h) | (slope > -GRAZING)
+    # A slope of −1 for those that miss only keeps the divisions below finite: their gap is infinite.
     h, slope = np.where(miss, np.inf, h), np.where(miss, -1.0, slope)
     g = h - (normal * u).sum(axis=1)
     arm = X - centre
     to_hit = arm + np.where(miss, 0.0, h)[:, None] * normal
+    # The ray X + h ν meets the tool where N·(X + h ν − x_tool) = 0: h changes by N·dx_tool over N·ν.
     dg = np.concatenate([n, N / slope[:, None], _moment(to_hit, N) @ T / slope[:, None]], axis=1)
     step = place - since.place
     half, slip, ds = arm + 0.5 * step[:d], np.empty((len(X), d - 1)), np.empty((len(X), d - 1, dg.shape[1]))

@@ -56,6 +56,7 @@ def passing(system: Geometry, s: Surface, f: ContactForces, before: Array, after
 def _elements(system: Geometry, s: Surface, points: int) -> float:
     """Elements that so many points of a contact stand for: a node one, or half of a quadratic one."""
     whole = len(s.points) if s.points.are_nodes else len(s.points.edges)
+    # Rules with several points an edge count it once, the two pieces of a quadratic side as one element.
     return points * whole / len(s.points) / pieces(system, s)
 
 

@@ -26,6 +26,8 @@ TOUCH = 1e-10  # gap over element depth below which a point touches where an inc
 
 def pressure(lam: Node, k_n: Node, g: Node, closed: Node) -> Node:
     """Pressure of a point with a gap g."""
+    # A pressure that rises smoothly before the touch was tried: it smears pressures, takes up to eight times the iterations,
+    # and the ripple of landing nodes stays.
     return where(closed, lam - k_n * g, 0.0)
 
 
@@ -37,14 +39,19 @@ def _normal() -> Program:
     g, lam, k_n, h, round_off, want = (given(name, 0) for name in ("g", "lam", "k_n", "h", "round_off", "want"))
     closed = given("closed", 0)
     found = lam - k_n * g  # −inf where a ray misses the tool
+    # One unit in the last place of a coordinate, times the penalty, is a force: a point that was closed must not open and close
+    # by it.
     rests = found >= -(k_n * round_off + EPS * absolute(lam))
+    # Recorded numbers have no bits to mask: the flags NEARBY = 8 and HOLD = 4 are subtracted, the larger one first.
     near = want >= 1.0 * NEARBY
     branch = where(near, want - 1.0 * NEARBY, want)
     branch = where(branch > 1.0 * BRANCH, branch - (BRANCH + 1.0), branch)
     opened, decides = ~differs(branch, OPEN), ~differs(branch, DECIDE)
     held = ~opened & ~decides & (absolute(found) < np.inf)  # a point that the tool has left behind has no gap
+    # A point that just touches resists like a closed one, or a body at rest on a tool would be free.
     by_itself = (closed & rests) | (~closed & (found >= 0.0)) | (near & (found >= -(TOUCH * k_n * h)))
     touching = held | (~opened & by_itself)
+    # The slope (touching) may be that of a closed point where the pressure is zero: residual and matrix take their kinks apart.
     p = where(held | (~opened & (found > 0.0)), found, 0.0)
     rows: list[Kind] = [Rows(1)] * 6
     arrays: dict[str, Kind] = dict(zip(("g", "lam", "k_n", "h", "round_off", "want"), rows))
@@ -117,6 +124,7 @@ def answers(
         t, after, _ = returned(found, q, kappa, k_t, law, Sides(slip, slip & (magnitude(found) > 0.0), slip))
         tau = law.bound(q, kappa)
     P, T = w * p, [a * x for x in t]
+    # Trapezoid over the increment: backward Euler would add a dissipation of first order to the energy balance.
     friction = 0.5 * (area_was * magnitude(was) + magnitude(T)) * (after - kappa)
     stored = 0.5 * (P * p / k_n + sum((x * y for x, y in zip(T[1:], t[1:])), start=T[0] * t[0]) / k_t)
     return {"p": [p], "t": t, "slip": [after], "P": [P], "T": T, "bound": [tau], "friction": [friction], "stored": [stored]}

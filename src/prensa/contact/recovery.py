@@ -90,6 +90,7 @@ def _fit(members, begin, end, cells, X, values, x, v, ux, uy, sx, sy, terms, cou
     for m in range(begin, end):
         e = members[m]
         own = 0
+        # Which corner of the element the node is decides the row of the weights.
         while counts.shape[0] and cells[e, own] != v:
             own += 1
         for q in range(X.shape[1]):
@@ -262,9 +263,12 @@ def recover(
     skin = np.unique(boundary_edges(cells))
     if kinked is not None and kinked.any():
         near = skin[_around(cells, n, kinked)[skin]]
+        # `count` has served: the node's own patch is now its only contribution, and is not divided.
         out[near] = 0.0
         _patches(near, at if N is None else at._replace(counts=_counts(N)), OWN_TERMS[a], OWN, out, count)
     if centred and at.interior.any():
+        # `kinked` is given for elements that follow gradients, `centred` for the others: neither overwrites what the other has
+        # done.
         reached, alike = skin[_reached(at)[skin]], np.ones(X.shape[1])
         middle = at._replace(X=_mean(X, alike), values=_mean(values, alike), counts=np.empty((0, 1)))
         out[reached] = _of_centres(middle)[reached]
@@ -308,6 +312,7 @@ def with_tractions_of_centres(
     flows = none.copy()
     flows[cells[yielded]] = True
     along = np.where(flows[nodes], 1.0, poisson / (1.0 - poisson))
+    # The addition is Δσ_nn [n⊗n + ν/(1 − ν) (1 − n⊗n)], in components; 1 in the place of ν/(1 − ν) for metal that flows.
     share = np.column_stack([nx**2 + along * ny**2, ny**2 + along * nx**2, along, (1.0 - along) * nx * ny])
     out[nodes] += more[:, None] * share
     return out
@@ -373,7 +378,10 @@ def at_free_edges(
     flows, some_rest = np.asarray(yielded.any(axis=1)), np.asarray(~yielded.all(axis=1))
     near = (~loaded & _around(cells, n, flows) & _around(cells, n, some_rest))[nodes]
     nodes, nx, ny = nodes[near], nx[near], ny[near]
+    # One fit serves both the values and what varies within the elements, which alone is put right.
     both = np.concatenate([values, values - values.mean(axis=1, keepdims=True)], axis=2)
+    # The law integrated at the surface with a history of its own is right in all cases too, but it is a second state to commit,
+    # to store and to carry to new meshes.
     own = np.zeros((n, 2 * values.shape[2]))
     _patches(nodes, _sampled(x, cells, X, both), OWN_TERMS[a], OWN, own, np.zeros(n, dtype=np.int64))
     xx, yy, zz, xy = own[nodes].reshape(-1, 2, 4).T  # (2, nodes) each: the values, and what is within the elements of them
@@ -418,16 +426,19 @@ def borne(x: Array, cells: Index, nodal: Array, limit: Array, thin: bool) -> Arr
     nn = xx * nx**2 + 2.0 * xy * nx * ny + yy * ny**2
     nt = (yy - xx) * nx * ny + xy * (nx**2 - ny**2)
     tt = xx + yy - nn
+    # In plane stress σ_tt² − σ_tt σ_nn + σ_nn² + 3 σ_nt² = limit² says |σ_tt − σ_nn/2| = √room.
     room = limit[nodes] ** 2 - 3.0 * nt**2 - (0.75 * nn**2 if thin else 0.0)
     if thin:
         half = np.sqrt(np.maximum(room, 0.0))
         skin, across = np.clip(tt, 0.5 * nn - half, 0.5 * nn + half), zz
     else:
+        # Mises' square less 3 σ_nt² is homogeneous in σ_tt − σ_nn and σ_zz − σ_nn: one factor on both brings it to the limit.
         rest = np.maximum(mises[nodes] ** 2 - 3.0 * nt**2, SMALLEST)
         less = np.sqrt(np.clip(room / rest, 0.0, 1.0))
         skin, across = nn + less * (tt - nn), nn + less * (zz - nn)
     turned = [nn * nx**2 - 2.0 * nt * nx * ny + skin * ny**2, nn * ny**2 + 2.0 * nt * nx * ny + skin * nx**2]
     whole = np.column_stack([*turned, across, (nn - skin) * nx * ny + nt * (nx**2 - ny**2)])
+    # Else traction alone is beyond the limit, and the smaller deviator of above stands.
     out[nodes[room >= 0.0]] = whole[room >= 0.0]
     return out
 
@@ -442,6 +453,7 @@ def _smooth_sides(x: Array, cells: Index, loaded: Flags, held: Flags) -> tuple[I
     normal = np.zeros((n, 2))
     np.add.at(normal, sides.ravel(), np.repeat(unit, 2, axis=0))
     length, count = np.hypot(*normal.T), np.bincount(sides.ravel(), minlength=n)
+    # Two unit normals at the angle φ add up to the length √(2 (1 + cos φ)).
     nodes = np.flatnonzero((count == 1) | ((count == 2) & (length**2 > 2.0 * (1.0 + NO_CORNER))))
     return nodes, (normal[nodes] / length[nodes, None]).T
 

@@ -56,6 +56,8 @@ class RedundantMultipliers(NamedTuple):
     def put(self, values: Array, slopes: Array) -> None:
         """Put them in the place of pressures and tractions (k, 2), whose slopes are (k, 2, 2 + m)."""
         n, t = self.points.normal, self.points.tangential
+        # First the traction: its bound follows the pressure λ_n − k_n g, whose slopes the last line empties where the pressure
+        # is kept.
         slopes[t, 1] = self.by_p[t, None] * slopes[t, 0]
         values[t, 1], values[n, 0] = self.t[t], self.p[n]
         slopes[n, 0] = 0.0
@@ -70,6 +72,8 @@ def hold(at, free, normal, tangential, closed, g, s, coordinate, depth, round_of
     """
     for i in range(len(at)):
         k = at[i]
+        # Only an equation that is met may be left out. A gap that supports hold open or drive in has no exact answer, and has
+        # to reach the factorisation, which refuses it with its place.
         least = max(MET * depth[k], 4.0 * round_off[k])
         if not closed[k]:
             continue

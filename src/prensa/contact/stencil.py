@@ -113,6 +113,7 @@ def assemble(x: Stencils, law: Response, turning: tuple[Array, Array]) -> Assemb
         P, T = turning
         f = (law.weight * P)[:, None] * x.n + ((law.area[:, None] * T)[:, :, None] * x.e).sum(axis=1)
         s = d * x.coef.shape[1]
+        # Weighted gaps: the coefficients move with both sides, and −∂F/∂q has the term of forces that change nodes.
         K[:, :s] -= np.einsum("kjq,ki->kjiq", x.dcoef, f).reshape(k, s, m)
     return Assembled(F, K, dp, dt)
 
@@ -176,6 +177,8 @@ def _general(
             for b in range(h):
                 dt[k, a, 1 + b] = -by_way[k, a, b] / k_t[k]
         for i in range(d):
+            # From here on f holds the forces that turn with the frame; they are not p and t where friction is iterated as in
+            # the paper.
             f[i] = weight[k] * P[k] * n[k, i]
             for a in range(h):
                 f[i] += area[k] * T[k, a] * e[k, a, i]
@@ -198,6 +201,8 @@ def _general(
                 for i in range(d):
                     K[k, d * b + i, q] = coef[k, b] * df[i]
             for j in range(m - s):
+                # The arm always moves with the reference point, the last node; with the slave's nodes only where forces act at
+                # the moved place.
                 moment = coef[k, q // d] * B[q % d, j] if q < s and (moving or q >= s - d) else 0.0  # the arm moves
                 for i in range(d):
                     moment += A[i, j] * df[i]

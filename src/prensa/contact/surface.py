@@ -97,12 +97,15 @@ class Surface:
     @property
     def unit(self) -> Array:
         """E*/h (k,) of the points: what β multiplies, h what they press in; of multipliers the unit, h the depth there."""
+        # Not the body's own stiffness at the point: that differs with every law and state, and its derivative would belong to
+        # the tangent.
         return self.modulus / (self.points.depth if self.exact else self.points.pressed_length)
 
     def supports(self, fixed: Index) -> Supports | None:
         """Of exact contacts in the plane: the points with ``fixed`` degrees of freedom of the body; None if there are none."""
         if not self.exact or self.X.shape[1] > 2:
             return None
+        # Points in space have no exact enforcement, so nothing there is redundant.
         free = ~np.isin(self.dofs, fixed)
         at = np.flatnonzero(~free[:, : self.of_master.start].all(axis=1))
         return Supports(at, free[at]) if len(at) else None
@@ -111,6 +114,7 @@ class Surface:
         """Penalty stiffnesses of the points: k_n = β E*/h, k_T = β_T E*/h, not below ``k_t_least`` (k,)."""
         unit = self.unit
         k_n, k_t = self.description.enforcement.stiffness(unit)
+        # A law that falls by more than k_T per slip has no unique slip; the least stiffness comes from `FrictionLaw.softening`.
         return Scale(k_n, np.maximum(k_t, k_t_least), self.points.depth, unit)
 
 

@@ -40,6 +40,7 @@ class FacingSides(NamedTuple):
         """From the nodes (k,) and (c,) of the two sides, each in walking order."""
         k = len(slave)
         at = np.arange(k)[:, None] + np.arange(-NEIGHBOURS_BEFORE, NEIGHBOURS_BEFORE + 1)
+        # Stencils have one width: beyond the ends of the side the end node stands in, and `there` leaves it out.
         nodes = np.hstack([slave[np.clip(at, 0, k - 1)], np.tile(master, (k, 1))])
         return cls(nodes, (at >= 0) & (at < k))
 
@@ -76,6 +77,7 @@ def _integrals(x, there, coef, n):
                 nu[i, 1] -= x[j + 1, 0] - x[j, 0]
         size = np.sqrt(nu[i, 0] * nu[i, 0] + nu[i, 1] * nu[i, 1])
         nu[i, 0], nu[i, 1] = nu[i, 0] / size, nu[i, 1] / size
+    # The slave's averaged normal at the own node, turned round: on flat sides it does not depend on the master's mesh.
     n[0], n[1] = -nu[2, 0], -nu[2, 1]
     coef[:] = 0.0
     ends = np.empty(2, x.dtype)
@@ -90,13 +92,17 @@ def _integrals(x, there, coef, n):
             for e in range(2):
                 px, py = x[c + e, 0], x[c + e, 1]
                 s = ((px - ax) * tx + (py - ay) * ty) / (length * length)
+                # No criterion ends the iteration: the imaginary part, which is the derivative, converges behind the real one.
                 for _ in range(_PROJECTIONS):
                     vx, vy = nu[i, 0] + s * wx, nu[i, 1] + s * wy
                     dx, dy = ax + s * tx - px, ay + s * ty - py
                     s -= (dx * vy - dy * vx) / (tx * vy - ty * vx + dx * wy - dy * wx)
                 ends[e] = s
+            # The master side runs against the slave side; complex numbers have no order, their real parts do.
             lo, hi = (ends[0], ends[1]) if ends[0].real < ends[1].real else (ends[1], ends[0])
             if lo.real < 0.0:
+                # An end that is clipped to the edge does not move with the nodes: value and imaginary part, which is its
+                # derivative, are constants.
                 lo = lo * 0.0
             if hi.real > 1.0:
                 hi = hi * 0.0 + 1.0
@@ -108,6 +114,7 @@ def _integrals(x, there, coef, n):
                 vx, vy = nu[i, 0] + s * wx, nu[i, 1] + s * wy
                 m = ((ax + s * tx - x[c, 0]) * vy - (ay + s * ty - x[c, 1]) * vx) / (ex * vy - ey * vx)
                 part = (1.0 - s if i == 2 else s) * length * (hi - lo) * _GAUSS_SHARES[q]
+                # `part` has N_A of the own node, the third of five: its row of (∫ N_A N_B, −∫ N_A M_C).
                 coef[i] += part * (1.0 - s)
                 coef[i + 1] += part * s
                 coef[c] -= part * (1.0 - m)
@@ -122,6 +129,7 @@ def _state(x, there, committed, coef, v):
     length = abs(x[1, 0].real - x[3, 0].real) + abs(x[1, 1].real - x[3, 1].real)
     if area.real <= NO_PIECE * length:
         coef[:] = 0.0
+        # An infinite gap is open whatever the penalty, and its slopes are never asked for.
         v[0], v[3] = np.inf, 0.0
         return
     v[0], v[3] = 0.0, 0.0

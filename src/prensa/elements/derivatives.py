@@ -72,6 +72,7 @@ def _record(v: Variant) -> _Recorded:
     u = [b - a for a, b in zip(x_n, x)]
     g = gradients(x_n, shapes, v.axisymmetric)
     h = stretched = gradient(u, g)
+    # Without F-bar nothing is shared: α is one, and forces are those of the point alone.
     ratio, middle = ONE, list[Node]()
     if v.bar:
         middle = [dilatation(gradient(u, gradients(x_n, [lift(s) for s in centre(n, 2)], v.axisymmetric)))]
@@ -132,6 +133,7 @@ def _along(v: Variant, m: int) -> dict[str, Kind]:
 def _forces_along(v: Variant, m: int) -> Program:
     """Of m directions of all that an element depends on: what they change of its forces, (2a, m)."""
     e = _record(v)
+    # Places and numbers of the law reach local values by more than what these name, so they are looked through here.
     d = forward(e.forces, _seeds(e, v, m), m, locals_=False)
     sums = [x for row in d for x in row]
     return Program(_along(v, m) | {"r": Rows(v.dofs * m)}, puts("r", map(total, range(len(sums)))), sums, v.points)
@@ -165,6 +167,7 @@ def _back(v: Variant, by_forces: bool) -> Program:
     sums, written = bar[:k], list[Put]()
     arrays = _arrays(v) | {"w": Rows(v.fields, points=True), "r": Rows(v.dofs), "to_x_n": Rows(v.dofs)}
     arrays |= {"to_x": Rows(v.dofs)}
+    # The dilatation at the centre is one for all points: weights on it are summed over them, and go back to the places once.
     middle = reverse(e.centre, [total(len(places) + i) for i in range(len(e.centre))], places)
     back = [total(i) + b for i, b in enumerate(middle)]
     if by_forces:

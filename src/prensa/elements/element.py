@@ -157,6 +157,7 @@ def workspace(element: Element, k: int) -> Work:
 def material(c: Chunk, law: Material, at: At, work: Work) -> Failure | None:
     """The law at all points of a chunk, from work.h to work.P, work.A and c.new."""
     n, m = work.points.size, work.h.shape[-1]
+    # Laws set the flags of points that fail and clear none.
     work.points[:] = False
     out = Out(work.P.reshape(n, m), work.A.reshape(n, m, m), c.new.reshape(n, -1), work.points.reshape(n))
     law.update(work.h.reshape(n, m), c.old.reshape(n, -1), at, out)

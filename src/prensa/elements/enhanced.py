@@ -105,6 +105,7 @@ def _record(f: Form) -> _Element:
         grad[0] + F0[0] * B[0] + F0[1] * B[2], grad[1] + F0[0] * B[1] + F0[1] * B[3],
         grad[2] + F0[2] * B[0] + F0[3] * B[2], grad[3] + F0[2] * B[1] + F0[3] * B[3], grad[4] + (1.0 + H0[4]) * B[4],
     ]  # fmt: skip
+    # (F − F_n) F_n⁻¹ and not F F_n⁻¹ − I: small increments keep all their digits.
     d = [x - y for x, y in zip(H, Hn)]
     volume = g.volume * row[12] * given("scale", 0)
     if not f.finite:

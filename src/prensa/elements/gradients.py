@@ -93,6 +93,7 @@ def fbar(h: Tensor, centre: Node, axisymmetric: bool) -> tuple[tuple[Node, ...],
     delta = (centre - here) / (1.0 + here)
     # with all the digits of a small δ
     more = expm1((2.0 / 3.0) * half_log1p(delta)) if len(diagonal) == 3 else delta / (1.0 + sqrt(1.0 + delta))
+    # α depends on the nodes through h and J₀ alone: its slopes by these come once, not by every degree of freedom.
     (more,) = local([more], (*h, centre))
     alpha = 1.0 + more
     stretched = tuple(

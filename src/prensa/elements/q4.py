@@ -36,6 +36,7 @@ def narrow(x: Sequence[Node]) -> Node:
     ax, ay, bx, by, cx, cy = x1 + x2 - x3, y1 + y2 - y3, x3 + x2 - x1, y3 + y2 - y1, x2 - x3 - x1, y2 - y3 - y1
     centre = ax * by - ay * bx
     least = centre - (absolute(ax * cy - ay * cx) + absolute(cx * by - cy * bx)) / math.sqrt(3.0)
+    # The initial shape is not looked at here: 1.6 covers the 1.58 that a point of a convex one may have, so none is missed.
     return ~(least > 1.6 * LEAST_AREA_SHARE * centre)
 
 
@@ -119,5 +120,6 @@ def _unfold(folds, X, x, d, axisymmetric, modulus, forces, stiffness, r_out, K_o
                 for i in range(2):
                     for b in range(4):
                         for k in range(2):
+                            # ∂B_ai/∂v_bk = −B_ak B_bi, of the centre less of the point.
                             turn = B[q, 2 * a + k] * B[q, 2 * b + i] - B[POINTS, 2 * a + k] * B[POINTS, 2 * b + i]
                             K_out[e, 2 * a + i, 2 * b + k] += W * (slope[2 * a + i] * slope[2 * b + k] + excess * turn)

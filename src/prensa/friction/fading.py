@@ -52,6 +52,8 @@ class Fading(FrictionLaw, abstract=True):
         zero = np.zeros_like(p)
         now = (zero, zero, zero) if self.now is None else bounded(self.now, p, kappa, at)
         before = bounded(self.before, p, kappa, at)
+        # Dead forces that are taken away instead would not go with the pressure, and tools would feel forces that no table
+        # shows.
         left = np.where(before[0] > now[0], self._left(at.time), 0.0)
         tau, by_p, by_kappa = (n + left * (b - n) for b, n in zip(before, now))
         return tau, by_p, by_kappa
@@ -80,5 +82,6 @@ class Fading(FrictionLaw, abstract=True):
 
 def fading(before: FrictionLaw | None, now: FrictionLaw | None, t0: float, t1: float) -> FrictionLaw | None:
     """The law of a step from t0 to t1 that changes ``before`` to ``now``."""
+    # Friction that appears or rises is reached by sliding on, without a jump: it needs no fading.
     same = before is None or before.frictionless or before == now
     return now if same or before is None else Fading(before, now, t0, t1)

@@ -31,6 +31,7 @@ from prensa.friction.at import At as At
 from prensa.model.doors import Member
 from prensa.types import Array
 
+# In the case's unit of length, four a decade: no law of a user's says at which slip it falls steepest.
 SLIPS = np.concatenate(
     [[0.0], np.geomspace(1e-9, 1e9, 73)]
 )  # ahead of the present one, at which softening is looked for

@@ -94,9 +94,12 @@ class Recorded:
 
     def _part(self, form: Form, numbers: Iterator[Node]) -> Any:
         cls, found = form
+        # Past the validation of the class, whose fields are nodes here, and into __dict__, where cached properties look first:
+        # what is `derived` becomes a number of the graph too.
         out: Any = object.__new__(cls)
         for name, kind in found:
             if kind is Stands.NUMBER:
+                # `arrays_of` asks for the names of tables alone, and has no numbers to give.
                 out.__dict__[name] = next(numbers, ZERO)
             elif kind is Stands.TABLE:
                 own = f"knots_{len(self.tables)}", f"coefficients_{len(self.tables)}"

@@ -96,10 +96,12 @@ def trial(lam: Sequence[Node], way: Sequence[Node], k_t: Node, touching: Node) -
 
 def decide(size: Node, tau: Node, p: Node, touching: Node, want: Node) -> Sides:
     """The sides of a point with a trial traction of a ``size`` and the bound tau; ``want``: see `return_map`."""
+    # 2 HOLD is `NEARBY` of contact points, of which friction knows nothing; flags are subtracted as in `contact.point`.
     rest = where(want >= 2.0 * HOLD, want - 2.0 * HOLD, want)
     hold = rest >= 1.0 * HOLD
     branch = where(hold, rest - 1.0 * HOLD, rest)
     held, sticks = ~differs(branch, SLIDING), hold | ~differs(branch, STUCK)
+    # Without the margin a point that slid and rests would flip between stick and slip by round-off, a factorisation each time.
     beyond = size > (1.0 + ON_BOUND) * tau
     slip = touching & (held | (beyond & ~sticks))
     return Sides(slip, slip & ((held & (size > 0.0)) | (~held & (p > 0.0))), held)
@@ -115,6 +117,7 @@ def returned(
     """
     size = magnitude(t)
     tau = law.bound(p, kappa)
+    # Of a law that does not harden this is the slip itself, of others where the search begins.
     rise = where(sides.moves, (size - tau) / k_t, 0.0)
     if law.hardens:
         most, reach = size / k_t, 2.0 * where(size > absolute(tau), size, absolute(tau)) / k_t
@@ -180,6 +183,8 @@ def return_map(
         out = _mapped(values.form, law.hardens, points, want, arrays(values, at, len(dg)))
     else:
         out = _of_arrays(law, at, points, want)
+    # NaN makes the evaluation fail and the increment be cut: where the root is not unique any tangent would lead to one of
+    # several answers.
     if law.hardens and (soft := out.slip & (law.softening(p, kappa, at) >= k_t)).any():
         out.dt_dg[soft], out.dt_dp[soft] = np.nan, np.nan
     return out
@@ -201,6 +206,8 @@ def _of_arrays(law: FrictionLaw, at: At, points: _Points, want: Bytes) -> Tangen
     """The return map of a law that is stated in NumPy: its slips are found here, of all points at once."""
     lam, dg, p, touching, kappa, k_t = points
     tau, by_p, by_kappa = bounded(law, p, kappa, at)
+    # This pass decides the branches, at the committed slip; the one below has the tangent to the bound at the slip that is
+    # found.
     out = _mapped(None, False, points, want, (np.stack([tau, by_p, 0.0 * tau, kappa], axis=1),))
     if not law.hardens:
         return out
@@ -231,6 +238,7 @@ def _hardening_root(
         if (~slip | (np.abs(f) <= 2e-16 * size) | (hi - lo <= 2e-16 * hi)).all():
             break
         D = k_t + dtau_k
+        # Where the bound falls faster than k_T Newton's step leads away from the root; the bracket is halved instead.
         newton = x + f / np.where(D > 0, D, np.inf)
         inside = (newton > lo) & (newton < hi)
         x = np.where(slip & (np.abs(f) > 0), np.where(inside, newton, 0.5 * (lo + hi)), x)

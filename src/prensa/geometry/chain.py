@@ -207,6 +207,7 @@ def crossings(p: Piece, q: Piece) -> list[Point]:
         t = q.coordinate((cx, cy))
         fx, fy = q.at(t)
         away = hypot(fx - cx, fy - cy)
+        # As a product: the difference of the squares cancels where the line all but touches the circle.
         half = (p.radius - away) * (p.radius + away)
         if half < -NEGLIGIBLE * p.radius * p.radius:
             return []
@@ -238,6 +239,7 @@ def _fillet(p: Piece, q: Piece, radius: float, slack: float) -> tuple[Piece, Pie
             fits.append((hypot(c[0] - vertex[0], c[1] - vertex[1]), c, max(tp, p.lo), min(tq, q.hi)))
     if not fits:
         return None
+    # Lines and arcs may be touched by up to four such circles: the one nearest to the corner is its fillet.
     _, c, tp, tq = min(fits)
     (x0, y0), (x1, y1) = p.at(tp), q.at(tq)
     start = atan2(y0 - c[1], x0 - c[0])
@@ -299,6 +301,7 @@ def chain(points: Sequence[Any], fillet: Any, closed: bool, automatic: float = 0
             lo, hi = 0.0, 1.0
             for _ in range(30):
                 mid = 0.5 * (lo + hi)
+                # For the message alone: the largest share of the radii that still fits.
                 lo, hi = (mid, hi) if _fits(sharp, [mid * r for r in radii], closed, slack) else (lo, mid)
             raise ChainError(
                 f"{error}; {lo * radii[_index(sharp, error.point)]:.3g} does", error.point, "fillet"

@@ -17,6 +17,7 @@ from prensa.precision import DRAWN
 _CELL = re.compile(r"(?:CPEG|CPE|CPS|CGAX|CAX|AC2D|ACAX|DC2D|DCAX|M3D|SFM3D|STRI|S)([3468])")
 _LINE = re.compile(r"(?:T2D|T3D|R2D|RAX|SAX|B2|B3|DC1D)([123])")
 _MESH = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE")
+# Refused rather than passed over: nodes and elements that these keywords make would be missing without a word.
 _GENERATING = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "INCLUDE", "SYSTEM")
 
 
@@ -123,6 +124,8 @@ class Scope:
             elif len(v) == 7 and number < 2:
                 if v[6] and hypot(v[3] - v[0], v[4] - v[1]) > DRAWN * abs(v[5] - v[2]):
                     raise FileError.at(line, "the instance is turned out of the plane of x and y; draw its part in that plane")
+                # Abaqus turns by the right-hand rule about the axis from the first point to the second: one along −z turns
+                # clockwise.
                 angle = radians(v[6]) * (1.0 if v[5] >= v[2] else -1.0)
                 c, s, dx, dy = cos(angle), sin(angle), x - v[0], y - v[1]
                 x, y = v[0] + c * dx - s * dy, v[1] + s * dx + c * dy
@@ -134,6 +137,7 @@ class Scope:
 def _parameters(text: str) -> dict[str, str]:
     """The values of a keyword line, by their names in capitals."""
     pairs = (word.partition("=") for word in text.split(","))
+    # Abaqus takes no notice of case in names: they are compared in capitals and shown as they were written.
     return {name.strip().upper(): value.strip().strip('"') for name, _, value in pairs}
 
 
@@ -201,9 +205,11 @@ class Assembly:
                 part.append(k)
             else:
                 self._take(k, here)
+        # Parts without an assembly are placed once each where they were drawn.
         if parts and not self.instances:
             for name, (spelled, _) in parts.items():
                 self._instance(Keyword("INSTANCE", {"NAME": spelled, "PART": name}, 0), parts)
+        # Last, since an instance may have nodes of its own behind those of its part.
         for scope in self.instances.values():
             for n in scope.nodes:
                 x, y, z = self.nodes[n]
@@ -216,6 +222,7 @@ class Assembly:
         if name.upper() in self.instances:
             raise FileError.at(k.line, f"there are two instances {name!r}")
         spelled, content = parts[wanted.upper()]
+        # Every instance counts its nodes from 1: an offset of its own keeps labels of instances apart.
         scope = Scope(name, spelled, LABELS * (len(self.instances) + 1), k.line, list(k.data))
         self.instances[name.upper()] = scope
         for inside in content:
@@ -274,6 +281,7 @@ class Assembly:
         kind = k.parameters.get("TYPE", "").upper()
         cell, line = _CELL.match(kind), _LINE.match(kind)
         if kind.startswith(("C3D", "SC", "CSS", "COH3")) or not (cell or line):
+            # They are no part of the mesh; where they would change the answer, their own keyword (*SPRING, …) is refused.
             if kind.startswith(("MASS", "SPRING", "DASHPOT", "CONN", "ROTARY", "DCOUP")):
                 return
             raise FileError.at(
@@ -284,6 +292,8 @@ class Assembly:
             count = int(cell[1])
         else:
             assert line is not None
+            # The digit of shells of revolution and beams is the order of their interpolation, that of trusses the number of
+            # nodes.
             count = int(line[1]) + (1 if kind.startswith(("SAX", "B2", "B3")) else 0)
         numbers = k.numbers()
         if len(numbers) % (count + 1):
@@ -304,6 +314,7 @@ class Assembly:
         """Labels of a set: listed, generated (first, last, step), or those of sets named in it."""
         owner = self._named_instance(k.line, k.parameters.get("INSTANCE", ""), scope)
         out: list[int] = []
+        # A slip in first, last or step would otherwise make a list of billions of labels.
         limit = 10 * (len(self.nodes) + len(self.cells) + len(self.lines)) + 10
         for line, words in k.data:
             if "GENERATE" in k.parameters:
@@ -422,6 +433,7 @@ class Assembly:
             lines = [self.lines[e] for e in labels if e in self.lines]
             spelled = scope.spelling[key]
             if cells:
+                # Sets of the same name in two instances are two sets; the plain name goes to the first or to the assembly.
                 clash = key in top.element_sets or (spelled in taken and set(taken[spelled]) != set(cells))
                 name = scope.part_of[key] = f"{scope.name or 'assembly'}.{spelled}" if clash else spelled
                 if clash or spelled not in taken:

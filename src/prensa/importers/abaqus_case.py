@@ -17,9 +17,12 @@ from prensa.importers.abaqus_tools import RigidTool, chain, segments
 from prensa.importers.abaqus_words import PASSED_OVER, REFUSED
 from prensa.importers.deck import LABELS, FileError, is_label
 
+# Generalised plane strain (CPEG) has no counterpart: its letters after CPE match no element below.
 SPACE_OF = {
     "CPE": "plane strain", "CPS": "plane stress", "CAX": "axisymmetric",
 }  # fmt: skip
+# Reduced and hybrid quadrilaterals of Abaqus are there against locking, which F-bar is against here; incompatible modes are the
+# enhanced element.
 ELEMENT_OF = {
     "4": "q4_fbar", "4R": "q4_fbar", "4H": "q4_fbar", "4RH": "q4_fbar", "4I": "q4_enhanced", "4IH": "q4_enhanced",
     "3": "t3", "6": "t6", "6M": "t6", "6H": "t6", "6MH": "t6", "8": "q8_full", "8R": "q8", "8H": "q8_full", "8RH": "q8",
@@ -80,6 +83,7 @@ class _Reader:
         space = SPACE_OF.get(kind[:3])
         if space is None:
             return  # of a rigid tool, or of a set that is no section, or refused there
+        # One case has one space: elements of two would be forces per thickness beside those of a whole circumference.
         if self.case.setdefault("space", space) != space:
             raise FileError.at(k.line, f"elements {kind} are of {space}, those before of {self.case['space']}")
         if kind[3:] not in ELEMENT_OF:
@@ -109,6 +113,7 @@ class _Reader:
         if len({tuple(row[2:]) for row in data}) > 1:
             raise FileError.at(k.line, "a flow curve for each of several temperatures is not read; leave that of one")
         rows = [(k.number(row, 1, 0.0), k.number(row, 0)) for row in data]
+        # Said here, where the line of the deck is known, and not only when the case is checked.
         for (line, _), (before, _), (now, _) in zip(islice(k.data, 1, None), rows, rows[1:]):
             if now <= before:
                 raise FileError.at(line, f"plastic strains of a flow curve must increase: {now:g} after {before:g}")
@@ -164,6 +169,7 @@ class _Reader:
         """The part's name, the instance's where the part is placed twice, or the surface's in a deck without parts."""
         twice = sum(s.part == scope.part for s in self.all.instances.values()) > 1
         name = _plain((scope.name if twice else scope.part) or surface)
+        # A part may have several rigid surfaces: the second one is told apart by its surface's name.
         used = {t.name for t in self.tools.values()}
         return name if name not in used else f"{name}_{_plain(surface)}"
 
@@ -270,6 +276,8 @@ class _Reader:
             mine = {n for e in section.cells for n in self.deck.cells[e]} & nodes
             if not mine:
                 continue
+            # A node set becomes a boundary by its sides: a corner of which no side lies in the set would lose its support
+            # without a word.
             sides, corners = _outline(self.deck.cells[e] for e in section.cells)
             reached = {n for a, b, *_ in sides if a in mine and b in mine for n in (a, b)}
             if len(mine) > 1 and (lost := (mine & corners) - reached):
@@ -316,18 +324,21 @@ class _Reader:
                 raise FileError.at(line, "general contact beside contact pairs is not read; write all as pairs")
             if friction := self.frictions.get(interaction):
                 self.case["friction"] = friction
+        # A case without contacts has every tool against every body, which a deck without contact does not say.
         elif not self.pairs and self.tools:
             self.remarks.append("the deck has no contact; here every tool meets every body")
         for tool in self.tools.values():
             self.case["tools"][tool.name] = self._tool(tool, sections)
         steps = Steps(self._tool_at, self._support)
         self.case["fixed"], self.case["steps"] = steps.read(self.history)
+        # Abaqus is geometrically linear unless NLGEOM says otherwise; here finite strain is the default.
         if not steps.large:
             self.case["kinematics"] = "small"
         self._units()
         return {key: self.case[key] for key in ORDER if self.case.get(key) not in (None, [], {})}
 
     def _units(self) -> None:
+        # Decks have no units: no metal has 1e9 MPa, and every metal has more than 1e9 Pa.
         stiffest = max((m.get("E", 0.0) for m in self.materials.values()), default=0.0)
         if stiffest >= METRES:
             self.case["units"] = {"length": "m", "force": "N"}
@@ -349,6 +360,7 @@ class _Reader:
                 raise FileError.at(s.line, f"a body has elements of one kind, {s.name!r} has {' and '.join(sorted(elements))}")
             element = "t6"
             self.remarks.append(f"{s.name} has triangles and quadrilaterals: these are split, and all are made quadratic (t6)")
+        # Plane stress does not lock in volume: its thickness gives way, and F-bar has nothing to correct.
         if self.case.get("space") == "plane stress" and element == "q4_fbar":
             element = "q4"
         return {"mesh": mesh, "material": self.materials[s.material], "element": element}
@@ -385,9 +397,11 @@ class _Reader:
         """A profile in the frame of its reference node, walked so that the surfaces it is to meet are outside."""
         if tool.reference is None:
             raise FileError.at(tool.line, f"the rigid surface {tool.name!r} has no *RIGID BODY with a reference node")
+        # Profiles here are drawn in the frame of the tool's reference point, about which it turns.
         x0, y0, _ = self.deck.nodes[tool.reference]
         met = {n for s in tool.surfaces for n in self._nodes_of(s)}
         cells = (self.deck.cells[e] for s in sections for e in sorted(s.cells))
+        # Chains of line elements do not say on which side the metal is: the bodies that a tool is to meet lie outside of it.
         near = [self._middle(cell) for cell in cells if not met or met.intersection(cell)]
 
         def moved(x: tuple[float, float]) -> list[float]:

@@ -83,6 +83,7 @@ class Steps:
         if step is None:
             return
         for what in self.stale.pop("BOUNDARY", ()):
+            # A support that is released leaves the others of the same boundary held: 'free' would let go of all.
             name, c = what
             if what in self.held:
                 del self.held[what]
@@ -92,10 +93,12 @@ class Steps:
                     if (name, other) in self.held:
                         entry.setdefault(other, "held")
             else:
+                # A tool whose motion is released is free to move: a force of zero, not a place.
                 del self.places[what]
                 step["push"].setdefault(name, {}).setdefault(FORCE_OF[c], 0.0)
                 self.pushed[name, c] = 0.0
         for name, c in self.stale.pop("CLOAD", ()):
+            # A tool that got a motion in this step is no longer pushed, and needs no force of zero.
             if self.pushed.pop((name, c), None) and (name, c) not in self.places:
                 step["push"].setdefault(name, {})[FORCE_OF[c]] = 0.0
         for name in self.stale.pop("DSLOAD", ()):
@@ -168,6 +171,8 @@ class Steps:
         if velocity:
             if value or before:
                 self._step["velocity"].setdefault(tool, {})[KEY_OF[c]] = value
+                # Where a velocity ends is not followed: nan differs from every value, so that the next motion is always
+                # written.
                 self.places[tool, c] = nan if value else before
             return
         table = self._table(k, value)
@@ -180,6 +185,7 @@ class Steps:
         before = self.held.get((name, c))
         into = (self.fixed if self._step is None else self._step["fixed"]).setdefault(name, {})
         table = self._table(k, value)
+        # FIXED holds at what it is at the start of the step, as 'held' does; zero after another value is a motion back.
         if "FIXED" in k.parameters or (not value and not before and not table):
             if before is None or "FIXED" in k.parameters:
                 into[c] = "held"
@@ -228,6 +234,7 @@ class Steps:
         if name not in self.amplitudes:
             raise FileError.at(k.line, f"there is no amplitude {name!r} before this line")
         rows, total = self.amplitudes[name]
+        # The case's time counts steps, the deck's is in its own unit: a step of any duration has the length 1.
         rows = [((t - (self.passed if total else 0.0)) / self.duration, a) for t, a in rows]
         at = [_at(rows, 0.0), *((t, a) for t, a in rows if 0.0 < t < 1.0), _at(rows, 1.0)]
         start = len(self.steps) - 1

@@ -43,6 +43,8 @@ class RigidTool:
 
         They decide where the file does not, or where it puts most of those that are near to the inside.
         """
+        # By the rule of Abaqus bodies are on the left of the walk; a surface drawn the wrong way round still makes the tool
+        # that was meant, since the bodies decide where there are any.
         inside = _share_on_the_left(self.vertices, bodies) if bodies else 1.0 if self.sided else 0.0
         vertices = _reversed(self.vertices) if inside > 0.5 or (inside == 0.5 and self.sided) else self.vertices
         if self.closed:  # to the digit
@@ -71,6 +73,7 @@ def segments(k: Keyword) -> Iterator[Any]:
         if kind == "CIRCL" and at is not None and len(x) == 4:
             (bx, by), (cx, cy) = x[:2], x[2:]
             first = atan2(at[1] - cy, at[0] - cx)
+            # Into [−π, π): CIRCL rows name no direction, the shorter arc is meant.
             sweep = (atan2(by - cy, bx - cx) - first + pi) % (2 * pi) - pi
             r, middle = hypot(bx - cx, by - cy), first + 0.5 * sweep
             at = (bx, by)
@@ -95,6 +98,7 @@ def chain(k: Keyword, elements: list[tuple[int, ...]], nodes: dict[int, tuple[fl
     for a, b in (e[:2] for e in elements):
         beside.setdefault(a, []).append(b)
         beside.setdefault(b, []).append(a)
+    # A closed chain has no end and is walked from any of its nodes.
     ends = [n for n, others in beside.items() if len(others) == 1]
     at = ends[0] if ends else next(iter(beside))
     walked, before = [at], None
@@ -109,6 +113,7 @@ def chain(k: Keyword, elements: list[tuple[int, ...]], nodes: dict[int, tuple[fl
     kept = [places[0]]
     for p, after in pairwise(places[1:]):
         ax, ay, bx, by = p[0] - kept[-1][0], p[1] - kept[-1][1], after[0] - p[0], after[1] - p[1]
+        # Nodes on a straight stretch would become corners of the profile; one where the chain turns back stays.
         if abs(ax * by - ay * bx) > NEGLIGIBLE * hypot(ax, ay) * hypot(bx, by) or ax * bx + ay * by < 0:
             kept.append(p)
     return [*kept, places[-1]]
@@ -165,6 +170,7 @@ def _share_on_the_left(walk: list[Any], places: list[tuple[float, float]]) -> fl
             away = hypot(x - ax - t * dx, y - ay - t * dy)
             if away < best:
                 best, side = away, dx * (y - ay) - dy * (x - ax)
+        # The nearest elements know best: far ones of a body that is wrapped around may lie on the other side.
         weight = best**-2 if 1e-100 < best < 1e100 else 0.0
         total += weight
         left += weight if side > 0.0 else 0.0

@@ -57,6 +57,7 @@ def _vertices(drawing: Any, context: Any) -> list[Any]:
     if Path(path).suffix.lower() == ".dxf":
         segments, own = _dxf(path, drawing.layer, what)
         unit = unit or own
+        # Drawings list lines in the order in which they were drawn, and in either direction.
         walk = _chain(segments, what)
     else:
         if drawing.layer is not None:
@@ -68,6 +69,7 @@ def _vertices(drawing: Any, context: Any) -> list[Any]:
     scale = factor(f"1 {unit}", units.get("length", "mm"), "N", (0, 1)) if unit else 1.0
 
     def placed(x: Point) -> Point:
+        # The origin is given in the units of the case, so that it comes off after the scale.
         return scale * x[0] - drawing.origin[0], scale * x[1] - drawing.origin[1]
 
     out: list[Any] = [placed(walk[0].start)]
@@ -85,6 +87,7 @@ def _dxf(path: str, layer: str | None, what: str) -> tuple[list[Segment], str | 
     _entities(path, what)
     try:
         document = ezdxf.readfile(path)
+        # Notes and dimensions lie beside every outline; only what has a shape may be refused or read.
         found: list[Any] = [e for e in document.modelspace() if e.dxftype() not in NOTES]
         layers = sorted({e.dxf.layer for e in found})
     except Exception as error:  # of damaged files the reader says so in errors of many kinds
@@ -102,6 +105,7 @@ def _dxf(path: str, layer: str | None, what: str) -> tuple[list[Segment], str | 
         raise ValueError(f"{what} has no lines and arcs in its model space")
     segments: list[Segment] = []
     for entity in found:
+        # Polylines hold arcs as bulges; the reader makes lines and arcs of them.
         parts = entity.virtual_entities() if entity.dxftype() in ("LWPOLYLINE", "POLYLINE") else [entity]
         segments += [s for part in parts for s in _segments(part, what)]
     return [s for s in segments if s.start != s.end], unit
@@ -124,6 +128,7 @@ def _segments(entity: Any, what: str) -> Iterable[Segment]:
         raise ValueError(
             f"{what} has {kind.lower()}s (layer {e.layer!r}): a tool is made of lines and arcs; convert them there"
         )
+    # Arcs of mirrored drawings have their extrusion along −z, and angles in axes whose x points to the left.
     (cx, cy, _), r, out = entity.ocs().to_wcs(e.center), e.radius, 1.0 if e.extrusion.z > 0 else -1.0
     first, last = (e.start_angle, e.end_angle) if kind == "ARC" else (0.0, 360.0)
     sweep = (last - first) % 360.0 or 360.0
@@ -143,6 +148,7 @@ def _chain(segments: list[Segment], what: str) -> list[Segment]:
     ends: list[Point] = []
 
     def number(x: Point) -> int:
+        # Ends that CAD programs draw at one point differ by round-off: they are one within a share of the drawing's size.
         for i, y in enumerate(ends):
             if hypot(x[0] - y[0], x[1] - y[1]) <= DRAWN * size:
                 return i
@@ -167,6 +173,7 @@ def _chain(segments: list[Segment], what: str) -> list[Segment]:
         turn = joined[i][0] != at
         at = joined[i][0] if turn else joined[i][1]
         s = segments[i].turned() if turn else segments[i]
+        # The profile is to be continuous to the last digit: gaps within the tolerance are closed here.
         walk.append(s._replace(start=walk[-1].end if walk else s.start))
     if rest:
         x, y = ends[joined[min(rest)][0]]
@@ -177,6 +184,7 @@ def _chain(segments: list[Segment], what: str) -> list[Segment]:
     if free:
         return walk
     walk[-1] = walk[-1]._replace(end=walk[0].start)
+    # The sign of the area tells the direction; points on arcs count, since two half circles have no area between their ends.
     corners = [x for s in walk for x in ([s.start] if s.through is None else [s.start, s.through])]
     area = sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(corners, corners[1:] + corners[:1]))
     return walk if area > 0 else [s.turned() for s in reversed(walk)]

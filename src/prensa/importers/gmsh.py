@@ -12,6 +12,7 @@ from prensa.importers.deck import Deck, FileError
 
 LINES, CELLS = {1: 2, 8: 3}, {2: 3, 3: 4, 9: 6, 16: 8, 10: 8}  # nodes kept, by element type (the middle of a Q9 is not)
 POINT, Q9 = 15, 10
+# gmsh quotes names, other writers of the format do not.
 _NAME = re.compile(r"""(\d{1,9}) (\d{1,18}) (?:"([^"]*)"|'([^']*)'|([^"'\s]+))""")
 NODES = {1: 2, 8: 3, 2: 3, 3: 4, 9: 6, 16: 8, 10: 9, 15: 1}
 
@@ -126,6 +127,7 @@ def _entities(lines: _Lines) -> dict[tuple[int, int], list[int]]:
     """Physical tags by dimension and entity."""
     out = {}
     for dimension, count in enumerate(lines.integers(4)[:4]):
+        # Points have a tag and three coordinates before their groups, the others a tag and a bounding box of six numbers.
         skip = 4 if dimension == 0 else 7
         for _ in lines.count(count):
             words = lines.next()
@@ -149,6 +151,7 @@ def _nodes_2(lines: _Lines, deck: Deck) -> None:
 
 def _nodes_4(lines: _Lines, deck: Deck) -> None:
     for _ in lines.count(lines.integers(4)[0]):
+        # A block of format 4.1 has all labels first, then all places: two lines a node.
         count = lines.count(2 * lines.integers(4)[3]).stop // 2
         labels = [lines.integers(1)[0] for _ in range(count)]
         for label in labels:
@@ -160,6 +163,7 @@ def _elements_2(lines: _Lines, deck: Deck, names: dict[tuple[int, int], str]) ->
         label, kind, tags, *rest = lines.integers(4)
         if not 0 <= tags <= len(rest):
             raise FileError.at(lines.number, f"an element of {tags} tags has {len(rest)} numbers")
+        # The first tag of format 2.2 is the physical group, 0 for none; the second, the geometric entity, has no name.
         groups = [rest[0]] if tags and rest[0] else []
         _add(lines, deck, names, label, kind, rest[tags:], groups)
 
@@ -196,6 +200,7 @@ def _add(
     if dimension == 2:
         deck.cells[label] = tuple(nodes[: CELLS[kind]])
     for tag in groups:
+        # Tags are counted for each dimension: a line group 1 and a surface group 1 are two groups.
         name = names.get((dimension, tag), str(tag))
         if dimension == 2:
             deck.parts.setdefault(name, []).append(label)

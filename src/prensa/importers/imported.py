@@ -29,6 +29,7 @@ def case_text(deck: Path, folder: Path) -> tuple[str, list[str]]:
     from ruamel.yaml import YAML
 
     try:
+        # Decks come in any encoding; letters beyond ASCII stand in comments and headings, which need not be right.
         text = deck.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise PrensaError(f"{deck} cannot be read: {error.strerror}") from None
@@ -39,6 +40,7 @@ def case_text(deck: Path, folder: Path) -> tuple[str, list[str]]:
     writer: Any = YAML(typ="safe", pure=True)
     writer.default_flow_style, writer.width, writer.sort_base_mapping_type_on_output = None, 120, False
     buffer = io.StringIO()
+    # Units are written out though they are the defaults: whoever opens the file is to see what was assumed.
     ordered: dict[str, Any] = {"name": case.pop("name"), "units": case.pop("units", {"length": "mm", "force": "N"}), **case}
     writer.dump(ordered, buffer)
     return CASE_OPENING.format(name=deck.name) + buffer.getvalue(), remarks

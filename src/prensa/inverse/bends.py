@@ -21,6 +21,7 @@ from prensa.precision import FIRST_DIFFERENCE, NEGLIGIBLE
 from prensa.sensitivity.parameters import part_of
 from prensa.types import Array
 
+# Stresses are not fitted themselves: not all of them belong to a curve of the law.
 SAMPLED = np.linspace(0.02, 1.0, 25)  # of the stresses of a curve
 
 
@@ -77,6 +78,7 @@ class LinearisedResiduals:
         for c in curves:
             stresses, slopes = c.stresses(x), c.slopes(x)
             if np.isfinite(slopes).all():
+                # Φ⁺ leaves out directions of the numbers that change no stress: nothing was measured along them.
                 self.curves.append((c, stresses, J[:, list(c.own)] @ np.linalg.pinv(slopes, rcond=NEGLIGIBLE)))
 
     def residuals(self, x: Array) -> Array:
@@ -87,6 +89,7 @@ class LinearisedResiduals:
         out = self.r + self.J @ way
         for c, stresses, by in self.curves:
             out = out + by @ (c.stresses(x) - stresses)
+        # Numbers that no curve may have predict residuals beyond all others, from which least squares turn back.
         return np.asarray(np.nan_to_num(out, nan=LARGEST, posinf=LARGEST, neginf=-LARGEST))
 
     def square(self, x: Array) -> float:

@@ -38,6 +38,7 @@ def _started(parameters: Sequence[Parameter], number: int, seed: int) -> Iterabl
     yield [p.inner(p.start) for p in parameters]
     if number < 2:
         return
+    # A Sobol sequence is balanced at powers of two; starts beyond the number asked for are dropped.
     samples = qmc.Sobol(len(parameters), seed=seed).random_base2(max(1, int(np.ceil(np.log2(number)))))
     for row in samples[: number - 1]:
         out = []
@@ -147,9 +148,11 @@ def _refined(objective: Objective, x: Array, at: Residuals) -> Finer | None:
     """The fit on finer meshes, from an answer x (n,); None where a mesh cannot be refined."""
     meshes = [finer(e.problem) for e in objective.experiments]
     experiments = [e.on(p) for e, p in zip(objective.experiments, meshes) if p is not None]
+    # One test left on its mesh would keep its error in both fits, and their difference would hide it.
     if len(experiments) < len(meshes):
         return None
     objective.report("the same on a finer mesh")
+    # Runs that are known stay known: their keys hold the mesh.
     again = replace(objective, experiments=experiments, _last=None)
     begun = again.at(x)
     found = again.minimise(x)

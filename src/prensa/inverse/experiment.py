@@ -160,6 +160,7 @@ class Experiment:
         for increment in solve(problem, self.numerics, stops=wanted.tolist(), derivatives=paths):
             times.append(increment.time)
             ways.append([c.measure.value(increment) for c in self.channels])
+            # Runs choose increments of their own between the rows: only those that end at a row are read.
             k = int(np.argmin(np.abs(wanted - increment.time)))
             if abs(wanted[k] - increment.time) <= NEGLIGIBLE:
                 slopes = [increment.derivative(c.measure) if paths else {} for c in self.channels]
@@ -180,6 +181,7 @@ class Experiment:
 
 def over_stroke(values: Array, stroke: Array) -> Array:
     """Change of values (m, k) over a stroke (m,) that may stand still."""
+    # Differences are divided by those of the places, which are zero where the motion stands still.
     places, first, back = np.unique(stroke, return_index=True, return_inverse=True)
     if len(places) < 2:
         return np.zeros_like(values)
@@ -349,6 +351,7 @@ def refuse_strange(e: Experiment, models: Sequence[Array]) -> None:
     """
     for c, model in zip(e.channels, models):
         read, says = (float(np.abs(v).max()) for v in (c.readings, model))
+        # Readings within their noise have neither size nor sign that could be wrong.
         if not (read > 3.0 * float(c.sigma.max()) and says > 0.0):
             continue
         if not 1.0 / OFF <= read / says <= OFF:
@@ -393,6 +396,7 @@ def _times(
                 f"{table.place(k)}: {column} reaches {s:g} in units of the case, {along} goes from {way.min():g} to "
                 f"{way.max():g}; let the case press further, mind the sign (along: '-…') and the unit, or leave these rows out"
             )
+        # A motion may pass a place several times: the row belongs to the first passage that is not before the last row.
         later = found[found >= now - DRAWN]
         if not len(later):
             # a little back is noise: the last time before now at which the motion was there
@@ -424,6 +428,7 @@ def _reached(t: Array, way: Array, s: float) -> Array:
 
 def _together(times: Array) -> Array:
     """Times of which those that are all but the same, or all but the end of a step, are the same."""
+    # Rows next to each other, or next to the end of a step, would ask for increments of next to nothing.
     order = np.argsort(times, kind="stable")
     ends = np.round(times)
     out = np.where(np.abs(times - ends) <= DRAWN, ends, times)

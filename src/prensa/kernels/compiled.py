@@ -45,6 +45,8 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
     def kernel(function: Callable[..., Any]) -> Any:
         within = bool(options.get("forceinline")) and function.__name__.startswith("_")
+        # Numba's own inlining ('always') takes longer than to compile the functions, and LLVM has one level for the whole
+        # process.
         own = {"nogil": True, "no_cfunc_wrapper": True, "no_cpython_wrapper": within} | options
         try:
             return numba.njit(**own)(function)

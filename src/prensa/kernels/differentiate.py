@@ -57,6 +57,7 @@ def slopes(n: Node, locals_: bool = True) -> list[tuple[Node, Node]]:
             active, args = a[0], a[ROOT_ARGUMENTS:]
             assert isinstance(n.value, Part)
             by, *others = forward([n.value.function(n, *args)], units((n, *args)), len(args) + 1)[0]
+            # Where nothing is sought the slope may vanish; the inner branch keeps its inverse finite.
             over = where(active, -inverse(where(active, by, ONE)), ZERO)
             return [(x, d * over) for x, d in zip(args, others)]
     raise TypeError(n.op)
@@ -140,6 +141,7 @@ def reverse(outputs: Sequence[Node | float], weights: Sequence[Node], wanted: Se
         w = bar.get(n, ZERO)
         if n in stop or n.op in CONSTANT or w is ZERO or n not in live:
             continue
+        # The branch that is not taken gets the weight zero, and must be finite for that: zero times infinity is no number.
         if n.op == "where":
             shares = [(n.args[1], where(n.args[0], w, ZERO)), (n.args[2], where(n.args[0], ZERO, w))]
         else:
@@ -159,12 +161,14 @@ def reach(outputs: Iterable[Node], sources: Sources) -> list[Node]:
         if n not in seen:
             seen.add(n)
             stack += sources(n)
+    # A node is recorded after its arguments, so numbers are a topological order.
     return sorted(seen, key=lambda n: n.number)
 
 
 def slope_of(f: Function, x: Node) -> tuple[Node, Node]:
     """First and second derivative of a function of one number: exact ones, of arrays by differences."""
     if isinstance(x, Node):
+        # A node of its own: what f does with x counts, not what x is made of.
         at = node("local", x)
         first = forward([f(at)], {at: [ONE]}, 1)[0][0]
         return first, forward([first], {at: [ONE]}, 1)[0][0]

@@ -165,6 +165,7 @@ _LOG_TAIL = (
 def _log(b: Any, v: Any) -> Any:
     """Logarithm after fdlibm (Sun Microsystems 1993, e_log.c); no number of what is not positive, normal and finite."""
     bits = b.bitcast(v, _VL)
+    # Exponent k and x = v/2ᵏ between √½ and √2, taken from the bits.
     over = b.ashr(b.sub(bits, _longs(0x3FE6A09E667F3BCD)), _longs(52))  # the bits of ½√2
     k, x = _Number(b, b.sitofp(over, _V)), _Number(b, b.bitcast(b.sub(bits, b.shl(over, _longs(52))), _V))
     f = x - 1.0
@@ -173,6 +174,7 @@ def _log(b: Any, v: Any) -> Any:
     t = z * _LOG_TAIL[0]
     for c in _LOG_TAIL[1:]:
         t = (t + c) * z
+    # k times the first part of ln 2 is exact; its rest goes with the small terms, which are added first.
     found = -(half - (s * (half + t) + k * _LN2_REST) - f) + k * _LN2
     good = b.and_(_Number(b, v).compared(">=", _LEAST_NORMAL), _Number(b, v).compared("<=", _MOST))
     return b.select(good, found.v, _both(math.nan))
@@ -187,6 +189,7 @@ def _exp(b: Any, v: Any) -> Any:
     p = t * (1.0 / math.factorial(13)) + 1.0 / math.factorial(12)
     for k in range(11, 1, -1):
         p = p * t + 1.0 / math.factorial(k)
+    # The bits of 1.5 · 2⁵² + n end with n as a whole number: shifted into the exponent they are 2ⁿ.
     scale = b.bitcast(b.shl(b.add(b.bitcast(n.v, _VL), _longs(1023 - 0x4338000000000000)), _longs(52)), _V)
     found = (t * t * p + t + 1.0) * _Number(b, scale)
     small, large = x.compared("<", _EXP_LEAST), x.compared(">", _EXP_MOST)
@@ -240,6 +243,7 @@ def _described(n: Node, numbers: Mapping[Node, int]) -> str:
         own = {x: k for k, x in enumerate(inner)}
         value = f"{value.smooth} {[p.value for p in value.places]} {'; '.join(_described(x, own) for x in inner)}"
     elif isinstance(value, float):
+        # In hexadecimal every bit of a number counts for the key.
         value = value.hex()
     return f"{n.op} {[numbers[x] for x in _arguments(n)]} {value}"
 
@@ -285,6 +289,7 @@ class _Emitter:
             case ">" | ">=":
                 return b.fcmp_ordered(n.op, *a)
             case "!=":
+                # Unordered, so that NaN differs from itself: failed points are found by that.
                 return b.fcmp_unordered("!=", *a)
             case "and":
                 return b.and_(*a)
@@ -341,16 +346,19 @@ class _Emitter:
         known = {unknown: x_now} | dict(zip(part.places[1:], a[ROOT_ARGUMENTS:]))
         self.all(demanded([part.value, slope, curvature]), known)
         x, r, s, c = (_Number(b, v) for v in (x_now, known[part.value], known[slope], known[curvature]))
+        # Halley's step is −r s/(s² − r c/2), Newton's −r/s.
         bent = s * s - r * c * 0.5
         inverse = -r / (s * bent)  # one division for Newton's and Halley's step
         newton, then = inverse * bent, x + inverse * s * s
         size = _Number(b, _call(b, "llvm.fabs", x.v))
         last_step = LAST_STEP_SMOOTH if part.smooth else LAST_STEP_KINKED
         near = _Number(b, _call(b, "llvm.fabs", newton.v)).compared("<=", size * last_step)
+        # The residual falls in x: where it is positive the root lies above.
         above = r.compared(">", 0.0)
         lo, hi = _Number(b, b.select(above, x.v, lo_now)), _Number(b, b.select(above, hi_now, x.v))
         over, of = _Number(b, _call(b, "llvm.fabs", r.v)), _Number(b, scale)
         rest = over.compared("<=", of * LEFT_OVER)
+        # A bracket may close on a jump, or on the end of where the root was sought: no root, which goes on until it is NaN.
         narrow = b.and_((hi - lo).compared("<=", size * BRACKET), over.compared("<=", of * NO_ROOT))
         ends = b.or_(near, b.or_(rest, narrow))
         inside = b.and_(then.compared(">", lo), then.compared("<", hi))
@@ -377,6 +385,7 @@ class _Emitter:
         last = b.sub(count, ir.Constant(_L, 1))
         b.cbranch(b.icmp_signed(">", last, ir.Constant(_L, 1)), loop, after)
         b.position_at_end(loop)
+        # All knots are compared: a search by halves would go another way in each lane.
         k, place = b.phi(_L), b.phi(_VL)
         k.add_incoming(ir.Constant(_L, 1), before)
         place.add_incoming(_longs(0), before)
@@ -415,6 +424,7 @@ def _blocks(columns: Iterable[int], width: int) -> list[tuple[int, int]]:
     out: list[tuple[int, int]] = []
     for c in sorted(set(columns)):
         if not any(first <= c < first + wide for first, wide in out):
+            # The last block begins earlier instead of reaching beyond the row: what follows may be the end of the array.
             out.append((min(c - c % WIDE, max(width - WIDE, 0)), min(width, WIDE)))
     return out
 
@@ -657,6 +667,7 @@ def _generator() -> bytes:
     """What the same graph might become other code by: this package's own source, LLVM, the processor."""
     h = hashlib.sha256()
     here = Path(__file__).parent
+    # Point functions themselves (algebra, laws, elements) are in the graph, which is hashed with it.
     for name in ("emit.py", "differentiate.py", "record.py", "lanes.py"):
         h.update((here / name).read_bytes())
     version = ".".join(map(str, llvm.llvm_version_info))
@@ -705,6 +716,7 @@ def _read_code(path: Path) -> bytes | None:
 def _write_code(path: Path, code: bytes) -> None:
     own = path.with_suffix(f".{os.getpid()}.{threading.get_ident()}")
     try:
+        # Under a name of its own, then in one move: other processes see whole code or none.
         own.write_bytes(hashlib.sha256(code).digest() + code)
         own.replace(path)
     except OSError:
@@ -724,6 +736,7 @@ def _compile(program: Program, name: str) -> bytes:
 def _load_code(code: bytes, name: str) -> int:
     """The address of a function in machine code."""
     machine = _machine_of_engine()
+    # An engine wants a module; the code comes as an object file.
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()

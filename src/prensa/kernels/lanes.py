@@ -37,6 +37,7 @@ def transposed(builder: Any, v: list[Any]) -> list[Any]:
 def load(builder: Any, place: Any, columns: int = WIDE) -> Any:
     """A vector that begins with the first ``columns`` numbers from a place on."""
     type_ = _VECTOR if columns == WIDE else _NARROW_VECTOR
+    # Rows begin at any number: a vector is aligned as its numbers are, not to its own size.
     value = builder.load(builder.bitcast(place, type_.as_pointer()))
     value.align = 8
     if columns == WIDE:

@@ -57,6 +57,8 @@ def principal(b: Tensor) -> tuple[list[Node], Tensor]:
     for _ in range(SWEEPS):
         for p, q in ((0, 1), (0, 2), (1, 2)):
             shear = b[3 * p + q]
+            # Zeros of the graph, not of numbers: in the plane two shears are never there, and the third is one after its first
+            # rotation.
             if _is_zero(shear):
                 continue
             # the tangent of the angle; of b over its size, so that squares are numbers
@@ -67,6 +69,7 @@ def principal(b: Tensor) -> tuple[list[Node], Tensor]:
             t = where(there, where(apart < 0.0, -t, t), 0.0)
             c = 1.0 / sqrt(t * t + 1.0)
             s = t * c
+            # With c = 1 − s τ what a small rotation changes is added to a value: c x − s y would round off all of it.
             tau = s / (1.0 + c)
             b[4 * p], b[4 * q] = b[4 * p] - t * shear, b[4 * q] + t * shear
             b[3 * p + q] = b[3 * q + p] = ZERO
@@ -111,6 +114,7 @@ def _trial(full: int, finite: bool) -> Program:
     if finite:
         good = (det_less_one(tensor(h)) > -1.0) & (values[0] > -1.0) & (values[1] > -1.0) & (values[2] > -1.0)
         good = good if full == 9 else good & (h[4] > -1.0)
+        # Of a point that fails: the logarithm of what is no motion would be NaN in all that follows.
         values = [where(good, v, 0.0) for v in values]
         eps, jn, bad = [half_log1p(v) for v in values], sqrt(1.0 + det_less_one(symmetric(old))), flag | ~good
     written = [*puts("eps", eps), *puts("frame", [*Q, *values, jn]), *puts("failed", [bad])]
@@ -266,11 +270,13 @@ def _begin(k: int, finite: bool) -> Program:
     strain = _function(half_log1p) if finite else tuple
     e, d = strain(b), strain(trial_)
     D = [y - x for x, y in zip(e, d)]
+    # Plastic flow keeps the volume: the trace of what flowed is round-off.
     third = (D[0] + D[1] + D[2]) / 3.0
     D = [D[0] - third, D[1] - third, D[2] - third, *D[3:]]
     size = total(x * x for x in D[:3]) + total(2.0 * x * x for x in D[3:])
     less = [x - share * y for x, y in zip(e, D)]
     new = _function(lambda x: expm1(2.0 * x))(less) if finite else less
+    # √(2/3 D:D) is the equivalent plastic strain of that increment.
     out = [*(where(flowed, x, y) for x, y in zip(new, b)), history[k] + where(flowed, share * sqrt(size / 1.5), 0.0)]
     arrays: dict[str, Kind] = {
         "history": Rows(2 * k + 2), "share": Shared(), "out": Rows(k + 1), "trial": Rows(k),

@@ -73,6 +73,7 @@ class Node:
             return -(a.args[0] * b)
         if b.op == "neg":
             return -(a * b.args[0])
+        # One order for both factors: a b and b a are the same node, and the same bits.
         return node("*", a, b) if a.number <= b.number else node("*", b, a)
 
     def __truediv__(self, other: Node | float) -> Node:
@@ -295,6 +296,7 @@ def one_like(x: Node) -> Node:
 
 
 SEARCH_STEPS = 200  # of a search for a root; few take more than four
+# A weaker test saves a step at points that begin to flow, but their slopes are then right to 1e-10 only.
 LAST_STEP_SMOOTH, LAST_STEP_KINKED = 1e-5, 1e-8
 """Newton's last step over the root: what Halley's errs by is the third power of it, or where there are kinks the second."""
 LEFT_OVER = 2e-14  # residual over its scale: what is left is round-off

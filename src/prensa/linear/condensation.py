@@ -77,6 +77,7 @@ def pays(system: System, policy: Policy) -> bool:
     """Whether factorisations and the columns that contact reaches cost less than the factorisations of all iterations."""
     steps = system.problem.steps
     increments = sum(step.increments or policy.usual_increments for step in steps)
+    # In columns: what factorisations of all iterations would cost, less one for each step, over what a column costs.
     afford = (policy.factorisations_per_increment * increments - len(steps)) / policy.column_cost_ratio
     if system.ndof < policy.condense_from_dofs or afford < 0:
         return False
@@ -153,11 +154,14 @@ class CondensedMatrix:
         self.A = np.flatnonzero(np.isin(bodies.block, sorted(blocks)))
         self.reached, self.C, self.P = bodies.near[self.A], bodies.C[:, self.A], bodies.P[:, self.A]
         C = self.C[self.A]
+        # C is symmetric but for the round-off of its substitutions, which the stiffness must not inherit.
         self.S = np.linalg.inv(0.5 * (C + C.T))
         self.columns = np.abs(self.S).sum(axis=0)
         missing: Flags = ~np.isin(np.arange(base.needs.shape[1]), sorted(blocks))
         self.beyond: Flags = np.asarray(base.needs[:, missing].any(axis=1))
         exact = [(np.arange(s.unknowns.start, s.unknowns.stop), s.rows) for s in system.surfaces if s.exact]
+        # Multipliers of points that are not reached have no equation here: they are zero, and the attempt is repeated if one
+        # touches.
         self.idle = np.concatenate(
             [np.zeros(0, dtype=np.int64), *(k[np.repeat(self.beyond[rows], 2)] for k, rows in exact)]
         )
@@ -210,6 +214,7 @@ class CondensedMatrix:
         r[self.reached] += inner
         r[self.bodies.held] += held
         scale = float(np.abs(inner).sum() + np.abs(held).sum())
+        # Round-off of S u: what the residual of the small system cannot fall below.
         return Bulk(scale, EPS * float(self.columns @ np.abs(u[self.reached])), ())
 
     def forces(self, c: Context, u: Array) -> tuple[FreeResponse, Array]:
@@ -326,6 +331,7 @@ class Condensation:
         for s in system.surfaces:
             for node, N in zip(s.points.support.T, s.points.N.T):
                 for axis in range(2):
+                    # A cut at a sharp corner gives weight to neighbours whose N is zero until then.
                     needs[s.rows] |= of[np.searchsorted(self.nodal, 2 * node + axis)] & ((N != 0) | s.sharp)[:, None]
         return needs
 
@@ -337,6 +343,8 @@ class Condensation:
         """The condensed system on some blocks of columns."""
         if blocks not in self._recent:
             small = CondensedMatrix(self, blocks)
+            # Two dense inverses at most: that of the blocks that an attempt begins with, and the larger one that it may end
+            # with.
             self._recent = dict(list(self._recent.items())[-1:]) | {blocks: small}
         return self._recent[blocks]
 
@@ -388,6 +396,7 @@ class Condensation:
             try:
                 result = solve(self.reduced)
             except ActiveSetGrew as grown:
+                # It ends: blocks are only added, and there are finitely many.
                 blocks = grown.blocks
                 continue
             if result.converged:
@@ -425,6 +434,8 @@ class Condensation:
             kept = np.concatenate([self.touched, bodies.held])
             result.u[kept] = near[kept]
         free, q = small.forces(c, near)
+        # Clapeyron: linear bodies hold half of what the forces at their end would do, so no element is visited for their
+        # energy.
         energy = 0.5 * float(result.u[bodies.free] @ f[bodies.free] + held @ (free.held + small.P @ q))
         result.evaluation = e._replace(history=Recovered(histories, energy))
 

@@ -59,6 +59,7 @@ class Bodies:
             definite=True,
             policy=policy,
         )
+        # Any right-hand side makes the factors; that of a known solution tests them on the way, before columns are believed.
         self.factorisation.solve(self.K.data, self.K @ np.ones(len(self.free)))
         number = np.full(n, -1, dtype=np.int64)
         number[self.free] = np.arange(len(self.free))
@@ -66,6 +67,8 @@ class Bodies:
         self.candidates = np.concatenate([np.zeros(0, dtype=np.int64), *dofs])
         masters = self.follow[self.candidates].indices
         masters = masters[number[masters] >= 0]
+        # In order of first appearance along the surfaces, not of their numbers: a block of columns is then a stretch of
+        # neighbours, and a contact reaches few blocks.
         self.near = masters[np.sort(np.unique(masters, return_index=True)[1])].astype(np.int64)
         self.places = number[self.near]
         a, width = len(self.near), max(1, min(policy.columns_at_once, policy.column_room // max(len(self.free), 1)))
@@ -95,6 +98,7 @@ class Bodies:
         """
         x = self.factorisation.solve_with_factors(b) if len(b) else b
         for _ in range(self.policy.max_refinements):
+            # One product with K for a whole block of columns: what is wrong with any of them is in their sum.
             given, found = (b, x) if b.ndim == 1 else (b.sum(axis=1), x.sum(axis=1))
             missing = np.abs(given - self.K @ found).max(initial=0.0)
             error = missing / (self.size * np.abs(found).max(initial=0.0) + np.abs(given).max(initial=0.0) + 1e-300)
@@ -120,6 +124,8 @@ class Bodies:
 
     def free_response(self, c: Context, held: Array) -> FreeResponse:
         """The bodies without contact under the loads of an increment's end, with the held dofs at ``held`` (p,)."""
+        # Newton, line search and predictor ask for the same times again and again; each answer costs a substitution of the
+        # whole bodies.
         key = c.plan.number, c.time, held.tobytes()
         if key not in self._responses:
             while len(self._responses) >= self.policy.kept_responses:

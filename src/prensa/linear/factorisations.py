@@ -81,6 +81,7 @@ def _superlu(a: Structure) -> Factor:
 
     def factor(values: Array | Single) -> Solve:
         factors = splu(csc_matrix((values, a.indices, a.indptr), (a.n, a.n)), permc_spec="COLAMD")
+        # Eight bytes a value and four an index.
         return _Lasting(factors.solve, lambda b: factors.solve(b, "T"), 12 * factors.nnz)
 
     return factor
@@ -118,6 +119,7 @@ def _rslab(a: Structure) -> Factor:
     if a.kind == SYMMETRIC:
         ldlt = rslab.analyze(pattern, path="ldlt", threads=a.threads, **RACE)
         return lambda values: _ldlt(ldlt.factor(values, **(UNSCALED if values.dtype == np.float32 else {})))
+    # The pattern is analysed with ones for values, by which nothing can be matched.
     symbolic = rslab.analyze(pattern, path="lu", threads=a.threads, matching=False, **RACE)
     return lambda values: _lu(symbolic.factor(values))
 
@@ -167,6 +169,7 @@ class _Lasting:
 
 def _ldlt(factors: _Symmetric) -> Solve:
     """Solve with rslab's factors LDLᵀ."""
+    # A pivot that was perturbed has no sign to believe in.
     return _Definite(_columns(factors), factors.inertia[0] == factors.n and not factors.n_perturbed)
 
 
@@ -317,6 +320,7 @@ class Factorisation:
     ):
         self.policy, self.scale = policy, scale
         self.structure = Structure(n, indptr, indices, GENERAL, threads)
+        # The fastest solver first, its cheapest factors first; LU of the next one takes over where residuals are too large.
         self.first = [
             (name, kind)
             for name in available(solver)
@@ -340,6 +344,7 @@ class Factorisation:
 
         made_from: values of single precision whose factors an attempt begins with; if they are not at hand they are made again.
         """
+        # Nothing of an earlier attempt may remain, or a resumed run, which knows of none, would have other bits.
         self.order, self._single, self._own, self._matrix = list(self.first), True, False, None
         self._to_check, self._points_changed = None, 0
         if made_from is not None and made_from is self.made_from and self._solve is not None:
@@ -353,6 +358,8 @@ class Factorisation:
     @property
     def _worth_single(self) -> bool:
         """Whether factors of single precision may be taken, and save something."""
+        # Below that size little is saved, and runs with derivatives, which need factors in double precision there, must take
+        # the same increments as runs without.
         return self._single and self.structure.n >= self.policy.single_precision_from and self.order[0][0] in SINGLE
 
     @property
@@ -434,6 +441,8 @@ class Factorisation:
         if self._matrix is not None and self._solve is not None:
             scale = 1.0 if self.scale is None else self.scale
             outliers, usual = self.policy.gmres_iterations_per_point * self._points_changed, self.policy.expected_rate
+            # Where GMRES misses what was asked for it is tried with the usual rate, before the factors alone, which may be of a
+            # matrix before.
             for left in (usual,) if share is None or share >= usual else (share, usual):
                 x = krylov(self._matrix, self._solve, scale * b, self.policy.gmres_max_iterations, left, outliers)
                 if x is not None:
@@ -517,6 +526,8 @@ class Factorisation:
         if x is None:
             x = self._in_single(A, scale * b, share)
         if x is None:
+            # For the rest of the attempt: where a matrix defeats single precision, those after it do too, and each try costs a
+            # factorisation.
             self._single = False
             return self.solve(values, b)
         return scale * x
@@ -566,6 +577,7 @@ class Factorisation:
         try:
             return self._by_some_solver(A, largest, values, b)
         finally:
+            # The frame outlives the solve: with its values it would hold a matrix that nobody needs.
             A.data = NO_VALUES
 
     def _framed(self, values: Array) -> csc_matrix:
@@ -641,6 +653,8 @@ def krylov(A: csc_matrix, solve: Solve, b: Array, most: int, share: float, outli
     are expected to lie apart, each of which takes an iteration more, that says nothing of the rate. Flexible (Saad 1993): with
     factors of single precision the preconditioner is not quite linear.
     """
+    # GMRES and not iterative refinement, which may diverge with factors of an earlier matrix where this takes one more
+    # iteration.
     size = length(b)
     if not np.isfinite(size):
         return None
@@ -650,6 +664,7 @@ def krylov(A: csc_matrix, solve: Solve, b: Array, most: int, share: float, outli
     V, Z, R, turns, g = [b / size], list[Array](), list[list[float]](), list[tuple[float, float]](), [size]
     for j in range(most):
         Z.append(solve(V[j]))
+        # Modified Gram and Schmidt: few vectors, each product once.
         w, column = A @ Z[j], list[float]()
         for v in V:
             column.append(product(w, v))
@@ -670,7 +685,10 @@ def krylov(A: csc_matrix, solve: Solve, b: Array, most: int, share: float, outli
             x = np.zeros_like(b)
             for z, factor in zip(Z, _backwards(R, g)):
                 x += factor * z
+            # The recurrence may promise more than there is; the factor 2 is the margin between it and the true residual.
             return x if length(b - A @ x) <= 2.0 * share * size else None
+        # At the mean rate so far, would all iterations leave more than the share? Outlying eigenvalues take iterations that
+        # tell no rate.
         counted = j + 1 - outliers
         if j and counted > 0 and counted * math.log(share) < (most + 1 - outliers) * math.log(left):
             return None
@@ -693,6 +711,8 @@ def departure(A: csc_matrix, solve: Solve, sweeps: int = 2) -> float:
 
     Above 1 those factors may have the wrong sign of that mode's stiffness, far below it they have the right one.
     """
+    # Not Newton's step or its load: with the symmetry of the problem they have no part in the mode in which a column buckles.
+    # A bound by norms and unit round-off would refuse large sound bodies long before slender ones.
     x = np.random.default_rng(0).standard_normal(A.shape[0])
     b = x
     for _ in range(sweeps):

@@ -52,22 +52,28 @@ def determined(e: Evaluation, b: Array, equations: list[Equations], policy: Poli
         size = np.sqrt((rows**2).sum(axis=2))
         # round a corner of the tool a point that sticks goes without any way: its equation has no slope, not even by itself
         size = np.where(size > 0.0, size, (f.weight * unit)[:, None])
+        # An open or sliding point's equation has the multiplier itself on its diagonal; a closed or sticking one's has none.
         own = np.abs(np.stack([rows[:, 0, -2], rows[:, 1, -1]], axis=1))
         n, t = ((rows * eq.free[:, None, :])[:, k, :-2] for k in range(2))
         n2 = (n**2).sum(axis=1)
         along = np.divide((n * t).sum(axis=1), n2, out=np.zeros_like(n2), where=n2 > 0)
+        # What of either equation the free unknowns of the point can still move, the tangential one beside the gap.
         left = np.stack([np.sqrt(n2), np.sqrt(((t - along[:, None] * n) ** 2).sum(axis=1))], axis=1)
         constraint = own <= policy.weak_multiplier_share * size
         held = constraint & (left <= policy.weak_multiplier_share * size)
         assert s.multipliers is not None
         asked = np.abs(s.multipliers.of(b))
         unmet = held & (asked > (policy.constraint_met_ratio * s.points.depth * f.weight * unit)[:, None])
+        # No multiplier closes a gap that supports hold. An open one lets the point open; a tool that is driven in has no exact
+        # answer.
         inside = unmet[:, 0] & (f.g < -policy.constraint_met_ratio * s.points.depth)
         if inside.any():
             x, y = s.X[int(np.argmax(inside))].tolist()
             raise BlockedError(Blocked(s.name, x, y))
         beyond = policy.beyond_bound_ratio * f.p / unit
         leap = np.divide(asked[:, 1], beyond, out=size[:, 1].copy(), where=beyond > 0)
+        # A diagonal of the size of its row leaves a redundant multiplier as it is. The small one lets two tools share the load
+        # on a node.
         shift = np.where(held, size, np.where(constraint, policy.redundant_shift_ratio * size, 0.0))
         shift[:, 1] = np.where(unmet[:, 1], leap, shift[:, 1])
         data[eq.slots[:, [0, 1], [-2, -1]]] -= shift

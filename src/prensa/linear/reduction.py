@@ -34,6 +34,7 @@ def weights_of(system: System) -> Array:
 
 def in_lengths(weight: Array) -> Array | None:
     """Powers of two next to weights (f,), which make rotations lengths and moments forces; None where there are none."""
+    # Powers of two only move exponents: scaled and unscaled matrices have the same digits.
     return None if (weight == 1.0).all() else np.exp2(np.round(np.log2(weight)))
 
 
@@ -181,6 +182,7 @@ class Selected:
         """See `Restriction`."""
         if not spent:
             return data[self.entries]
+        # In place: what is kept only moves towards the front, so writing never overtakes reading.
         end, stretch = 0, DEFAULT.block_values
         for first in range(0, len(data), stretch):
             kept = data[first : first + stretch][self.entries[first : first + stretch]]
@@ -205,6 +207,7 @@ class Controlled(Selected):
         row[self.rows] = column[self.free] = np.arange(len(self.free), dtype=np.int32)
         i, j = row[pattern.indices], column[np.repeat(np.arange(pattern.n), np.diff(pattern.indptr))]
         kept = np.flatnonzero((i >= 0) & (j >= 0))
+        # The row of the lead stands in another place: entries of a column are sorted anew, as factorisations want them.
         self.entries = kept[np.lexsort((i[kept], j[kept]))]
         self.indices = i[self.entries]
         self.indptr = np.searchsorted(j[self.entries], np.arange(len(self.free) + 1)).astype(np.int32)
@@ -309,6 +312,7 @@ class Reduced:
         changed: contact points but for which the factors at hand are nearly those of the matrix; None where they are not.
         """
         policy = self.policy
+        # Inexact Newton (Eisenstat and Walker): digits beyond what the iterate can use cost substitutions, not iterations.
         share = min(max(policy.forcing_ratio * relative, policy.min_forcing), policy.max_forcing)
         return self.restriction.whole(self.factorisation.step(matrix, self.restriction.part(b), share, changed), len(b))
 
@@ -322,6 +326,7 @@ class Reduced:
     def responses(self, loads: csr_matrix, of: csr_matrix) -> Array:
         """Σ of_i x (n, k) of the solutions x for k loads, rows (k, ndof), with the last factors; of (n, ndof)."""
         ndof = loads.shape[1]
+        # Many right-hand sides go through the factors in one pass, as many as there is room for beside them.
         width = max(1, min(self.policy.columns_at_once, self.policy.column_room_beside // ndof))
         out = np.empty((of.shape[0], loads.shape[0]))
         for first in range(0, loads.shape[0], width):

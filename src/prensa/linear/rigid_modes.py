@@ -102,7 +102,9 @@ def support_rows(system: System, frame: Frame, plan: StepPlan) -> Array:
 def _left(system: System, rows: Array) -> Array:
     """Rigid-body motions (m, 3) outside the span of the rows (k, 3): along x, along y, turn times the size."""
     if system.axisymmetric:
+        # About an axis of revolution the motion along it is the only rigid one: a radial one stretches hoops.
         return np.zeros((0, 3)) if (np.abs(rows[:, 1]) > 1e-6).any() else np.array([[0.0, 1.0, 0.0]])
+    # Rows of zeros, so that there are three singular values however few supports there are.
     _, values, v = np.linalg.svd(np.concatenate([rows, np.zeros((3, 3))]), full_matrices=False)
     return np.asarray(v[values <= 1e-6 * max(float(values[0]), 1e-300)] if values[0] > 0 else np.eye(3))
 

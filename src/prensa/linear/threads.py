@@ -41,6 +41,7 @@ def threads_with_follower(numerics: model.Numerics, unknowns: int, policy: Polic
     if unknowns < policy.pipeline_from_dofs or not may_be_detached(available(numerics.solver), unknowns, policy):
         return threads_of(numerics, unknowns, policy), False
     threads = _free_threads(policy) if numerics.threads == "auto" else numerics.threads
+    # The follower takes one of the threads, of which small problems had only one for themselves.
     own = threads - 1 if numerics.threads != "auto" or unknowns >= policy.threads_from_dofs else 1
     return (own, True) if threads > 1 else (1, False)
 
@@ -108,8 +109,10 @@ def busy() -> int:
     """Threads of other processes that run or wait for a core; 0 where the system does not say."""
     if not LOAD.exists():
         return 0
+    # Not the load average: it remembers the last minute, in which the same script may have solved the case before.
     seen = []
     for _ in range(5):  # one look could fall on a moment when something wakes up
+        # Who reads the number of running threads is one of them.
         seen.append(int(LOAD.read_text().split()[3].partition("/")[0]) - 1)
         time.sleep(0.002)
     return max(sorted(seen)[len(seen) // 2], 0)

@@ -76,12 +76,16 @@ class Tensor:
 def turned_axes(h: Sequence[Node], b: Sequence[Node], cos: Node, sin: Node) -> tuple[Node, Node]:
     """Cosine and sine of axes after an increment of gradient h (11, 12, 21, 22) from b_e − I (11, 22, 33, 12)."""
     b11, b22, _, b12 = b
+    # The logarithm of the whole F with an additive plastic strain (Miehe, Apel and Lambrecht 2002) needs no axes that turn, but
+    # with equal coefficients it is J2's answer only where strains keep their axes.
     # V is parallel to b + det V I in the plane
     J = sqrt((1.0 + b11) * (1.0 + b22) - b12 * b12)
     v11, v22 = 1.0 + b11 + J, 1.0 + b22 + J
+    # The polar rotation of M = f V has a cosine proportional to M₁₁ + M₂₂ and a sine to M₂₁ − M₁₂.
     c = (1.0 + h[0]) * v11 + h[1] * b12 + h[2] * b12 + (1.0 + h[3]) * v22
     s = h[2] * v11 + (1.0 + h[3]) * b12 - (1.0 + h[0]) * b12 - h[1] * v22
     x, y = cos * c - sin * s, sin * c + cos * s
+    # Of length one again in each increment, or round-off would add up over thousands of them.
     over = 1.0 / sqrt(x * x + y * y)
     return x * over, y * over
 

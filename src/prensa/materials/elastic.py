@@ -70,6 +70,7 @@ def motion(h: Tensor, old: Tensor) -> Motion:
     """Of an increment on a committed tensor."""
     H, was = tensor(h), symmetric(old)
     volume, before = det_less_one(H), det_less_one(was)
+    # det f > 0 alone would let f₃₃ < 0 pass with a plane that is turned inside out.
     good = (volume > -1.0) & (before > -1.0)
     return Motion(H, was, push_forward(H, was), volume, before, good if len(h) == 9 else good & (h[4] > -1.0))
 
@@ -142,6 +143,7 @@ def hencky_at_rest(b: np.ndarray, lam: float, mu: float) -> np.ndarray:
     r = np.hypot(half, b12)
     low = 0.5 * (b11 + b22) - r
     # logarithmic strains ½ ln b: that of the lower principal value, what the upper one has more, and that out of the plane
+    # The difference of both logarithms as one: where principal values are alike it keeps its digits.
     e, more, e3 = 0.5 * np.log1p(low), 0.5 * np.log1p(2.0 * r / (1.0 + low)), 0.5 * np.log1p(b33)
     trace = 2.0 * e + more + e3
     J = np.exp(trace)

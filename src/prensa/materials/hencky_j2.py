@@ -45,6 +45,7 @@ def logarithm(b: Tensor) -> tuple[Node, Node, Node, Node]:
     square = half * half + b12 * b12
     by = 1.0 / (1.0 + mean)
     scale = 0.5 * artanh_ratio(square * by * by) * by
+    # A quarter of the logarithm of the determinant in the plane, the mean of both principal strains.
     middle = 0.5 * half_log1p(2.0 * mean + mean * mean - square)
     return middle + scale * half, middle - scale * half, half_log1p(b33), scale * b12
 
@@ -125,6 +126,8 @@ def return_map(q: Node, J: Node, strain: Node, metal: Metal, flows: Flows | None
         begin = whole * whole + 0.5 * curvature * over
         halley = over * whole / begin
         good = (whole < (1.0 + STEEP_SLOPE) * 3.0 * G) & (halley > 0.0) & (halley < 2.0 * half)
+        # Below the surface only a point flows that is made to (derivatives, remeshing): it flows back, and its root is
+        # negative.
         start = where(over > 0.0, where(good, halley, half), -1e-3 * high)
     else:
         start = flows.by
@@ -180,6 +183,7 @@ def small_j2(h: Tensor, old: Begun, metal: Metal, flows: Flows | None = None) ->
 
     r = _returned(moved_by(old.b), one_like(old.strain), old.strain, metal, flows)
     flowed = differs(r.rise, 0.0)
+    # Without flow trial and elastic strains are the same to the last bit, by which `begin` knows that nothing flowed.
     kept = [where(flowed, x, y) for x, y in zip(moved_by(old.kept), r.elastic)]
     two, p = 2.0 * metal.G * damped(r.less, metal.share), metal.K * r.trace
     stress = [two * x + p for x in r.deviator[:3]] + [two * x for x in r.deviator[3:]]
@@ -201,12 +205,16 @@ def hencky_j2(h: Tensor, old: Begun, metal: Metal, flows: Flows | None = None) -
         J, Jn = (sqrt(determinant(t)), sqrt(determinant(old.b))) if metal.cauchy else (one, one)
         r = _returned(e, J, old.strain, metal, flows)
         moved = differs(r.rise, 0.0)
+        # Where nothing flowed the trial tensor itself, not the exponential of its logarithm: elastic states collect no
+        # round-off, and equal bits tell `begin` that nothing flowed.
         new = [where(moved, x, y) for x, y in zip(exponential(r.elastic), t)]
         kept = [where(moved, x, y) for x, y in zip(push_forward(h, old.kept), new)]
+        # Trapezoid: at the end's flow stress alone the plastic work would err by the first order of the increment.
         history = (*new, old.strain + r.rise, old.work + 0.5 * (Jn * r.was + J * r.now) * r.rise, *kept)
         trace, d, elastic, two = r.trace, r.deviator, r.elastic, 2.0 * G * damped(r.less, metal.share)
     p = K * trace
     stress = (two * d[0] + p, two * d[1] + p, two * d[2] + p, two * d[3])
+    # Local in t: the 4 × 4 slopes of the return map come once, then the chain rule of the push-forward.
     return Answer(tuple(local(stress, t)), tuple(history), tuple(elastic), t)  # type: ignore[arg-type]
 
 

@@ -103,8 +103,11 @@ class Hill(PointMaterial):
         assert curve is not None
         s, hill = (2.0 * G * d.xx, 2.0 * G * d.yy, 2.0 * G * d.xy), Coefficients(self.F, self.G, self.H, self.N)  # type: ignore[arg-type]
         q, was = hill.equivalent(s), at.flow_stress(strain)
+        # σ̄ of the returned stress is at most q/(1 + k m), m the least eigenvalue: at a rise of q/(2G m) that is below the limit,
+        # so that the root is bracketed. With Mises' function it is q/3G, as in J2.
         over, most = q - at.J * was, q / (2.0 * G * hill.softest())
         inside = over < 0.0
+        # As in J2, a point inside the surface that is made to flow flows back.
         low, high, start = where(inside, -most, 0.0), where(inside, 0.0, most), over / (6.0 * G)
 
         def beyond(x: Node, *args: Node) -> Node:
@@ -118,6 +121,7 @@ class Hill(PointMaterial):
         now = at.flow_stress(strain + rise, rise)
         left = hill.returned(s, 2.0 * G * rise / (at.J * now))
         less = [x / (2.0 * G) - y for x, y in zip(left, (d.xx, d.yy, d.xy))]
+        # Flow keeps the volume, from which its component across the plane follows.
         plastic = Tensor(-less[0], -less[1], less[0] + less[1], -less[2])
         elastic = trial - Tensor(*(where(differs(rise, 0.0), x, 0.0) for x in plastic))
         work = work + 0.5 * (at.J_n * was + at.J * now) * rise

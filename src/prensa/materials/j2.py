@@ -87,6 +87,7 @@ class MetalForm(NamedTuple):
         if m.curve is not None:
             first = (*at.committed[:6], *at.committed[:4]) if at.share is None else begin(at.committed, at.share, m)
             begun = Begun(first[:4], first[4], first[5], first[6:])
+            # Which points flowed, and by how much, is known of the increment: derivatives need not search for the root again.
             flows = Flows(differs(at.new[4], at.old[4]), at.new[4] - at.old[4])
             strains = at.committed[4], first[4]
         found = hencky_j2(h, begun, m, flows)
@@ -134,6 +135,7 @@ def finite(
     """
     kernel = _finite(flow.kind, cauchy, tangent, held is not None)
     p = numbers(K, G, flow, dt, secant)
+    # The kernel wants some array there; without held branches it does not read it.
     flags = failed if held is None else held
     kernel(len(h), h, old, old[:, kept:], p, flow.knots, flow.coefficients, flags, P, A, new, failed)
 

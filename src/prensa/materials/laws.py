@@ -282,6 +282,7 @@ class J2(_Isotropic):
             return out
         principal_axes.begin(history, k, self.finite, share, out)
         strain, more = np.ascontiguousarray(out[:, k]), out[:, k] - history[:, k]
+        # The shift is plastic flow as well: its work, by the trapezoid of the flow stress, belongs to the balance.
         stress = self.flow_stress(np.ascontiguousarray(history[:, k])) + self.flow_stress(strain)
         out[:, k + 1] += 0.5 * self.of_cauchy(history) * stress * more
         return out

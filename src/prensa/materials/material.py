@@ -155,6 +155,7 @@ def principal_tangent(material: IsotropicMaterial, eps: Array) -> Array:
         return np.ascontiguousarray((tau[:3] - tau[3:]).transpose(1, 2, 0) / (2 * DIFFERENCE))
     energy = _energy(material)
     shifts = DIFFERENCE * np.concatenate([steps, -steps])
+    # One step is complex and one real: hyper-dual numbers would be exact, but users' functions would have to support them.
     pairs = (shifts[:, None] + 1j * COMPLEX_STEP * steps[None]).reshape(-1, 3)
     psi = complex_value(lambda s: _spread(energy, eps, s), pairs)
     if psi is not None:
@@ -165,6 +166,7 @@ def principal_tangent(material: IsotropicMaterial, eps: Array) -> Array:
         psi = _spread(energy, eps, (both[:, None] + both[None]).reshape(-1, 3)).reshape(2, 3, 2, 3, len(eps))
         mixed = psi[0, :, 0] - psi[0, :, 1] - psi[1, :, 0] + psi[1, :, 1]
         slope = mixed.transpose(2, 0, 1) / (4 * SECOND**2)
+    # Differences are symmetric only up to their error, the tangent of an energy is so exactly, and LDLᵀ relies on it.
     return np.asarray(0.5 * (slope + slope.transpose(0, 2, 1)))
 
 

@@ -114,6 +114,7 @@ class PlaneStress:
         h33 = self._thin(h, inner, at._replace(tangent=True, secant=0.0), out)  # the condensation needs it in any case
         P, A = out.P, out.A
         pivot = A[:, 4, 4]
+        # Not 'pivot == 0': one that is NaN has to count as well.
         singular = ~(np.abs(pivot) > 0.0)
         out.failed[singular] = True
         A -= A[:, :, 4:] * (A[:, 4:, :] / np.where(singular, 1.0, pivot)[:, None, None])
@@ -150,6 +151,8 @@ class PlaneStress:
             self.law.update(stretch[rows], old[rows], at.of(rows), trial)
             out.P[rows], out.A[rows], out.new[rows, :-1] = trial.P, trial.A, trial.new
             f33 = 1.0 + stretch[rows, 4] if self.finite else 1.0
+            # In finite strain the unknown is ln f₃₃: P₃₃ f₃₃ is nearly linear in it, for Hencky's law exactly, and f₃₃ stays
+            # positive.
             force = trial.P[:, 4] * f33
             slope = f33 * (trial.A[:, 4, 4] * f33 + trial.P[:, 4]) if self.finite else trial.A[:, 4, 4]
             hi[rows] = np.where(force > 0.0, y, hi[rows])

@@ -128,6 +128,7 @@ class PointMaterial(Material, abstract=True):
 
 def _derivative(energy: Any, strain: Tensor) -> Tensor:
     """Of an energy by a strain, exact."""
+    # Nodes of their own, at which `reverse` stops: components may be made of one another.
     at = [as_found(x, x) for x in strain]
     xx, yy, zz, xy = reverse([energy(Tensor(*at))], [ONE], at)
     return Tensor(xx, yy, zz, 0.5 * xy)
@@ -229,6 +230,7 @@ class Form:
             as_if = self._carried(h, old[self.trial] if begun else old[STRAIN_COLUMNS])
             history += [where(moved, a, b) for a, b in zip(as_if, kept)]
             shifts = old[self.rises] if begun else [ZERO] * len(was)
+            # The rise since the last commit, the shift with which the increment began included.
             history += [where(moved, a - b + c, 0.0) for a, b, c in zip(variables, was, shifts)]
         return Point(stress, history, energy, t)
 
@@ -309,6 +311,7 @@ def _update(form: Form, begun: bool, tangent: bool, held: bool, heated: bool) ->
         flag = flag | ~good
     else:
         P = (s[0], s[3], s[3], s[1], s[2])
+    # What differs from itself is NaN: a root that was not found, or a user's formula outside its domain.
     for x in (*found.history[STRAIN_COLUMNS.stop :], *s):
         flag = flag | differs(x, x)
     written = [*puts("P", P), *puts("new", found.history), *puts("failed", [flag])]

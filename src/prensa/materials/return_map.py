@@ -31,6 +31,7 @@ def return_map(
     jac = np.exp(tr) if cauchy else np.ones_like(tr)
     with np.errstate(all="ignore"):
         y0 = stress_at(curve, start, np.zeros_like(start))
+        # "Not below", so that a flow stress that is NaN counts as flowing: its point finds no root and is flagged.
         flows = np.flatnonzero(~(q - jac * y0 <= ON_SURFACE * q) if held is None else held)
         delta, y1, slope = np.zeros_like(q), y0.copy(), np.zeros_like(q)
         delta[flows], y1[flows], slope[flows] = _roots(curve, start[flows], q[flows], jac[flows], G, dt)

@@ -56,6 +56,7 @@ def strength(history: Array, cauchy: bool, flow: FlowParameters) -> Strength:
     piece, powers, by_knot = np.zeros(n, dtype=np.int64), np.zeros((n, 4)), np.zeros(n)
     if flow.kind == TABLE:
         by_stress, strain, last = out[:, 6 + SHIFT_COMMITTED], history[:, 4], len(flow.knots) - 1
+        # Tables are differentiated here: their coefficients are arrays that all points share, not numbers of the graph.
         piece = np.clip(np.searchsorted(flow.knots, strain, side="right") - 1, 0, last - 1)
         d = np.minimum(strain, flow.knots[last]) - flow.knots[piece]
         powers = by_stress[:, None] * np.stack([d**3, d**2, d, np.ones(n)], axis=1)

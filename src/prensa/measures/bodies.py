@@ -138,6 +138,7 @@ def coordinate(place: Place, axis: str, displacement: bool = False, choose: str 
         slopes = spot.slopes(x)[k]
         if displacement:
             at -= float(spot.of(shape.X)[k])
+            # Where the place slides along its edge, another particle of the body is there, with another initial place.
             slopes = slopes - np.einsum("i,kj->ikj", spot.dN @ shape.X[spot.nodes], spot.slide)[k]
         return Linear(at, spot.nodes, slopes)
 
@@ -308,6 +309,7 @@ def change(body: str, geometry: Plain, turn: float = math.inf) -> Callable[[Incr
     def value(increment: Increment) -> float:
         shape = increment.shapes[body]
         by = geometry(shape, shape.x) - geometry(shape, shape.start)
+        # From 179° to −179° a line turns by 2°. The remainder by infinity is the number itself.
         return math.remainder(by, turn)
 
     return value

@@ -32,6 +32,7 @@ CONTACT_EXTREMES = ("max.pressure", "max.shear", "max.slip", "max.friction_power
 COUNTS = ("open", "stick", "slip")
 TOOL_QUANTITIES = ("force", "force.x", "force.y", "moment", "travel", "travel.x", "travel.y", "rotation")
 DEEPEST = 20  # brackets of a measure: functions in one another are read one inside the other
+# A few functions and no expressions of Python: these would be a second language in case files, without units or derivatives.
 FUNCTIONS = ("angle", "change", "curvature", "distance", "mean", "radius", "ripple", "thickness", "thinning")
 NOT_NUMBERS = ("step", "increment")
 
@@ -151,6 +152,7 @@ class _Reader:
         if match := re.fullmatch(r"(\w+)\s*\((.*)\)", text):
             return self._function(match[1], _arguments(match[2]), text)
         for kind, names_ in (
+            # Contacts first: their names begin with the name of a body.
             (self._contact, [c.name for c in self.problem.contacts]),
             (self._tool, list(self.problem.tools)),
             (self._body, list(self.problem.bodies)),

@@ -102,6 +102,7 @@ def crossings(x: Array, edges: Index, values: Array, level: float, axis: int, ma
     found: list[Spot] = []
     for e in np.flatnonzero((np.abs(a) + np.abs(b) >= np.abs(c) - close) & (np.abs(a) + np.abs(b) > close)):
         for s in _roots(a[e], b[e], c[e]):
+            # An end of the outline on the level misses it by round-off: it counts, and is put on its edge.
             beyond = 4.0 * close / (abs(a[e]) + abs(b[e]))
             if abs(s) <= 1.0 + beyond:
                 place = spot(edges, int(e), min(max(s, -1.0), 1.0))
@@ -166,6 +167,7 @@ def circle_curvature(points: Array) -> float:
     A (x² + y²) + D x + E y + F = 0 with D² + E² − 4 A F = 1: lines are circles with A = 0. m ≥ 3.
     """
     centre = points.mean(axis=0)
+    # About the middle and over the size: sums of fourth powers of coordinates far from the origin would cancel.
     size = float(np.abs(points - centre).max())
     p = (points - centre) / size
     Z = np.column_stack([(p**2).sum(axis=1), p, np.ones(len(p))])
@@ -203,9 +205,11 @@ def _distance(p: Array, corners: Array) -> float:
     for _ in range(20):  # Newton for r·r' = 0
         r, dr = (a * s[:, None] + b) * s[:, None] + middle, 2.0 * a * s[:, None] + b
         curve = (dr**2).sum(axis=1) + 2.0 * (r * a).sum(axis=1)
+        # Where the distance is not convex in s, Gauss and Newton's step still goes downhill.
         step = (r * dr).sum(axis=1) / np.where(curve > 0, curve, (dr**2).sum(axis=1) + SMALLEST)
         s = np.clip(s - step, -1.0, 1.0)
     r = (a * s[:, None] + b) * s[:, None] + middle
+    # Newton may have come to a foot that is not the nearest: the ends are looked at besides.
     ends = np.minimum((first**2).sum(axis=1), (last**2).sum(axis=1))
     return float(np.sqrt(np.minimum((r**2).sum(axis=1), ends).min()))
 

@@ -63,6 +63,7 @@ def disc(m: model.Disc) -> Draft:
     half, layers = m.n[0] // 2, m.n[1]
     angle = np.linspace(0.0, np.pi / 2, m.n[0] + 1)
     rim = np.column_stack([np.cos(angle), np.sin(angle)])
+    # cos(π/2) is 6e-17: sides on an axis have to lie on it exactly, where supports and the axis of revolution look for them.
     rim[0, 1] = rim[-1, 0] = 0.0
     s = np.linspace(0.0, 1.0, half + 1)
     east = np.column_stack([CORE + (CORE_CORNER - CORE) * s, CORE_CORNER * s])  # right side of the core, upwards
@@ -106,12 +107,14 @@ def annulus(m: model.Annulus) -> Draft:
         node[-1] = node[0]
     points = np.array(m.centre) + direction[:, None, :] * radius[None, :, None]
     cells = np.stack([node[:-1, :-1], node[:-1, 1:], node[1:, 1:], node[1:, :-1]], axis=-1).reshape(-1, 4)
+    # The inner rim is walked clockwise, so that the body is on its left as well.
     edges = {"inner": chain(node[::-1, 0]), "outer": chain(node[:, -1])}
     corners = {"inner-start": int(node[0, 0]), "outer-start": int(node[0, -1])}
     if not closed:
         edges |= {"start": chain(node[0]), "end": chain(node[-1, ::-1])}
         corners |= {"inner-end": int(node[-1, 0]), "outer-end": int(node[-1, -1])}
     curve = _round(np.array(m.centre))
+    # Of a closed ring the last row of points is the first one again.
     points = points.reshape(-1, 2)[: int(cells.max()) + 1]
     return Draft(points, cells, edges, corners, {"inner": curve, "outer": curve})
 
@@ -137,6 +140,7 @@ def patch(m: model.Patch) -> Draft:
     side = {}
     for name, (a, b) in ends.items():
         side[name] = curve[name](u[name])
+        # A curve meets its corners only to round-off, two sides have to meet in one point.
         side[name][0], side[name][-1] = a, b
     x = _coons(side["bottom"], side["right"], side["top"], side["left"], u["bottom"], u["left"])
     node = np.arange(x.shape[0] * x.shape[1]).reshape(x.shape[:2])
@@ -161,6 +165,7 @@ def _coons(
     t = (np.linspace(0, 1, len(left)) if v is None else v)[:, None, None]
     corners = (1 - s) * (1 - t) * bottom[0] + s * (1 - t) * bottom[-1] + s * t * top[-1] + (1 - s) * t * top[0]
     x = (1 - t) * bottom[None] + t * top[None] + (1 - s) * left[:, None] + s * right[:, None] - corners
+    # To the digit: supports and tools look for nodes on the sides.
     x[0], x[-1], x[:, 0], x[:, -1] = bottom, top, left, right
     return np.asarray(x)
 
@@ -189,6 +194,7 @@ class _SplineCurve(_Curve):
         from scipy.interpolate import CubicSpline
 
         chord = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+        # The parameter is the chord length; nodes are set by the arc length, which it follows only nearly.
         self.spline = CubicSpline(chord / chord[-1], points)
         fine = np.linspace(0.0, 1.0, 2001)
         length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(self.spline(fine), axis=0).T))])
@@ -226,6 +232,7 @@ def _curve(name: str, side: model.ArcSide | model.SplineSide | None, a: Array, b
     start = np.arctan2(*(a - centre)[::-1])
     sweep = (np.arctan2(*(b - centre)[::-1]) - start) % (2 * np.pi)
     if through is None:
+        # A centre leaves both ways round open: the shorter one is meant, and 'through' says otherwise.
         sweep = sweep if sweep <= np.pi else sweep - 2 * np.pi
     elif (np.arctan2(*(through - centre)[::-1]) - start) % (2 * np.pi) > sweep:
         sweep -= 2 * np.pi

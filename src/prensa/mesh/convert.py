@@ -68,6 +68,8 @@ def split(points: Array, cells: Index) -> Index:
     along = first <= second * (1 + NEGLIGIBLE)
     alone = np.bincount(cells.ravel(), minlength=len(points))[cells] == 1
     into_first, into_second = alone[:, [0, 2]].any(axis=1), alone[:, [1, 3]].any(axis=1)
+    # A triangle with all nodes on supports could not deform, and the corner would be too stiff, whatever the diagonals'
+    # lengths.
     along = np.where(into_first != into_second, into_first, along)
     pair = np.where(along[:, None, None], cells[:, [[0, 1, 2], [0, 2, 3]]], cells[:, [[0, 1, 3], [1, 2, 3]]])
     return np.asarray(pair.reshape(-1, 3))

@@ -50,6 +50,7 @@ def strip(m: model.Strip) -> Draft:
     right = m.toward == "right"
     length, low = m.length, 0.0 if m.half else -1.0
     nose = () if m.nose is None else (-m.nose.length if right else m.nose.length,)
+    # The outline has a kink where the nose ends: a line of nodes has to lie there.
     grid = model.Grade(x=nose, ratio=1.0)
     plain = rectangle(model.Rectangle((length, 1.0 - low), m.n, (-length if right else 0.0, low), grid))
     x, eta = plain.points.T

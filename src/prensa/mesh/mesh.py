@@ -88,6 +88,7 @@ def displaced(mesh: Mesh, points: Array) -> Mesh:
     """The mesh with its nodes elsewhere; a deformed shape is not checked as a new mesh is."""
     moved = copy(mesh)
     object.__setattr__(moved, "points", points)
+    # What was cached of numbers of nodes still holds, what was of their places does not.
     moved.__dict__.pop("extent", None)
     return moved
 
@@ -134,6 +135,7 @@ def ordered_nodes(edges: Index) -> Index:
     pieces = segments(edges)
     follower = dict(pieces.tolist())
     ends = set(follower.values())
+    # A closed chain has no first node, and begins anywhere.
     starts = [a for a in follower if a not in ends] or [pieces[0, 0]]
     order: list[int] = []
     seen: set[int] = set()
@@ -248,6 +250,7 @@ def _check_cells(points: Array, cells: Index) -> None:
     edges = sides(cells)[..., :2]
     directed = edges[..., 0] * np.int64(len(points)) + edges[..., 1]
     order = np.argsort(directed, axis=None, kind="stable")
+    # Neighbours walk their common side in opposite directions. Twice the same direction is two elements on one side of it.
     same = np.flatnonzero(np.diff(directed.ravel()[order]) == 0)
     if len(same):
         e, f = sorted(int(k) // edges.shape[1] for k in order[same[0] : same[0] + 2])
@@ -270,6 +273,7 @@ def _check_open_joints(points: Array, outline: Index) -> None:
     pieces = segments(outline)
     start, along = points[pieces[:, 0]], points[pieces[:, 1]] - points[pieces[:, 0]]
     length = np.hypot(along[:, 0], along[:, 1])
+    # Circles about the sides hold all nodes that may lie on them; a little smaller, they leave out the ends.
     i, j = within(points[nodes], start + 0.5 * along, 0.5 * length * (1 - DRAWN))
     r = points[nodes[j]] - start[i]
     inside = np.flatnonzero(np.abs(along[i, 0] * r[:, 1] - along[i, 1] * r[:, 0]) <= close * length[i])

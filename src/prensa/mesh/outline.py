@@ -99,9 +99,11 @@ def chains(mesh: Mesh, points: Array) -> list[list[Chain]]:
 def _cut(edges: Index, x: Array, names: list[frozenset[str]], named: set[int]) -> list[Chain]:
     a, b = x[edges[:, 0]], x[edges[:, 1]]
     m = x[edges[:, 2]] if edges.shape[1] == 3 else 0.5 * (a + b)
+    # Tangents of the quadratic sides at their ends: chords would see the turn of a fillet as corners.
     start, end = 4 * m - 3 * a - b, np.roll(3 * b + a - 4 * m, 1, axis=0)
     turn = np.abs(np.arctan2(end[:, 0] * start[:, 1] - end[:, 1] * start[:, 0], (end * start).sum(axis=1)))
     k = len(edges)
+    # A round outline of one name has nothing to be cut at: it is one chain, from anywhere.
     cuts = [i for i in range(k) if turn[i] > CORNER or names[i] != names[i - 1] or int(edges[i, 0]) in named] or [0]
     ends = [*cuts[1:], cuts[0] + k]
     return [Chain(edges[np.arange(i, j) % k], x, names[i]) for i, j in zip(cuts, ends)]
@@ -128,6 +130,7 @@ def resampled(outline: list[Chain], size: SizeOf, touching: Flags | None = None)
     zone loses up to a side of an element at each remeshing.
     """
     ends, middles, names = [], [], []
+    # A round outline has no corner: less than three sides would enclose nothing.
     least = 3 if len(outline) == 1 else 1
     for chain in outline:
         s = _stations(chain, size, touching, least)
@@ -153,6 +156,7 @@ def _stations(chain: Chain, size: SizeOf, touching: Flags | None, least: int) ->
     at, nodes = chain.nodes
     flags = np.zeros(len(nodes), dtype=bool) if touching is None else touching[nodes]
     flips = np.flatnonzero(flags[1:] != flags[:-1])
+    # The closed node of each pair is where the zone ends.
     zone = np.where(flags[flips], at[flips], at[flips + 1])
     h = NEARNESS * size(chain(zone)) if len(zone) else zone
     hard = [0.0]
@@ -170,6 +174,7 @@ def _spaced(chain: Chain, size: SizeOf, a: float, b: float, least: int) -> Array
     s = np.linspace(a, b, n)
     h = size(chain(s))
     way = GRADING * s
+    # Sizes may not grow faster than `GRADING` along the way: held forwards, then backwards.
     h = np.minimum(np.minimum.accumulate(h - way) + way, np.minimum.accumulate((h + way)[::-1])[::-1] - way)
     count = np.concatenate([[0.0], np.cumsum(0.5 * (1 / h[1:] + 1 / h[:-1]) * np.diff(s))])
     k = max(round(count[-1]), least)

@@ -38,7 +38,9 @@ def from_file(m: model.File, nodes: int, unit: str) -> Mesh:
     """
     path = Path(m.path)
     try:
+        # Names come in any encoding; the numbers are ASCII.
         text = path.read_bytes().decode("utf-8", errors="replace")
+        # Readers of our own: meshio loses surfaces and sets, mixes parts, and allocates what a wrong file asks for.
         deck = (gmsh if path.suffix.lower() == ".msh" else abaqus).read(text)
         points, kinds, label = _cells(deck, _chosen(deck, m.part))
     except (FileError, OSError) as error:
@@ -47,6 +49,7 @@ def from_file(m: model.File, nodes: int, unit: str) -> Mesh:
         points = points * factor(f"1 {m.unit}", unit, "N", (0, 1))
     if m.merge:
         points, kinds, label = _merged(points, kinds, label)
+    # Programs write cells either way round.
     kinds = {k: oriented(points, c) for k, c in kinds.items()}
     if len(kinds) == 1:
         cells = next(iter(kinds.values()))
@@ -130,6 +133,8 @@ def _named(deck: Deck, cells: Index, label: dict[int, int]) -> tuple[dict[str, I
     edges: dict[str, Index] = {}
     corners: dict[str, int] = {}
     for name, groups in deck.lines.items():
+        # All pairs of a line's nodes: of these only the two ends are a side of the outline, wherever the file puts the middle
+        # node.
         pairs = [
             (label[a], label[b]) for g in groups for i, a in enumerate(g) for b in g[:i] if a in label and b in label
         ]

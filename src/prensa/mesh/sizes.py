@@ -104,8 +104,10 @@ class SizeField:
 
         None below that at tools: a band of shear is as thin as the elements that it has, and would ask for ever smaller ones.
         """
+        # Not an error estimate of the stress: plastic zones end in kinks, whose error no size removes.
         strain = self.strain()
         steep = self.share / (self.asked.per_strain * self.far) if self.asked.per_strain else np.inf
+        # No element can see a slope that counts then, and the strains at the nodes need not be recovered.
         if strain.spread < 0.5 * steep * self.near:
             return np.zeros((0, 2)), np.zeros(0)
         cells, nodal = self.mesh.cells, strain.nodal()
@@ -139,6 +141,7 @@ def coarseness(field: SizeField) -> Array:
     """Sizes (m,) of the elements of a body over those asked for at their middles."""
     mesh = field.mesh
     x = field.positions[corner_cells(mesh.cells)]
+    # Side of the equilateral triangle of that area.
     size = np.sqrt(4 / np.sqrt(3) * areas(field.positions, mesh.cells))
     return np.asarray(size / field(x.mean(axis=1)))
 
@@ -146,6 +149,7 @@ def coarseness(field: SizeField) -> Array:
 def mismatch(field: SizeField) -> tuple[float, float]:
     """Share of the elements asked for that lie in ones more than `LARGE` times as large, and elements over those asked for."""
     ratio = coarseness(field)
+    # So many elements of the size asked for would take the place of each.
     asked = ratio**2
     return float(asked[ratio > LARGE].sum() / asked.sum()), len(ratio) / float(asked.sum())
 

@@ -37,6 +37,7 @@ def graded(
     distance = np.min(np.abs(fine[:, None] - targets[None, :]), axis=1)
     if between is not None:
         distance[(fine >= between[0]) & (fine <= between[1])] = 0.0
+    # Lines lie where the integral of the density is a whole number: sizes go as its inverse, linearly with the distance.
     density = 1.0 / (1.0 + (ratio - 1.0) * distance / max(distance.max(), SMALLEST))
     count = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(fine))])
     knots = np.unique(np.concatenate([[start], targets, [end]]))
@@ -45,11 +46,13 @@ def graded(
         raise MeshError(f"{n} elements cannot keep {len(knots) - 2} grading targets as mesh lines")
     share = np.diff(np.interp(knots, fine, count))
     exact = n * share / share.sum()
+    # Each stretch between targets has a whole number of elements, so that targets become lines.
     parts = np.maximum(1, np.floor(exact).astype(int))
     for k in np.argsort(parts - exact):  # largest remainder first
         if parts.sum() >= n:
             break
         parts[k] += 1
+    # One element at least in every stretch may have been too many: those with most to spare give back.
     while parts.sum() > n:
         parts[np.argmax(np.where(parts > 1, parts - exact, -np.inf))] -= 1
     out = [np.array([knots[0]])]

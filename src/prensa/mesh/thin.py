@@ -27,5 +27,6 @@ def thin_way_up(mesh: Mesh) -> Mesh:
     _, strip = connected_components(coo_matrix((np.ones(len(pairs)), pairs.T), (n, n)), directed=False)
     of = strip[pairs[:, 0]]
     length = np.bincount(of, np.linalg.norm(steps, axis=1))[of].reshape(2, -1)
+    # Strips and not sides are compared: along fillets the shorter side of an element may lie along the sheet.
     turn = length[0] < (1.0 - NEGLIGIBLE) * length[1]
     return renumbered(mesh, np.where(turn[:, None], np.roll(mesh.cells, -1, axis=1), mesh.cells)) if turn.any() else mesh

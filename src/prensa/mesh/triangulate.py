@@ -37,6 +37,7 @@ def mesher() -> Any:
         If it is not installed.
 
     """
+    # Triangles: of quadrilaterals by recombination one in a hundred was nearly folded, and their mesher has a copyleft licence.
     return _library("mmgpy").MmgMesh2D
 
 
@@ -80,6 +81,7 @@ def _triangles(points: Array, edges: Index, size: SizeOf) -> tuple[Array, Index]
     h = np.zeros(n)
     np.add.at(h, edges, 0.5 * length[:, None])
     try:
+        # A first mesh with the sizes of the outline gives places at which the field can be asked; the second follows it.
         mesh = _given(points, _between(points, edges), edges, h)
         mesh.remesh(hgrad=1 + GROWTH, verbose=-1, nosurf=1)
         vertices = mesh.get_vertices()
@@ -140,6 +142,7 @@ def _numbers(vertices: Array, points: Array) -> Index:
 
 
 def _ordered(vertices: Array, triangles: Index, points: Array, edges: Index) -> tuple[Array, Index]:
+    # Holes have been meshed too.
     triangles = triangles[inside(vertices[triangles].mean(axis=1), points, edges)]
     own = _numbers(vertices, points)
     number = np.full(len(vertices), -1)
@@ -161,6 +164,7 @@ def inside(x: Array, points: Array, edges: Index) -> Flags:
     step = max(POINTS_AT_ONCE // max(len(edges), 1), 1)
     for k in range(0, len(x), step):
         y = x[k : k + step, 1:2]
+        # Half-open, so that a ray through a node crosses one of its two edges and not both.
         spans = (a[:, 1] <= y) != (b[:, 1] <= y)
         with np.errstate(divide="ignore", invalid="ignore"):
             at = a[:, 0] + (y - a[:, 1]) * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1])

@@ -71,6 +71,7 @@ def _whole(p: Any) -> Iterator[Finding]:
     for key, body in p.bodies.items():
         if body is None:
             continue
+        # p may be the sketch of a case that could not be read: what is None was wrong, has been told, and is passed over.
         if p.space is not None and body.mesh.type == ("strip" if p.space == "axisymmetric" else "wire"):
             other = "a strip is not round; use 'wire'" if p.space == "axisymmetric" else "a wire is round; use 'strip'"
             or_round = "" if p.space == "axisymmetric" else ", or write 'space: axisymmetric'"
@@ -94,6 +95,7 @@ def _whole(p: Any) -> Iterator[Finding]:
         yield Finding(
             ("allow_large_strain",), "finite strain needs no permission; this goes with 'kinematics: small'", at_key=True
         )
+    # Once a body deforms, gaps along normals of the undeformed surface are no distances.
     if p.kinematics == "finite" and p.contact_geometry == "reference":
         yield Finding(
             ("contact_geometry",), "'reference' is the linear Signorini problem and needs 'kinematics: small'"
@@ -114,6 +116,7 @@ def _remeshing(p: Any) -> Iterator[Finding]:
         yield _not_remeshed("the factor of 'control' is not transferred to new meshes; move the tool, or use 'remesh: off'")
     bodies = {name: b for name, b in p.bodies.items() if b is not None and b.material is not None}
     flowing = {name: b for name, b in bodies.items() if getattr(b.material, "plastic", False)}
+    # Only where every material could be read: one that could not may be the one that flows.
     if len(bodies) == len(p.bodies) and not flowing:
         yield _not_remeshed("no body flows plastically, and meshes of elastic ones do not become distorted; leave it out")
     for name, body in flowing.items():
@@ -124,6 +127,7 @@ def _remeshing(p: Any) -> Iterator[Finding]:
     for k, contact in enumerate(p.contacts):
         if contact is None or contact.surface[0].partition(".")[0] not in flowing:
             continue
+        # What contact remembers is carried over by nodes, which other rules' points are not.
         if contact.integration not in (None, "nodal"):
             yield Finding(("contacts", k, "integration"), "contacts of bodies that are remeshed have 'integration: nodal'")
 
@@ -259,6 +263,8 @@ def _contacts(p: Any) -> Iterator[Finding]:
                         (*path, "integration"),
                         f"{c.integration!r} is a rule of straight edges and {element} has quadratic ones; use 'nodal'",
                     )
+        # More multipliers than surface nodes that they press on: the constraints depend on one another, and the matrix is
+        # singular.
         if c.enforcement.has_multipliers and not rule.determined:
             yield Finding(
                 (*path, "integration"),
@@ -287,6 +293,7 @@ def _friction(p: Any) -> Iterator[Finding]:
         found = [
             f for c in p.contacts if c is not None and c.friction is None for f in needs(p.friction, c, ("friction",))
         ]
+        # One law of the whole problem is one mistake, however many contacts it reaches.
         yield from found[:1]
     for i, step in enumerate(p.steps):
         for name, law in step.friction.items() if step is not None else ():
@@ -363,6 +370,7 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
     for kind in ("move", "by", "velocity", "push"):
         for key, motion in getattr(step, kind).items():
             here = (*path, kind, key)
+            # 'by' moves boundaries too; a name with a dot is one, one without a dot is a tool that is misspelt.
             if kind == "by" and key not in p.tools and "." in key:
                 yield from _boundary_moved(p, step, here, motion)
                 continue
@@ -424,9 +432,11 @@ def _control(p: Any, step: Any, path: tuple[str | int, ...]) -> Iterator[Finding
     if tool not in p.tools:
         yield Finding((*path, tool), f"unknown tool {tool!r}{suggest(tool, p.tools)}", at_key=True)
         return
+    # The way leads and the factor of the loads follows: time has no part in such a step, and tables none to follow.
     if isinstance(way, tuple) or way == 0:
         yield Finding(here, "give the way from where the tool is at the start of the step, as a number other than 0")
     force = getattr(step.push.get(tool), "m" if name == "rz" else name, None)
+    # A force of zero times any factor is zero: it could not lead the tool anywhere.
     if force is None or force == 0:
         message = (
             f"{name} of tool {tool!r} leads, so 'push' has to drive it: give its force, not 0, or move it 'by' the way"

@@ -33,6 +33,7 @@ class _Value(Node):
 
 def explained(cls: type, error: ValidationError, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> CaseError:
     """All that is wrong with ``cls(*arguments, **named)``, one sentence each, as of the keys of a file."""
+    # pydantic gives positional arguments by number: their names are those of the fields in order.
     names = [f.name for f in dataclasses.fields(cls) if f.init]
     found = error.errors(include_url=False)
     given = dict(zip(names, arguments)) | dict(named)
@@ -78,6 +79,7 @@ def _tree(value: Any, left: Iterator[None], depth: int) -> Node:
     """Nodes of a value: mappings, lists and descriptions are gone into, as far as a file may be nested."""
     text = shown(value)
     below: Any = None
+    # A mesh of a million points as an argument would take seconds to lay out, and no message shows it.
     if depth < MAX_NESTING and next(left, 0) is None:
         if dataclasses.is_dataclass(value) and not isinstance(value, type):
             below = {f.name: getattr(value, f.name, None) for f in dataclasses.fields(value)}

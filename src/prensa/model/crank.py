@@ -58,6 +58,7 @@ class Crank:
             return math.acos(1.0 - 2.0 * self.height / self.stroke)
         r, rod = 0.5 * self.stroke, 0.5 * self.stroke / self.ratio
         d = r + rod - self.height  # from the axis of the crank to the slide
+        # Law of cosines in the triangle of crank, rod and slide; round-off at the dead centres would leave the range of acos.
         return math.acos(max(-1.0, min(1.0, (d * d + r * r - rod * rod) / (2.0 * d * r))))
 
     @property

@@ -72,7 +72,10 @@ def _tag(door: Door) -> Callable[[Any], Any]:
     def tag(value: Any) -> Any:
         given = value.get("type", door.default) if isinstance(value, dict) else getattr(value, "type", door.default)
         if isinstance(given, str) and given in door.own():
+            # A user's class may carry the type of one of prensa's: the object itself says which it is.
             return given if isinstance(value, (dict, door.own()[given])) else USERS
+        # Objects of users' classes have no tag that pydantic's union knows; they, and 'module:Class', go to the last
+        # alternative.
         theirs = isinstance(value, door.base_class()) or (isinstance(given, str) and ":" in given)
         return USERS if theirs else given
 
@@ -121,6 +124,7 @@ class Member:
         super().__init_subclass__(**options)
         if abstract:
             return
+        # A field would hide the method or property of the base class, and the solver would call a number.
         for name in vars(cls).get("__annotations__", {}):
             inherited = getattr(super(cls, cls), name, None)
             if name not in vars(cls) and (callable(inherited) or isinstance(inherited, property)):
@@ -129,5 +133,7 @@ class Member:
                 )
         if "type" not in vars(cls) and "type" not in getattr(cls, "__dataclass_fields__", {}):
             cls.type = user_type(cls)
+        # Deriving registers: a decorator besides would be forgotten, an entry point would need an installation for a law in a
+        # script.
         described(cls)
         DOORS[cls.door].add(cls)

@@ -56,6 +56,7 @@ def described(cls: type[_T]) -> type[_T]:
             check(self, *arguments, **named)
         except ValidationError as error:
             raise _words[-1](made, error, arguments, named) from None
+        # Some checks depend on whether a default was chosen or left: that is known only here, where the arguments are.
         if hasattr(made, "stated"):
             names = [f.name for f in fields(made) if f.init]
             object.__setattr__(self, "stated", frozenset([*names[: len(arguments)], *named]))
@@ -71,6 +72,7 @@ def as_names(value: Any) -> Any:
 
 # -------------------------------------------------------------------------------------------------- vectors and places
 def _space_of(value: Any) -> str:
+    # A plain union would report the mistakes of both alternatives; a tag chooses one, and with it one message.
     return "solid" if isinstance(value, list | tuple) and len(value) == 3 else "plane"
 
 
@@ -96,6 +98,7 @@ else:
 # --------------------------------------------------------------------------------------------- time-dependent values
 def as_table(value: Any) -> Any:
     """Accept lists of pairs as tables (YAML has no tuples), and arrays with two columns."""
+    # numpy is not imported for this: the vocabulary knows nothing of the numerics.
     if getattr(value, "ndim", 0) == 2 and hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, list | tuple) and value and all(isinstance(p, list | tuple) for p in value):

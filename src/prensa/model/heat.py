@@ -50,6 +50,8 @@ class Heat:
 
     def share(self, body: str, tool: str) -> float:
         """Share of the friction heat between a body and a tool that goes into the body."""
+        # Two half-spaces that touch share a source at their contact as their effusivities; a tool without conductor takes
+        # nothing.
         own, other = self.conductors[body].effusivity, self.conductors.get(tool)
         return own / (own + (0.0 if other is None else other.effusivity))
 

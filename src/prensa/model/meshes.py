@@ -200,6 +200,7 @@ class Disc:
 
     @model_validator(mode="after")
     def _check(self) -> Disc:
+        # The layers round the core meet its squares: half of the elements of a quarter belong to each of two sides of the core.
         if self.n[0] % 2:
             raise ValueError(f"the number of elements along a quarter of the rim must be even, not {self.n[0]}")
         _bounded(4 * self.n[0] * self.n[1] + self.n[0] ** 2)  # layers around a core of squares
@@ -234,6 +235,7 @@ class Annulus:
             raise ValueError(
                 "'angles' must increase by at most a whole turn (numbers are radians; '90 deg' is converted)"
             )
+        # Chords of half a turn pass through the centre or beyond it: the elements would be inverted.
         if sweep / self.n[0] >= math.pi:
             raise ValueError("too few elements round: an element must span less than half a turn")
         return self
@@ -328,6 +330,8 @@ class Outline:
         if self.sides and len(self.sides) != len(self.points):
             raise ValueError(f"{len(self.sides)} names in 'sides' for {len(self.points)} sides; give one for each point")
         (x, y), (u, v) = zip(*self.points), zip(*(*self.points[1:], self.points[0]))
+        # Twice the area by the shoelace formula: an equilateral triangle of side h covers 0.43 h², so this is near the number
+        # of triangles.
         _bounded(abs(sum(a * d - b * c for a, b, c, d in zip(x, y, u, v))) / self.size / self.size)  # its square may be 0
         return self
 
@@ -361,6 +365,7 @@ class File:
 
         if not self.path.lower().endswith((".msh", ".inp")):
             raise ValueError(f"{self.path!r}: gmsh's .msh and Abaqus's .inp are read; export the mesh as one of them")
+        # A restart or a report reads the mesh again: a file that was changed in between would go unnoticed beside old results.
         digest = digest_of(self.path)
         if self.digest not in (None, digest):
             raise ValueError(f"mesh file {self.path!r} has changed since this case was written; run the case again")

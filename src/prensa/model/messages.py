@@ -126,6 +126,7 @@ def _noun(place: Place) -> str:
 
 def _choice(error: Any, place: Place, above: Place) -> Mistake:
     value, key = error["input"], place.path[-1]
+    # pydantic gives the choices as one sentence.
     words = error["ctx"]["expected"].replace(" or ", ", ").replace("'", "").split(", ")
     alone = [m for m in bare(place.kind)[1] if isinstance(m, PythonAlone)]
     words = [w for w in words if not any(m.when(w) for m in alone)]
@@ -160,6 +161,7 @@ def _shown(error: Any, place: Place) -> str:
 def _wrong(error: Any, place: Place) -> str:
     wanted = "a finite number" if error["type"] == "finite_number" else expected(place.kind)
     remedy = ""
+    # A name such as 1018 is a number in YAML.
     if error["type"] == "string_type" and isinstance(error["input"], int | float):
         remedy = "; put it in quotes"
     return f"{place.label} is {_shown(error, place)}; {wanted} is expected{remedy}"

@@ -29,6 +29,7 @@ def override(root: Place, text: str) -> list[Mistake]:
     if not equals or not path.strip():
         raise CaseError([Mistake(mark, "write it as path=value, for example tools.punch.radius=20")])
     node, mistakes = read(value, mark.source, marked=False)
+    # Mistakes in the value then point at the command line, where it was written, and not at a line of the file.
     _paint(node, mark)
     _set(root, path.strip().split("."), node, mark)
     return mistakes
@@ -94,6 +95,7 @@ def _is_named(item: Node) -> bool:
 def _key(place: Place, parts: list[str], mark: Mark) -> tuple[str, list[str]]:
     """The key that the path names here (names such as ``block.bottom`` have dots of their own) and the rest."""
     assert place.node is not None
+    # The longest name first: names may have dots, which the path has too.
     for length in range(len(parts), 0, -1):
         key = ".".join(parts[:length])
         if key in place.node.value:

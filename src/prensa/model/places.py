@@ -48,6 +48,7 @@ def bare(annotation: Any) -> tuple[Any, tuple[Any, ...]]:
             annotation = annotation.__origin__
         elif _is_union(annotation):
             rest = [a for a in typing.get_args(annotation) if a is not type(None)]
+            # A true union stays; one with None alone beside a type is that type, and the loop goes on into it.
             if len(rest) == len(typing.get_args(annotation)):
                 return annotation, meta
             annotation = typing.Union[tuple(rest)]  # noqa: UP007 (built at run time)
@@ -96,6 +97,7 @@ def chosen(annotation: Any, node: Node | None) -> list[type]:
     classes = [k for k in (bare(m)[0] for m in members(annotation)) if is_dataclass(k) and isinstance(k, type)]
     if len(classes) > 1 and node is not None and isinstance(node.value, dict) and "type" in node.value:
         given = node.value["type"].value
+        # An unknown 'type' leaves all of them: keys are then looked for in every one.
         classes = [c for c in classes if type_name(c) == given] or classes
     return classes
 
@@ -153,6 +155,7 @@ class Place:
         """Where to look: the value, the key when the value is a block or is empty, else the nearest place around."""
         if self.parent is not None and self.parent.node is not None:
             key = self.parent.node.keys.get(str(self.path[-1]))
+            # A block begins on the line below its key, where nothing tells what it is.
             if key is not None and (at_key or self.node is None or self.node.spread):
                 return key
         if self.node is not None and not at_key:

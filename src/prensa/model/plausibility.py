@@ -21,6 +21,7 @@ def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[s
     """Moduli that are those of metals in another unit than the case's, and flow stresses far below the modulus."""
     E = material.modulus
     gpa = factor("1 GPa", units.length, units.force, (1, -2))
+    # Too stiff by a unit is told before too soft: a modulus that is 1e3 too large also makes the flow stress look too small.
     if STIFFEST * gpa < E or first > STRONGEST * gpa:
         what, value, most = ("E", E, STIFFEST) if STIFFEST * gpa < E else ("flow stress", first, STRONGEST)
         pa = factor("1 Pa", units.length, units.force, (1, -2))
@@ -71,6 +72,7 @@ def warnings_of(problem: Problem) -> list[str]:
     laws += [(f"contacts.{i}.friction", c.friction) for i, c in enumerate(problem.contacts)]
     for where, law in laws:
         mu = getattr(law, "mu", None)
+        # Above 2 no friction of metals lies; 5 or 10 were meant in percent.
         if isinstance(mu, float) and mu > 2:
             percent = f"; did you mean {mu / 100:g}?" if mu <= 100 else ""
             said.append(f"{where}: mu = {mu:g} is a friction coefficient above 2{percent}")

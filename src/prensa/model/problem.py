@@ -139,6 +139,7 @@ else:
 
 
 def _default_enforcement() -> Any:
+    # Multipliers would make every system a saddle point, to remove a penetration of a thousandth of an element.
     return DOORS["enforcement"].find("penalty")()
 
 
@@ -459,6 +460,7 @@ class Problem:
         from prensa.model.checks import FindingsError, find
 
         if not self.contacts:
+            # Filled in here, so that solver, reports and 'dump' see the contacts that count.
             object.__setattr__(self, "contacts", self.every_contact())
         if findings := tuple(find(self)):
             raise FindingsError(findings)

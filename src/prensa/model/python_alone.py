@@ -53,6 +53,7 @@ def of_python_alone(value: Any, path: tuple[str | int, ...] = ()) -> Iterator[Fi
     if isinstance(value, Mapping):
         for key, entry in value.items():
             yield from of_python_alone(entry, (*path, key))
+    # Rows of coordinates hold no descriptions: going into each number of a mesh takes longer than reading the file.
     elif isinstance(value, tuple) and not (value and isinstance(value[0], float)):
         for k, entry in enumerate(value):
             yield from of_python_alone(entry, (*path, k))

@@ -36,6 +36,7 @@ def taken_out(text: str, most: int | None = None) -> tuple[str, dict[str, Run]]:
         name, rows = f"{STANDS}{len(runs)}", [text[a:b] for a, b in spans[:-1]]
         line += text.count("\n", done, spans[0][0])
         runs[name] = Run(line, rows)
+        # Empty lines stay in place of the rows, so that line numbers in messages behind them are right.
         parts += [text[done : spans[0][0]], rows[0].partition("-")[0], "- ", name, "\n" * (len(rows) - 1)]
         line += len(rows) - 1
         done = spans[-2][1]
@@ -48,6 +49,7 @@ def _runs(text: str, most: int | None) -> list[list[tuple[int, int]]]:
     spans: list[tuple[int, int]] = []
     indent = None
     for row in islice(_ROW_LINE.finditer(text), most and most + RUN):
+        # A run goes on only on the next line with the same indentation: another indentation belongs to another list.
         if not spans or row.start() != spans[-1][1] + 1 or row[1] != indent:
             spans, indent = [], row[1]
             runs.append(spans)

@@ -93,6 +93,7 @@ def loads(
     # A section left empty (all of it commented out) is a section not given.
     data = {key: value for key, value in tree.plain().items() if value is not None}
     sections = {k: data.pop(k) for k in SECTIONS if k in data}
+    # The system of units comes first: every other number is converted to it while it is read.
     context = {"units": _units(data), "folder": folder}
     try:
         case = _adapter(Case).validate_python({"problem": data, **sections}, context=context)
@@ -151,6 +152,7 @@ def text_of(read: Callable[[int], bytes], name: str) -> str:
         If it is too large for a case, or not UTF-8.
 
     """
+    # One byte more than allowed tells that there is more, without reading a file of gigabytes.
     raw = read(CASE_LIMIT + 1)
     if len(raw) > CASE_LIMIT:
         message = "larger than 4 MiB; a case file is short, is this the right file? If so, put its mesh into a .msh or .inp file"
@@ -167,6 +169,7 @@ def has_tests(path: str | Path) -> bool:
     """Whether a file describes a calibration rather than a case: it has tests and no bodies. What cannot be read has none."""
     try:
         text = _read(Path(path))
+        # A look at the text saves a parse of every case.
         if _TESTS.search(text) is None:
             return False
         tree, _ = yaml.read(text, str(path))
@@ -354,6 +357,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Fixed):
         return _short(value)
     if dataclasses.is_dataclass(value):
+        # 'type' first: it tells the reader what the other keys mean.
         fields = sorted(dataclasses.fields(value), key=lambda f: f.name != "type")
         by_class = hasattr(value, "type") and all(f.name != "type" for f in fields)  # a user's own law
         users = {"type": getattr(value, "type", "")} if by_class else {}

@@ -27,5 +27,6 @@ def elapsed(problem: Any, time: float, ends: Iterable[float] = ()) -> float:
     """Seconds until a time; ``ends``: times at which the steps so far ended, what they left of theirs having been passed over."""
     past, number = 0.0, 0
     for number, end in enumerate(ends, 1):
+        # A step that ended early lasted only its share; the next one begins at the whole number all the same.
         past += (float(end) - number + 1) * duration_of(problem.steps[number - 1])
     return past if number >= len(problem.steps) else past + max(time - number, 0.0) * duration_of(problem.steps[number])

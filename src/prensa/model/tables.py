@@ -40,6 +40,7 @@ def read_mu_table(path: str, context: Any) -> Any:
     file = base / path
     try:
         if not file.is_file():
+            # '0.1 mm' in the place of a coefficient is a text, and would be told as a file that is not there.
             if path[:1] in "+-.0123456789" and path and _is_number(path.split()[0]):
                 raise ValueError(f"{path!r} is no friction coefficient: it is a plain number, such as 0.1")
             raise ValueError(f"friction table {path!r}: there is no such file{_instead(file)}")
@@ -48,6 +49,7 @@ def read_mu_table(path: str, context: Any) -> Any:
         lines = file.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise ValueError(f"friction table {path!r} cannot be read: {error}") from None
+    # Spreadsheets of many countries divide columns by semicolons.
     rows = [line.replace(";", ",").split(",") for line in lines if line.strip() and not line.lstrip().startswith("#")]
     unit = 1.0
     if rows and not _is_number(rows[0][0]):

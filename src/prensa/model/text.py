@@ -127,6 +127,8 @@ def read(text: str, source: str, marked: bool = True, bounded: bool = True) -> t
     try:
         root = reader.document()
     except CaseError as error:
+        # A run inside a block of text is no list: taking it out may itself have made the mistake. Only those before it can
+        # have.
         if not any(run.line < error.mistakes[-1].mark.line for run in reader.runs.values()):
             raise
     if reader.runs:  # some were no lists: lines of a text
@@ -290,6 +292,7 @@ class _Reader:
         node = self.anchors[event.anchor]
         if node is None:
             raise self.refuse(event.start_mark, f"the alias '*{event.anchor}' contains itself; write the values out")
+        # Aliases of aliases multiply: ten lines can stand for a billion values (the 'billion laughs').
         self.copies += node.size
         if self.copies > COPIES:
             raise self.refuse(
@@ -346,10 +349,12 @@ def _scalar(value: Any) -> str:
     if isinstance(value, str):
         return _string(value)
     text = repr(value)
+    # −0 without its point would be read as the whole number 0, and lose its sign.
     return text.removesuffix(".0") if text != "-0.0" else text
 
 
 def _string(text: str) -> str:
+    # Names such as 'null' or 'true' would be read as other values: they are quoted.
     if _PLAIN.fullmatch(text) and isinstance(resolve(text), str):
         return text
     return '"' + "".join(_ESCAPES.get(c) or (c if c.isprintable() else _escape(ord(c))) for c in text) + '"'

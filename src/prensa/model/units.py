@@ -55,6 +55,7 @@ ANGLE = Dimension("an angle", 0, 0, "10 deg")
 RATIO = Dimension("a number", 0, 0, "12 %")
 TIME = Dimension("a time in seconds", 0, 0, "20 ms", 1)
 
+# By definition exact: the pound-force of standard gravity and the inch of 25.4 mm.
 _LBF, _INCH = Fraction("4.4482216152605"), Fraction("0.0254")
 _SI: dict[str, tuple[Fraction, int, int, int]] = {
     "m": (Fraction(1), 0, 1, 0),
@@ -167,6 +168,7 @@ def factor(text: str, length: str, force: str, dimension: tuple[int, ...]) -> fl
     value, *powers = _product(unit)
     if tuple(powers) != (*dimension, 0, 0, 0)[:3]:
         raise ValueError(f"{text!r} has the wrong unit")
+    # Time has no part in it: seconds are those of every system.
     system = _product(force)[0] ** dimension[0] * _product(length)[0] ** dimension[1]
     try:
         return float(Fraction(number) * value / system)
@@ -201,12 +203,14 @@ def _converter(dimension: Dimension, per_depth: bool = False) -> Callable[[Any, 
         units = info.context["units"]
         remedy = f"write {dimension.name} as a plain number or like '{dimension.example}'"
         try:
+            # Degrees and ratios have the same (no) dimension: '10 deg' as a strain would pass as 0.17.
             if dimension in (STRAIN, RATIO):
                 _refuse_turns(value)
             return factor(value, units["length"], units["force"], dimension.exponents)
         except ValueError as error:
             reason = str(error)
             depth = units.get("thickness")
+            # A moment per thickness has the dimension of a force: a force written by mistake would be taken for it.
             if dimension is MOMENT and "wrong unit" in reason and _is_force(value, units):
                 raise ValueError(
                     f"{value!r} is a force, and {dimension.name} is meant; {remedy}, per length of the thickness like "
@@ -214,6 +218,7 @@ def _converter(dimension: Dimension, per_depth: bool = False) -> Callable[[Any, 
                 ) from None
             if per_depth and depth is not None and "wrong unit" in reason:
                 with suppress(ValueError):
+                    # Forces of plane problems belong to the whole thickness: given per length of it, they are multiplied.
                     per = (dimension.force, dimension.length - 1)
                     return depth * factor(value, units["length"], units["force"], per)
             if "did you mean" in reason:
@@ -263,6 +268,7 @@ def in_one_second(text: str) -> str:
         like = "90 deg/s" if match is not None and match[2].strip() in ("deg", "rad", "°") else SPEED.example
         remedy = f"write it per second, as a plain number or like {like!r}"
         raise ValueError(f"{text!r} is not a velocity ({error}); {remedy}") from None
+    # Motions are lengths and angles: a velocity times one second is one, with every check of its unit.
     return f"{text}*s"
 
 

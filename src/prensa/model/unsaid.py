@@ -32,6 +32,7 @@ def space_left_out(problem: Problem) -> list[str]:
             continue
         held = [side for side in _held_along_x(problem) if side.partition(".")[0] == name]
         axis = next((side for side in held if side.endswith(".left")), "") if left == 0 else ""
+        # A name alone is no proof: a wall at the axis that is held, or a hollow body away from it, has to speak for it too.
         if axis or (left > 0 and words & HOLLOW):
             where = f"whose {axis!r} at x = 0 is held along x" if axis else f"from x = {left:g} on"
             said.append(

@@ -89,7 +89,9 @@ def carried_over(system: System, state: State, meshes: dict[str, Mesh], bodies: 
         )
     draft = draft.moved(points, origin=points, shape=shape)
     new = on_meshes(system, draft)
+    # Displacements go over as a field, places do not: the initial place of the material at a node is what is left, X = x − u.
     u = nodal.carried(state.u)
+    # Displacements that count from here on would have to be known to every prescribed value, load and plot.
     origin = new.X - new.displacement(u)
     histories, volumes = _histories(system, state, new, bodies)
     remeshed = replace(draft, origin={b: origin[own_nodes(new, b)] for b in meshes}, volume=volumes)
@@ -177,6 +179,7 @@ class _Places:
         self.held = new.displacement(held)
         friction = present_plan(old, state).friction
         self.values = [self._interpolated(*pair) for pair in zip(old.surfaces, new.surfaces, friction)]
+        # A node at two tools, in a corner of a die, is put on one after the other: a few turns come to rest in the corner.
         for _ in range(IN_TURN):
             for s, (_, closed, lam) in zip(new.surfaces, self.values):
                 if s.body in bodies:
@@ -235,6 +238,8 @@ class _Places:
             nodes = s.points.support[of, 0]
             pairs = self.new.masters[s.against].seen(s.points.at(self.x)[of], self.tools_at)
             free = np.where(self.held[nodes], 0.0, pairs.n)
+            # Along the directions that supports leave free; where these hardly point along the normal a small gap would ask for
+            # a long way.
             size = share * (free**2).sum(axis=1)
             go = (closed[of] | (pairs.g < 0)) & (size > LEAST_SHARE)
             way = np.where(go, (target[of] - pairs.g) / np.where(go, size, 1.0), 0.0)
@@ -258,6 +263,7 @@ class _Places:
         way = np.zeros_like(self.x)
         way[nodes] = node_normals(self.x, nodes, edges) * free[nodes, None]
         tiny = 1e-6 * self.new.length
+        # Newton's method by a secant: the volume is at most a cubic of the common distance.
         for _ in range(3):
             now, more = (_volume(block, self.x + a * way) for a in (0.0, tiny))
             self.x += (wanted - now) / (more - now) * tiny * way

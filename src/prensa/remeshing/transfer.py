@@ -78,6 +78,7 @@ def _inverted(X: Array, x: Array) -> Array:
             [J[:, 1, 1] * r[:, 0] - J[:, 0, 1] * r[:, 1], J[:, 0, 0] * r[:, 1] - J[:, 1, 0] * r[:, 0]], axis=1
         )
         step /= det[:, None]
+        # Curved elements fold some way outside of themselves, and Newton's steps would go anywhere from there.
         xi[todo] = np.clip(xi[todo] + step, -3.0, 3.0)
         todo = todo[np.abs(step).max(axis=1) >= 1e-14]
         if not len(todo):
@@ -161,9 +162,14 @@ def carried(block: Block, x: Array, history: Array, new: Array, volume: Array | 
     own, cells, at = x[first:last], block.cells - first, block.positions(x)
     p = new.reshape(-1, 2)
     places = located(own, cells, p)
+    # Logarithms, and the Mises stress over the yield stress, so that means of states that flow still lie on the yield surface
+    # and plastic flow stays isochoric.
     smooth = _smooth_fields(block, history)
+    # Values of the closest points made jumps of the force ten times as large; a projection onto linear fields needs a limiter,
+    # which spoils the linear ones.
     nodal = recover(own, cells, at, smooth)
     growing = _growing(block, smooth.shape[-1])
+    # One factor alone would raise everything for what one peak has lost.
     nodal[:, growing] += _kept(block, cells, nodal[:, growing], smooth[..., growing])
     values = at_places(nodal, cells, places)
     bounded = _bounded(values, smooth, cells, places.element)
@@ -208,6 +214,7 @@ def _kept(block: Block, cells: Index, nodal: Array, values: Array) -> Array:
     N = block.element.N
     L = N[:, :3] + 0.5 * (N[:, 3:] + N[:, [5, 3, 4]])
     lost = values - np.einsum("qa,mav->mqv", N, nodal[cells])
+    # By initial volumes, per which plastic strain and work are counted.
     share = L * block.volume[..., None]
     total, weight = np.zeros_like(nodal), np.zeros(len(nodal))
     np.add.at(total, cells[:, :3], np.einsum("mqa,mqv->mav", share, lost))
@@ -267,6 +274,8 @@ def _history(block: Block, values: Array, bounded: Array, old: Array, at: Array,
     if law.plastic:
         now, wanted = utilisation(law, out[:, None])[:, 0], np.maximum(bounded[:, 5:6], 0.0)
         most = max(1.0, float(utilisation(law, old).max()))
+        # The direction of the deviator is interpolated, its size follows from the ratio; patches must not raise it above what
+        # any point had.
         share = np.minimum(wanted, most) / np.where(now > 0, now, 1.0)
         out[:, elastic] = exponential(_joined(trace, np.where(now > 0, share, 1.0) * deviator))
     for field in law.fields.values():

@@ -23,6 +23,7 @@ def ledger(system: System, c: Context, u: Array, e: Evaluation, work: Array, dis
     """
     old = c.state
     way = u - old.u if c.through_air is None else u - old.u - c.through_air
+    # Trapezoid: what forces do that jump within the increment is in the imbalance, from which `jump_of` reads when they did.
     external = old.energy.external + 0.5 * float((old.work + work) @ way)
     elastic, plastic, friction = system.elastic_energy(e.history), system.plastic_work(e.history), old.energy.friction
     for s, f in zip(system.surfaces, e.contacts):

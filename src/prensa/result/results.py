@@ -58,6 +58,7 @@ def increment_of(
     statistics = Statistics(
         spent, cutbacks, result.residual, result.augmentations, tuple(result.residuals), tuple(result.changes)
     )
+    # Of condensed bodies the displacements away from contact are found when somebody asks for them.
     recover, lam = result.recover, result.lam
 
     @cache
@@ -159,12 +160,14 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
     patches, smooth = (nodal_stress(system, state, e, how) if flat else None for how in (None, smoothed))
     out = {s.name: _apart(system, s, state, where, depth) for s in system.removed}
     for s, f, law in zip(system.surfaces, e.contacts, plan.friction_at(state.clock.time)):
+        # Where a sharp corner cuts edges the points are others in each increment.
         s = s if f.points is None else replace(s, points=f.points, X=f.points.at(system.X))
         nodes, pairs = s.points.nodes, system.node_pairs(s, state.u)
         area, weight = system.tributary(s, where, depth), system.weights(s, where, depth)
         from_stress = _pressure_of(patches, nodes, pairs.n)
         slides = f.slip | system.frictionless(law)
         status = np.where(f.p > 0, np.where(slides, 2, 1), 0).astype(np.int8)
+        # The law has pressures per area at the last commit, what is told is per area now: the force is the same.
         p, t = f.p * f.weight / weight, _tangential(f.area[:, None] * f.t / weight[:, None])
         nodal = _together(s, _Nodal(weight, p, t, f.kappa, status)) if s.points.one_a_node else _at_nodes(s, f, area, status)
         if s.points.rule.projected:
@@ -313,6 +316,7 @@ def _borne(system: System, state: State, b: Block, history: Array, nodal: Array)
     strain = np.maximum(_recovered(x, b, plastic, history), recover(x[own], cells, b.positions(x), plastic, kinked=kinked))
     law: Any = b.law  # plastic laws have one
     limit = law.flow_stress(np.maximum(strain[:, 0], 0.0))
+    # Points may bear more than the curve at rest: rate-dependent metals, and those that yield on the Kirchhoff stress.
     np.maximum.at(limit, cells, points.max(axis=1)[:, None])
     return borne(x[own], cells, nodal, limit, system.problem.space == "plane stress")
 

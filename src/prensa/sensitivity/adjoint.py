@@ -191,6 +191,7 @@ class Recorded(Followed):
         self, system: System, numerics: model.Numerics, policy: Policy, messages: Messages, timer: Timer
     ) -> None:
         super().__init__(system, numerics, policy, messages, timer)
+        # Not recomputed from checkpoints: 133 increments of 64 × 48 elements take 0.1 GB.
         self.kept: list[Converged] = []
         self.state: State | None = None
         self.lines = guard_of(system)
@@ -238,6 +239,7 @@ class Recorded(Followed):
         assert self.reduced is not None
         assert result.evaluation is not None
         e = result.evaluation
+        # Derivatives need the exact tangent; the paper's friction iteration leaves the pressure's part of it out.
         at = Converged(replace(c, picard_friction=False), result.u, self.system.active_sets(c, e), self.reduced,
             factors=self._factors())
         if e.data is not None and not c.picard_friction and self.room >= e.data.nbytes:
@@ -253,6 +255,7 @@ class Recorded(Followed):
         if found is None or (last is not None and found.factors is last.factors):
             return found
         recent = [at.factors for at in self.kept[len(self.kept) - self.policy.factor_interval + 1 :]]
+        # All of them would take fresh memory that costs as much time as new factors do (0.5 to 0.7 ms a MB).
         beside = found.size > self.policy.factor_bytes_per_increment and any(f is not None for f in recent)
         if beside or found.size > self.room_for_factors:
             return None
@@ -323,6 +326,7 @@ class _Parameter:
         systems = parameter.tools_beside(system, step) if shape else parameter.neighbours(system, step)
         for other in systems:
             refuse_other_mesh(system, other, path)
+        # A tool's shape goes its own way, through the points that touched it (`_of_shape`): `change_of` knows of no shapes.
         above, below = (_with_shapes(s, system) for s in systems)
         change = None if shape else change_of(above, below, step)
         if not shape and change is None:
@@ -347,6 +351,7 @@ class _Parameter:
         out = np.einsum("mta,ta->m", adjoints.at, self.between(lambda s: np.array([t.at for t in s.tools]).reshape(-1, 2)))
         for t, touching in enumerate(adjoints.touching):
             a, b = (s.tools[t] for s in self.systems)
+            # By content: shapes hold arrays, which have no equality of their own.
             if touching and pickle.dumps(a.shape) != pickle.dumps(b.shape):
                 out = out + self._of_shape(t, touching)
         out = out + self._of_start(start)
@@ -382,6 +387,7 @@ class _Parameter:
         if np.isfinite(a.period):
             period = self.difference(a.period, b.period)
             round_ = 0.5 * (a.period + b.period)
+            # Both sides may see a point on different sides of the cut of a closed surface: a whole turn is no change.
             jump = np.round((np.asarray(above.s) - below.s) / round_)
             rate = self.difference(above.s - jump * round_, below.s)
             rate = rate + np.concatenate([p.rounds for p in touching]) * period

@@ -165,6 +165,7 @@ def unfolding(system: System, c: Context, u: Array, changes: Sequence[Change], r
         for out, ch in zip(r.T, changes):
             out += ch.modulus[k] * forces
             if ch.X is not None:
+                # By differences: these forces act in few elements of few increments.
                 step = SHIFT * system.length / float(np.abs(ch.X).max())
                 beside = [_unfolding(system, b, c.x_n + s * ch.X, du, system.X + s * ch.X) for s in (step, -step)]
                 out += b.law.modulus() * (beside[0] - beside[1]) / (2.0 * step)

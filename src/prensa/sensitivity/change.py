@@ -132,6 +132,7 @@ def change_of(a: System, b: System, step: float) -> Change | None:
     """
     if not (known(a) and known(b) and all(_alike(p, q) for p, q in zip(a.blocks, b.blocks))):
         return None
+    # By content: shapes hold arrays, which have no equality of their own.
     if a.tools is not b.tools and any(
         pickle.dumps((s.shape, s.direction)) != pickle.dumps((t.shape, t.direction)) for s, t in zip(a.tools, b.tools)
     ):

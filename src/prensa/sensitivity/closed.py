@@ -216,6 +216,7 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
         names = ("area", "slip", "speed", "coordinate", "traction")
         area_was, slip, speed, coordinate, traction = (carried[f"contact.{name}"][s.rows] for name in names)
         if c.through_air is not None:
+            # Where a tool lands depends on the parameter: slip is counted from that place.
             coordinate = np.stack([d.coordinates(at, k) for d in before.directions], axis=-1)
         scale, place = changes.scale[k], changes.place[system.masters[s.against].number]
         strong = _strengths(system, c, k, before)
@@ -223,6 +224,7 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
         points.append(Points.of(c, k, f, was, carried["lam"][s.rows].copy(), at.u, x_now, r))
     if given.moved:
         r[:, given.moved] += columns.times(given.motion)
+    # By changes of each parameter's own size, so that one tolerance judges columns of all units.
     left = -before.sizes * r
     x = columns.begun(left, predictor_basis(carried, c.plan.fixed))
     x = (x + columns.solve(left)) / before.sizes
@@ -288,6 +290,7 @@ def _energies(at: Solution, before: Bundle, found: Closed, u: Array, work: Array
     (elastic, plastic), friction, contact = stored, was["energy.friction"].copy(), np.zeros(len(before.sizes))
     for p in found.points:
         friction += p.friction
+        # Multipliers have no springs that hold energy.
         contact += 0.0 if p.surface.exact else p.stored
     viscous = was["energy.viscous"]
     imbalance = external - (elastic + plastic + friction + contact + viscous)

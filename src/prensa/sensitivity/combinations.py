@@ -19,6 +19,8 @@ def foretold(past, fixed, out):
         for j in range(k):
             for c in range(d):
                 out[i, j * d + c] = past[j][i, c]
+        # Columns of increments that follow one another are almost parallel, and the normal equations of `nearest` would lose
+        # their digits: differences are what is independent in them.
         for order in range(1, k):
             for j in range(k - 1, order - 1, -1):
                 for c in range(d):

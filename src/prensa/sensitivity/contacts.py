@@ -118,6 +118,8 @@ class Points:
         if len(before.X):
             q[:, : 2 * a] = before.X[s.points.support].reshape(len(q), 2 * a, -1)
         q[:, 2 * a : 2 * a + 2] = before.place
+        # Penalties start from λ_n = 0 whatever pressure is committed; its derivative is only needed for multipliers that are
+        # kept.
         committed = lam[:, 0].copy()
         lam[:, 0] = 0.0
         if s.multipliers is not None:

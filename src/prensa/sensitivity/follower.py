@@ -59,6 +59,7 @@ class Follower:
             if error is not None:
                 raise error
         finally:
+            # Who stops asking does not wait for what is still queued.
             self._pool.shutdown(cancel_futures=True)
 
     def _next(self) -> Increment:
@@ -71,5 +72,6 @@ class Follower:
 
 
 def _found(find: Callable[[], Derived]) -> Derived:
+    # With dense products by several threads the last bits would depend on which of the two threads came first.
     with ONE_OF_BLAS:
         return find()

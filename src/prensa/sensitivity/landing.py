@@ -45,6 +45,7 @@ def landing_of(system: System, c: Context, before: Weights) -> Landing:
         for p, met, (s, w, _) in zip(pairs, springs, own):
             q = w[:, :, None] * p.ds[:, 0]
             if along.any():
+                # The length of the way is implicit: it changes so that Σ spring × gap of the points met stays what it is.
                 q = q - (slide[:, None] / rise * met)[:, :, None] * p.dg
             for out, x in zip(before.u, q):
                 np.add.at(out, s.dofs, x)

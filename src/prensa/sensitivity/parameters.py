@@ -26,6 +26,7 @@ def part_of(problem: Problem, path: str) -> Any:
         some = [
             (len(key), part, rest) for keys, part in _below(found) for key in keys if (rest := _inside(key, path)) is not None
         ]
+        # A key may hold dots itself, as names of boundaries do: the longest that fits is the one that is meant.
         _, found, path = max(some, key=lambda one: one[0], default=(0, None, ""))
     return found
 

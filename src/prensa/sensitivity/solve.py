@@ -87,6 +87,7 @@ def solve(
     directions = [Direction.of(system, path, policy.parameter_step_ratio, policy, begin) for path in derivatives]
     stepping = Differentiated(system, replace(numerics, threads=threads), policy, messages, timer, directions)
     stepping.passages = passages or stepping.passages
+    # Planes from the beginning would make another run than the one without derivatives.
     stepping.guard = guard_of(system) if system is base else None
     stepping.planes = list(system.problem.tools)[len(base.problem.tools) :]
     stepping.prescribe(begin, times, stops)
@@ -217,6 +218,7 @@ class Differentiated(Followed):
 
         """
         if self.follower is not None:
+            # Directions carry what is found of the last increment: it has to be there before it is taken over.
             self.follower.wait()
         share, directions = self.policy.parameter_step_ratio, []
         for d in self.differentiation.directions:
@@ -236,6 +238,8 @@ class Differentiated(Followed):
         """As `TimeStepping.commit`, with the derivatives of what it commits, unless somebody follows to find them."""
         state, increment = super().commit(c, control, result, spent, cutbacks)
         assert self.reduced is not None
+        # Factors of its own: new ones that derivatives need would take the place of Newton's, and the next increment would have
+        # to make its own again.
         find = partial(self.differentiation.of, c, result, state, self.reduced.detach())
         if self.follower is not None:
             self.follower.follow(increment, find)

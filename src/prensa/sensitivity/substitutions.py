@@ -50,6 +50,8 @@ class Substitutions:
         P, Q, size, rate, first = self._ways, self._changes, np.inf, np.inf, np.inf
         z = again(b - A @ x)
         for k in range(self.most):
+            # Q: orthonormal changes of what substitutions answer; P: the steps that make these. The next step takes with it
+            # what they can undo of z.
             shares = Q[:k] @ z
             rest = z - shares @ Q[:k]
             way = rest + shares @ P[:k]
@@ -58,11 +60,13 @@ class Substitutions:
             if not np.isfinite(size):
                 return None
             rate = size / before if k and before > 0.0 else 0.0 if size == 0.0 else np.inf
+            # The slower of the last two rates: Anderson's steps go unevenly, and one good step promises nothing.
             enough, slower = self.fine * _length(x), max(rate, slower if k > 1 else rate)
             left = b - A @ x
             if (size * slower <= enough or size == 0.0) and np.all(np.abs(left) <= LEEWAY * enough * _rows(A)):
                 return x
             first = size if not k else first
+            # At the mean rate since the first step, would the steps that are left do? Else new factors are cheaper.
             if (k > 1 and not size * (size / first) ** ((self.most - k) / k) <= enough) or k + 1 == self.most:
                 return None
             after = again(left)

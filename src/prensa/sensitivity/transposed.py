@@ -174,6 +174,8 @@ class Adjoints:
         if number not in self.stages:
             system = self.system
             laws = [np.zeros((len(self.X), 0 if law is None else len(values_of(law).numbers))) for law in c.laws]
+            # Prescribed values are linear in where a step starts, so that the difference may be as long as the bodies and loses
+            # no digits.
             above, below = (plan_step(system, number, old.step_start + s * system.length, old.ends) for s in (1.0, -1.0))
             self.stages[number] = Stage(old.step_start, old.ends, [], [], laws, (above, below), system.length)
         return self.stages[number]
@@ -368,6 +370,7 @@ def back(system: System, at: Converged, after: Weights, adjoints: Adjoints, earl
     columns = Backwards(at, earlier, e, system.pattern, adjoints)
     elements = elements_of(system, c, at.u, e)
     x, step_start = after.u.copy(), after.step_start
+    # The state at the end of a step is also the start of the next one.
     if c.ends_step:
         x, step_start = x + step_start, np.zeros_like(step_start)
     nodal = _nodal(system, x)
@@ -377,6 +380,7 @@ def back(system: System, at: Converged, after: Weights, adjoints: Adjoints, earl
     points = [Points(system, at, k, f, after) for k, f in enumerate(e.contacts)]
     for p in points:
         p.vjp_motions(x)
+    # λ = K⁻ᵀ (weights of the dofs); from here on −λ weighs the residual, line by line the reverse of `closed.differentiate`.
     r = -columns.solve(x.T)
     motion = (x + (columns.whole @ r).T)[:, c.plan.fixed]
     before = Weights.none(system, m)
@@ -487,6 +491,7 @@ class Points:
         self.by, self.turning = slopes_of(c, number, f, at.u), turning(f)
         self.forces = f.stencils.act(f.stencils.n), f.stencils.act(f.stencils.e[:, 0])
         self.F = after.force[:, self.surface.dofs]
+        # Measures ask for forces on tools alone.
         self.F[:, :, : self.surface.of_master.start] = 0.0
 
     def _back(self, F: Array, p: Array, t: Array, bound: Array | None = None) -> tuple[dict[str, Array], Array]:
@@ -543,15 +548,18 @@ class Points:
         adjoints.scale[self.number][:, 0] += flat["k_n"]
         adjoints.scale[self.number][:, 1] += flat["k_t"]
         P, T = ((F * e).sum(axis=2) for e in self.forces)
+        # A normal that turns carries the pressure into the tangent, and the traction into the normal, with the other sign.
         turn = f.weight * f.p * T - f.area * f.t[:, 0] * P
         self._touch(adjoints, flat["g"], turn, self.adjoints.s + flat["way"])
         if c.laws[self.number] is not None:
             self._strengths(flat["k"], before, adjoints)
         if s.multipliers is None:
+            # Penalties begin with λ_n = 0: of what was committed the traction alone goes on.
             kept = lam * [0.0, 1.0]
         else:
             adjoints.scale[self.number][:, 2] += (lam * s.multipliers.of(self.u)).sum(axis=2)
         slip = flat["slip"] - self.adjoints.speed / c.seconds
+        # Ways are counted from the committed coordinate, which has their weights with the other sign.
         before.contact[self.number] = ContactWeights(kept[:, :, 0], kept[:, :, 1], -flat["way"], slip, flat["speed"])
 
     def _strengths(self, k: Array, before: Weights, adjoints: Adjoints) -> None:

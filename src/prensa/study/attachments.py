@@ -59,6 +59,7 @@ def detached(text: str) -> tuple[str, tuple[Attachment, ...]]:
 
     def replaced(path: str) -> str:
         file = Path(path)
+        # Time and size are part of the cached key: a file that is written again during a session is read again.
         stat = file.stat()
         one = Attachment(_digest(str(file), stat.st_mtime_ns, stat.st_size), file.name, str(file))
         found[one.short] = one

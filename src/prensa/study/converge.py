@@ -137,7 +137,9 @@ def converge(
     out = Path(out or f"results/{source.stem}-converge")
     compute = partial(_executed, source, measures, out, quiet, (jobs, memory, cluster, retry, force))
     increments: dict[str, int] = {}
+    # Steps that choose their increments have none to multiply: the case is run once, and its own number is refined.
     if "step" in asked and any(s.increments is None for s in source.base.problem.steps):
+        # A plan varies something: what the case has already changes nothing.
         increments = _increments(compute(Plan((Values("kinematics", (source.base.problem.kinematics,)),))))
     plan = plan_of(source.base, asked or {"mesh": DEFAULTS["mesh"]}, increments)
     study = compute(plan)

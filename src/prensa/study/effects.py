@@ -69,6 +69,8 @@ def _of_scatter(laws: list[Scatter], rows: list[Row], y: Array) -> list[Effect]:
     columns = [(law, x) for law in laws if (x := numbers(rows, law)) is not None]
     if not columns:
         return []
+    # All scattered quantities vary at once, so that their effects are slopes of one linear regression, not differences of
+    # cases.
     matrix = np.column_stack([np.ones(len(y)), *(x - x.mean() for _, x in columns)])
     slopes = np.linalg.lstsq(matrix, y, rcond=None)[0][1:]
     found = []

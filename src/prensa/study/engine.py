@@ -75,6 +75,8 @@ class OnDask:
 
         def hand_out() -> None:
             while len(running) < IN_WAITING * self.workers and (job := next(jobs, None)) is not None:
+                # By the key of the case, so that nothing is computed twice; not pure and without retries of Dask's, whose
+                # failed cases are kept apart from lost ones here.
                 future = self._client.submit(self._compute, job, key=f"case-{job.key}", pure=False, retries=0)
                 running[future] = job
                 finished.add(future)
@@ -129,6 +131,7 @@ def engine(
         If Dask is not installed, the cluster is not there or its workers cannot compute.
 
     """
+    # A spawned worker imports the script that started the study: unguarded it would start the study again, in every worker.
     if multiprocessing.parent_process() is not None:
         message = "this is a worker process that imports the script which starts the study; put the call of"
         raise PrensaError(f"{message} prensa.sweep under \"if __name__ == '__main__':\"")
@@ -159,6 +162,7 @@ def _local(count: int, memory: str | None) -> Iterator[Engine]:
     from distributed import Client, LocalCluster
     from distributed.system import MEMORY_LIMIT
 
+    # Not concurrent.futures or joblib: one process that is killed breaks their whole pool.
     each = _bytes(memory, MEMORY_LIMIT) if memory else int(MEMORY_LIMIT / count)
     with _dask_settings(configured), tempfile.TemporaryDirectory(prefix="prensa-dask-") as here:
         try:

@@ -133,10 +133,12 @@ def _mesh(problem: Problem, factor: float, increments: dict[str, int]) -> tuple[
             raise PrensaError(
                 f"--mesh: the mesh of body {name!r} is given ({kind}); vary bodies.{name}.mesh in a sweep"
             )
+        # The core of a disc needs an even number of elements along its side.
         even = 2 if body.mesh.type == "disc" else 1
         new = [max(even * round(n[0] * factor / even), even), max(round(n[1] * factor), 1)]
         changes[f"bodies.{name}.mesh.n"] = yaml.line(new)
         before, after = before + n[0] * n[1], after + new[0] * new[1]
+    # The size that rounding to whole elements left, not the one asked for: an order fitted over nominal sizes would be off.
     return changes, math.sqrt(before / after)
 
 
@@ -173,6 +175,7 @@ def _contacts(problem: Problem, factor: float) -> str:
     from prensa.model.schema import brief
 
     stiffer = []
+    # Contacts by default have no list in the file in which one could be changed: all are written out.
     for contact in problem.contacts:
         own = contact.enforcement
         values = {k: float(f"{factor * v:.12g}") for k in _STIFFNESSES if (v := getattr(own, k)) is not None}

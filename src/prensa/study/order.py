@@ -53,6 +53,7 @@ def observed(sizes: Array, results: Array) -> Convergence:
     keep = np.isfinite(results)
     h, y = sizes[keep], results[keep]
     by_size = np.argsort(-h, kind="stable")
+    # Sizes over the largest: powers of them stay numbers, and the coefficient is the change at the coarsest.
     h, y = h[by_size] / h.max(initial=SMALLEST), y[by_size]
     if len(np.unique(h)) < 3:
         last = float(y[-1]) if len(y) else math.nan
@@ -67,6 +68,7 @@ def observed(sizes: Array, results: Array) -> Convergence:
 
 def _of_fit(h: Array, y: Array, spread: float) -> Convergence:
     changes = np.diff(y)
+    # Three results determine the law exactly whatever they are; only their signs can contradict it.
     if len(y) == 3 and changes[0] * changes[1] <= 0:
         return _without(float(y[-1]), spread, "the results go up and down")
     p = _best_order(h, y)
@@ -81,6 +83,7 @@ def _of_fit(h: Array, y: Array, spread: float) -> Convergence:
         return _without(float(y[-1]), spread, "the results scatter as much as they converge")
     if free and error > DOUBT * p:
         return _without(float(y[-1]), spread, f"the results fit orders from {p - 2 * error:.1f} to {p + 2 * error:.1f}")
+    # An order far from those of the methods in use is hardly that of the limit.
     factor = SURE if 0.5 <= p <= 2.5 else UNSURE
     return Convergence(p, error if free else math.nan, y0, factor * abs(float(y[-1]) - y0) + 2 * limit_error + scatter)
 
@@ -103,6 +106,7 @@ def _best_order(h: Array, y: Array) -> float | None:
     orders = np.geomspace(LOWEST, HIGHEST, 60)
     scatters = [_fit(h, y, p)[2] for p in orders]
     k = int(np.argmin(scatters))
+    # At an end of the range the best order lies beyond it: the results follow no power of the size.
     if k in (0, len(orders) - 1):
         return None
     return float(minimize_scalar(lambda p: _fit(h, y, p)[2], bounds=(orders[k - 1], orders[k + 1]), method="bounded").x)

@@ -108,6 +108,7 @@ def _picture(figure: Figure) -> str:
     from prensa.output import style
 
     with style.styled():
+        # Without the name of the program: the same study gives the same bytes.
         figure.savefig(buffer, format="png", dpi=130, bbox_inches="tight", metadata={"Software": None})
     return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode()
 

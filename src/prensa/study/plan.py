@@ -90,6 +90,7 @@ class Plan:
 
     def points(self) -> Iterator[Point]:
         """The cases, the last factor first to change; samples change fastest of all."""
+        # The same samples at every combination: differences between combinations are not blurred by chance.
         rows = self._sampled()
         for combination in itertools.product(*(f.texts for f in self.varied)):
             given = dict(zip((f.path for f in self.varied), combination))

@@ -152,6 +152,7 @@ class Study:
             import pyarrow
             from pyarrow import parquet
         except ImportError:
+            # One that was left by an earlier run would be out of date.
             (self.directory / PARQUET).unlink(missing_ok=True)
             return
         table = pyarrow.table({name: self[name] for name in self.columns})

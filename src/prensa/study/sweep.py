@@ -147,6 +147,8 @@ class Execution:
                 raise
             remedy = "cut the tails off, normal(mean, sd, low, high), or give another distribution"
             raise PrensaError(f"sample {point.sample}: {error}; {remedy}") from None
+        # What is measured or drawn does not change what is computed: asking for one more measure finds the finished cases
+        # again.
         key = key_of(self._text(replace(case, problem=replace(case.problem, measures={}), output=Output())))
         return Row(point, key, f"{CASES}/{key[:16]}")
 
@@ -205,6 +207,7 @@ class Execution:
         for row in self.rows:
             if row.key in todo or self._holds(row, retry):
                 continue
+            # The record is written last and removed first: a folder without it is unfinished, whatever else it holds.
             (self.out / row.folder / RECORD).unlink(missing_ok=True)
             todo[row.key] = row
         return list(todo.values())
@@ -214,6 +217,7 @@ class Execution:
         record = read_record(folder, row.key)
         if record is None:
             return False
+        # It would fail the same way again, unless somebody changed what is outside of the case.
         if record["status"] == "failed":
             return not retry
         held = {*record["values"], *record["measures"].values(), *columns(self.source.base.problem)}

@@ -314,6 +314,7 @@ def _law(name: str, v: list[float], where: str, form: str) -> Any:
 
 def _written(value: float, unit: str) -> str:
     """A number as it may stand in a case."""
+    # Twelve digits, for the text is the case's key: the same value must not be another case for its last bit.
     number = float(f"{value:.{_DIGITS}g}")
     text = str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
     return f"{text} {unit}".rstrip()

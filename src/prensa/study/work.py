@@ -65,6 +65,7 @@ class Outcome:
 
 def key_of(text: str) -> str:
     """Key of a case by its detached text: the same case of the same version of prensa has the same."""
+    # By content: values that were changed do not tell of a mesh file that was, and numbers of cases shift.
     return text_hash(f"prensa {__version__}\n{text}")
 
 
@@ -129,6 +130,7 @@ def _in(folder: Path, job: Job, sent: Path | None) -> Outcome:
         except Held:
             clocks.sleep(_POLL)
             continue
+        # A lost case may succeed elsewhere, so that nothing is recorded of it; a failed one is the case's own doing, and stays.
         if outcome.status != "lost":
             record = {"key": job.key, "version": __version__, "status": outcome.status, "reason": outcome.reason}
             record |= {"measures": outcome.measures, "values": outcome.values}
@@ -153,6 +155,7 @@ def _run(folder: Path, job: Job, sent: Path | None) -> Outcome:
 
     case = loads(attached(job.text, places(job.attachments, sent)), bounded=False)
     try:
+        # A restart gives the same bits as a run without interruption: the table does not show which cases were interrupted.
         if _was_interrupted(folder, case_text(case)):
             try:
                 resume(folder, bar=_Silent())
@@ -205,6 +208,7 @@ def packed(folder: Path) -> bytes:
 
 def unpacked(files: bytes, folder: Path) -> None:
     """Put zipped results in place of *folder*."""
+    # Unpacked beside and moved in one step: an interruption leaves the old results or the new ones, no mixture.
     fresh = folder.with_name(folder.name + ".part")
     shutil.rmtree(fresh, ignore_errors=True)
     with zipfile.ZipFile(io.BytesIO(files)) as archive:

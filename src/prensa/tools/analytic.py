@@ -95,6 +95,7 @@ def newton_along(shape: Tool, xi: Array, direction: Array, limit: float) -> Arra
         close = shape.closest(xi + h[:, None] * direction)
         slope = close.n @ direction
         step = np.where(slope < -NEGLIGIBLE, close.g / np.where(slope < -NEGLIGIBLE, -slope, 1.0), 0.0)
+        # A ray that goes along a convex surface, or away from it, does not meet it any more.
         miss |= (slope >= -NEGLIGIBLE) & (np.abs(close.g) > ROUND_OFF * limit)
         h = np.where(miss, h, h + step)
         miss |= h > limit

@@ -46,6 +46,7 @@ class Flat(Analytic):
         r = self.fillet
         lo, hi = self.a + r, self.b - r
         tol = NEGLIGIBLE * (self.b - self.a)
+        # A margin at the edges: a node exactly under an edge sees the face, and does not flip to the corner by round-off.
         side = np.where(x > hi + tol, 1.0, np.where(x < lo - tol, -1.0, 0.0))
         dx = np.where(side > 0, x - hi, np.where(side < 0, x - lo, 0.0))
         behind = (side != 0) & (y < -r)  # beside the flank

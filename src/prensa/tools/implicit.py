@@ -97,6 +97,8 @@ class Implicit:
                 return False
             slope = np.imag(y) / (COMPLEX_STEP * self.unit)
             ahead, behind = self.g(x + h * step) - self.g(x), self.g(x) - self.g(x - h * step)
+            # A user's abs, min or clip may drop imaginary parts without a word: slopes are held against differences, away from
+            # kinks.
             smooth = np.abs(ahead - behind) <= 1e-3 * h
             if not np.allclose(slope[smooth], (ahead + behind)[smooth] / (2 * h), rtol=0.0, atol=1e-5):
                 return False
@@ -115,6 +117,7 @@ class Implicit:
         away = np.column_stack([np.cos(angle), np.sin(angle)])
         for size in 10.0 ** np.arange(-6.0, 9.0):
             if (np.abs(np.abs(self.g(size * away)) - size) <= 0.1 * size).all():
+                # From afar a bounded tool is a point: |x| − g is how far it reaches from the reference point that way.
                 far = 1e4 * size
                 return float(np.abs(np.abs(self.g(far * away)) - far).max())
         return 0.0
@@ -314,6 +317,7 @@ class Implicit:
             x = xi + h[:, None] * direction
             g, slope = self.g(x), self._normal(x) @ direction
             step = np.where(np.abs(slope) > NEGLIGIBLE, g / np.where(np.abs(slope) > NEGLIGIBLE, -slope, 1.0), 0.0)
+            # The surface is within 1e-4 of a length by now: a longer step comes of a ray that all but grazes it.
             step = np.clip(step, -1e-3 * self.unit, 1e-3 * self.unit)
             h = h + step
             if (np.abs(step) <= 4 * EPS * limit).all():
@@ -366,6 +370,7 @@ def _area(x: Array) -> float:
 
 
 # corners of a cell 0 … 3 counter-clockwise from the lower left, edges 0 … 3 begin at them; walked with the inside left
+# Of saddles (5 and 10) the insides are taken to be apart.
 _SEGMENTS = {
     1: [(3, 0)], 2: [(0, 1)], 3: [(3, 1)], 4: [(1, 2)], 5: [(3, 0), (1, 2)], 6: [(0, 2)], 7: [(3, 2)],
     8: [(2, 3)], 9: [(2, 0)], 10: [(0, 1), (2, 3)], 11: [(2, 1)], 12: [(1, 3)], 13: [(1, 0)], 14: [(0, 3)],

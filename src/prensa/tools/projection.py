@@ -69,6 +69,7 @@ def _nearest(table, boxes, x, y):
             if k >= table.shape[0]:
                 continue
             d, at = _distance(table[k], x, y)
+            # Ties go to the first piece, whatever the order in which the tree is searched: projections are reproducible.
             if d < best or (d == best and k < found):
                 best, found, where = d, k, at
             continue
@@ -99,6 +100,7 @@ def closest(table, boxes, size, xi, g, n, c, s):
                 n[k, 0], n[k, 1] = mx, my
                 if d > ROUND_OFF * size:
                     n[k, 0], n[k, 1] = sign * (x - vx) / d, sign * (y - vy) / d
+                # The normals of a corner fan out: as it were an arc of radius zero, 1/g, bounded at the corner itself.
                 c[k] = sign / max(d, ROUND_OFF * size)
                 if p[R] == 0.0:
                     s[k] = p[S] + (p[LO] if where < 0 else p[HI])
@@ -174,6 +176,7 @@ def ray(table, boxes, slack, xi, inside, dx, dy, h):
     From outside forward to the first crossing; a point that is ``inside`` the tool looks back to where it came in.
     """
     first = boxes.shape[0] // 2
+    # A search in depth leaves one node a level on the stack: 64 are enough for any chain.
     stack = np.empty(64, dtype=np.int64)
     for k in range(xi.shape[0]):
         x, y = xi[k, 0], xi[k, 1]
@@ -194,6 +197,7 @@ def ray(table, boxes, slack, xi, inside, dx, dy, h):
                 continue
             a, b = _hits(table[i - first], x, y, dx, dy)
             for hit in (a, b):
+                # A point that lies on the surface meets it at once, but for round-off.
                 if np.isfinite(hit) and sign * hit >= -slack and sign * hit < best:
                     best = sign * hit
         h[k] = sign * best if np.isfinite(best) else np.inf

@@ -69,6 +69,7 @@ class ToolShape(Member, abstract=True):
         if not abstract and not hasattr(cls, "__dataclass_fields__"):
             own = dict(inspect.get_annotations(cls))
             kind = {"type": own.pop("type")} if "type" in own else {}
+            # Behind a class's own fields, which then come first in its constructor, and are keys before those of place.
             common = {key: value for key, value in COMMON.items() if key not in own}
             cls.__annotations__ = {**own, **common, **kind}
             for key in common:

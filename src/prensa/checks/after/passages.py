@@ -51,10 +51,13 @@ def jump_of(c: Context, state: State) -> float:
     old, own = c.state, c.plan.fixed
     way = (state.u - old.u)[own]
     change, work = float((state.work - old.work)[own] @ way), 0.5 * float((state.work + old.work)[own] @ way)
+    # "Not greater" so that an increment without any work, 0 > 0, has no jump either.
     if not abs(change) > SLIGHT * abs(work):
         return float("nan")
     found = 0.5 + (state.energy.imbalance - old.energy.imbalance) / change
     within = float(np.clip(found, 0.0, 1.0))
+    # A force that peaks just before a node leaves makes times beyond the increment. Taking the nearest end for all of them
+    # spread the means of a drawing by 0.64 %, more than a straight line.
     trust = 1.0 - abs(found - within) / JUMP_TIME_MARGIN
     return 0.5 + trust * (within - 0.5) if trust > 0.0 else float("nan")
 
@@ -130,12 +133,14 @@ class Passages:
         count = {name: float(row[f"{name}.passages"]) for name in self.count}
         self._add(step, count, row, float(row.get("jump", np.nan)))
         if ended:
+            # Run for its effect: contacts that were warned of are noted, and a resumed run does not warn again.
             list(self.warnings())
 
     def _add(self, step: str, count: dict[str, float], values: Mapping[str, float], jump: float = np.nan) -> None:
         if not self._rows:
             self._rows.append(Row(self.count, np.zeros(len(self._owners))))
         if step != self._step:
+            # The row that ended the step before is where the first window of this one may begin.
             self._step, self._rows = step, self._rows[-1:]
         self._rows.append(Row(count, np.array([values[column] for column in self._owners]), jump))
         self.count = count
@@ -153,6 +158,8 @@ class Passages:
 
     def _window(self, contact: str, back: float = 0.0) -> tuple[int, Array, Array] | None:
         """Rows, means and ripples of all quantities over one passage that ended ``back`` passages ago; None if there is none."""
+        # Passages by the motion of the surface: landings read from jumps of the contact's area spread means by 3.9 to 8.8 %,
+        # the centroid of pressure jumps, and longer or triangular windows are no steadier.
         end = self.count[contact] - back
         start, i = end - 1.0, len(self._rows) - 1
         if start < self._rows[0].passed[contact] or not end > start:
@@ -179,6 +186,7 @@ class Passages:
     def warnings(self) -> Iterator[str]:
         """What there is to say at the end of a step, once, of contacts through which few elements pass."""
         for name, (tool, steps) in self._contacts.items():
+            # Two passages back: a mean over one passage that still moves by then is a drift.
             if not steps or name in self._reported or (before := self._window(name, 2.0)) is None:
                 continue
             now = self._window(name)

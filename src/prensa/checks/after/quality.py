@@ -36,6 +36,7 @@ def hidden_forces(system: System, given: Committed) -> Iterator[Finding]:
     for t, tool in enumerate(system.tools):
         size = float(np.hypot.reduce(forces[t]))
         noise = HIDDEN_FORCE_RATIO * given.residual * e.scale
+        # Exactly zero is a tool that touches nothing, which is another warning.
         if 0 < size < noise:
             yield warning(
                 f"the force on tool {tool.name!r}, {size:.3g}, is not above the tolerance of equilibrium ({noise:.3g}): much "
@@ -50,6 +51,7 @@ def soft_springs(system: System, given: Committed) -> Iterator[Finding]:
     One that is to preload a tool does that too, beside what else is moved.
     """
     plan, u = given.context.plan, given.state.u
+    # A soft spring beside other motions may be a preload; where nothing else drives the run a force was meant.
     if not plan.springs or not _by_springs_alone(system):
         return
     for t, tool in enumerate(system.tools):
@@ -88,6 +90,7 @@ def untouched_tools(system: System, given: Finished) -> Iterator[Finding]:
     """Tools of contacts that met nothing in a whole run."""
     for tool in system.tools:
         own = [] if tool.name in given.planes else system.against(tool.name)
+        # Planes that stand for lines of symmetry are put there by the run, and may never be touched.
         if own and tool.name not in given.touched:
             surfaces = ", ".join(repr("+".join(s.description.surface)) for s in own)
             yield warning(f"tool {tool.name!r} never touched {surfaces}, so its forces are zero")

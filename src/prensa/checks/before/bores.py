@@ -27,6 +27,8 @@ def bores(system: System) -> Iterator[Finding]:
                 continue
             body = name.partition(".")[0]
             r, least = system.X[system.boundary_nodes(name), 0], float(system.meshes[body].points[:, 0].min())
+            # The innermost side alone may be the line of symmetry of the plane case; an outer one that is held radially has a
+            # container.
             if len(r) > 1 and least > 0 and np.ptp(r) <= NO_DIFFERENCE * system.length and r[0] <= least * (1.0 + NO_DIFFERENCE):
                 yield Finding(
                     f"{prefix}fixed.{name}",

@@ -35,6 +35,7 @@ def feeding(system: System) -> Iterator[Finding]:
             if feed is not None and body not in seen:
                 yield from _fed(system, plan, boundary, feed, u)
             seen.add(body)
+        # A body that was driven is no longer where the description puts it, and its way is not known before the run.
         seen |= {name.partition(".")[0] for name in system.problem.driven(step)}
         if ends_early(step):
             return  # anywhere on its way, after which no place is known

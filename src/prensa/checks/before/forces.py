@@ -31,6 +31,8 @@ def pushes(system: System) -> Iterator[Finding]:
                 own = [s for s in system.surfaces if s.against == name]
                 if not most or not own:
                     continue
+                # The largest area that can bear the push, at the strength of metal that has flowed: what is beyond that by far
+                # is another unit.
                 bears = sum(_area(system, s, 1 - axis) * _strength(p.bodies[s.body].material) for s in own)
                 if most > CRUSHED * bears > 0:  # along a flat surface nothing is pressed
                     yield Finding(

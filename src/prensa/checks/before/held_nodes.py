@@ -54,6 +54,7 @@ def held(system: System, s: Surface, i: int, m: Moment, x: Array, pressed: dict[
     beside[np.arange(len(nodes)), other] += place[other] * free
     came &= ~free | (master.seen(beside, m.u).g < -SLIGHT * h)
     for k in np.flatnonzero(deep & came):
+        # Negative numbers: nodes that are no candidates of the contact, of which `deepest` keeps account apart.
         key = (i, int(nodes[k]) if nodes[k] in s.points.nodes else -1 - int(nodes[k]))
         if -pairs.g[k] > pressed.get(key, NOT_PRESSED).depth:
             pressed[key] = Pressed(float(-pairs.g[k]), m.t, int(nodes[k]), int(axis[k]))

@@ -40,6 +40,7 @@ def stages(system: System) -> Iterator[Stage]:
     for number, step in enumerate(system.problem.steps):
         plan = plan_step(system, number, start)
         after = known & np.isin(np.arange(system.ndof), plan.fixed)
+        # An absolute motion says where its tool ends, even if a free step before has lost it.
         for g in plan.groups:  # which is at a given place in the end, wherever it was
             after[g.dofs] |= g.amplitude is not None and not g.amplitude.relative
         if ends_early(step):  # which may end it anywhere on the way

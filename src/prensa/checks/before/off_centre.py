@@ -23,6 +23,7 @@ def off_centre(system: System) -> Iterator[Finding]:
     Those that are moved or pushed across it are on their way.
     """
     p = system.problem
+    # A side held along its normal may be a wall as well as a line of symmetry: 'no_contact' against symmetry says which.
     not_lines = {s.partition(".")[0] for n in p.no_contact if n.against == SYMMETRY for s in n.surface}
     reported: set[str] = set()
     for s in system.surfaces:
@@ -30,6 +31,7 @@ def off_centre(system: System) -> Iterator[Finding]:
         own = p.tools.get(tool.name)
         if own is None or tool.name in reported or s.body in not_lines or _across(p, tool.name):
             continue
+        # Neither a half-plane nor what encloses the body ends beside the line, so that it would overlap with its image.
         if tool.shape.half_space or tool.shape.cavity or not own.mirrored(True, tool.direction):
             continue
         half = max(float(np.abs(polygon[:, 0]).max()) for polygon in own.outline(NO_DIFFERENCE * system.length))

@@ -62,6 +62,7 @@ def neighbours(system: System) -> Iterator[Overlap]:
             close = np.flatnonzero(((ends > low) & (ends < high)).all(axis=(1, 2)))
             if not len(close):
                 continue
+            # Both ends and the middle: an edge that meets the other outline in one point does not lie on it.
             places = np.stack([ends[close, 0], middles[close], ends[close, 1]]).reshape(-1, 2)
             on = (distance(places, other.points, other.edges).reshape(3, -1) <= near).all(axis=0)
             if on.any():
@@ -74,6 +75,7 @@ def _outline(system: System, body: str, x: Array) -> _Outline:
     mesh = system.meshes[body]
     own = x[system.offsets[body] :][: len(mesh.points)]
     edges = segments(mesh.boundary)
+    # Centres too: of two bars that cross, no node of either outline need lie in the other.
     places = np.concatenate([own[np.unique(edges)], own[mesh.cells].mean(axis=1)])
     return _Outline(body, places, own, edges, float(np.hypot(*(own[edges[:, 1]] - own[edges[:, 0]]).T).min()))
 
@@ -93,6 +95,7 @@ def _deepest(one: _Outline, other: _Outline) -> Overlap:
 def within(x: Array, a: Array, b: Array) -> Flags:
     """Whether places x (n, 2) lie in the outline of straight edges from a (k, 2) to b: a ray meets it an odd number of times."""
     across = (a[:, 1] > x[:, 1:]) != (b[:, 1] > x[:, 1:])
+    # Edges along the ray never count as met: the number in the place of their zero only keeps the division finite.
     rise = np.where(b[:, 1] == a[:, 1], 1.0, b[:, 1] - a[:, 1])
     crossing = a[:, 0] + (x[:, 1:] - a[:, 1]) / rise * (b[:, 0] - a[:, 0])
     return np.asarray((across & (crossing > x[:, :1])).sum(axis=1) % 2 == 1)

@@ -58,6 +58,7 @@ def few_passages(system: System, moments: Iterable[tuple[StepPlan, Array]]) -> I
             for body, step in led.items():
                 offered = [way for s in wanted if s.body == body for way in _taken(system, s, plan, feed[body], last, u)]
                 if offered and np.isnan(step).any():
+                    # Supports come before rolls: where they hold the body the rolls slip.
                     led[body] = np.where(np.isnan(step), np.mean(offered, axis=0), step)
             for s in wanted:
                 _follow(system, s, feed[s.body], led[s.body], last, u, tracks[s.name])
@@ -80,6 +81,7 @@ def _lead(system: System, body: str, plan: StepPlan, before: Array, after: Array
     for a in range(2):
         step = (after - before)[dofs[mine & (axis == a)]]
         if len(step):
+            # Supports that move by different ways stretch the body: they lead it nowhere as a whole.
             out[a] = step[0] if np.ptp(step) <= NO_DIFFERENCE * np.abs(step).max() else 0.0
     return out
 

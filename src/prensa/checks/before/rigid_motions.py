@@ -31,8 +31,10 @@ def rigid_motions(system: System) -> Iterator[Finding]:
                 np.zeros((0, 3)) if gone else _contact_rows(system, name, frame, plan, touching)
                 for touching in (True, False)
             ]
+            # Fatal first: what not even all contacts could resist would be named twice else.
             for rows, fatal in ((resting[1], True), (resting[0], False)):
                 words = free_in_words(system, frame, np.concatenate([held, rows]))
+                # Which tools touch when a later step begins is only known in the run.
                 if not words or name in reported or (not fatal and number):
                     continue
                 reported.add(name)
@@ -83,6 +85,8 @@ def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
             continue
         pairs = system.masters[s.against].seen(x[s.points.nodes], u)
         touching = pairs.n[pairs.g <= CLOSED * float(s.points.depth.min())]
+        # Friction alone holds all motions in the rank of the rows, without force behind it none. Along the axis there is one
+        # direction: signs of normals tell whether what is pressed has something to be pressed against.
         signs = set(np.sign(touching[np.abs(touching[:, 1]) > NO_DIFFERENCE, 1]).tolist())
         dof = int(system.masters[s.against].dofs[1])
         bearing |= signs
@@ -106,6 +110,7 @@ def _contact_rows(system: System, body: str, frame: Frame, plan: StepPlan, touch
         pairs = system.masters[s.against].seen(x, u)
         seen = np.ones(len(x), dtype=bool)
         pushed = any(dof in plan.push for dof in system.masters[s.against].dofs[: system.dofs.dimension].tolist())
+        # A pushed tool is brought to the body before the first increment, so that all of its points count as touching.
         if touching and not pushed:
             seen = pairs.g <= CLOSED * float(s.points.depth.min())
         if pushed and not touching:

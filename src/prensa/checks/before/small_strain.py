@@ -50,6 +50,7 @@ def pressed_far(system: System, stage: Stage) -> Iterator[tuple[str, float, floa
 def _reach(system: System, s: Surface, plan: StepPlan, u: Array, way: Array) -> tuple[float, float] | None:
     """How deep a tool presses a node in by a way (d,) from dofs u, and how far that is from what holds it against that."""
     pairs = system.node_pairs(s, u)
+    # Supports hold along x or y: only what is pressed along one of them is held against it.
     k = int(np.argmin(np.where(np.abs(pairs.n).max(axis=1) > ALONG, pairs.g, np.inf)))
     depth, axis = float(way @ pairs.n[k] - pairs.g[k]), int(np.argmax(np.abs(pairs.n[k])))
     if not depth > 0 or abs(pairs.n[k, axis]) < ALONG:

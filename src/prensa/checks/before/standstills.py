@@ -18,6 +18,7 @@ from prensa.types import Array
 def standstills(system: System) -> Iterator[Finding]:
     """Steps that are to change something and in which nothing changes."""
     for plan, before, start, known, *_ in stages(system):
+        # What an earlier step may have left anywhere cannot be known to stand still.
         if before is not None and known[plan.fixed].all():
             yield from _standstill(system, plan, start, before)
 

@@ -43,6 +43,8 @@ def starting_places(system: System) -> Iterator[Finding]:
             )
             continue
         depth = -pairs.g / float(s.points.depth.min())
+        # A node whose nearest face of the tool looks its own way is past the tool's middle: contact would pull it out at the
+        # far side.
         behind = np.where(facing > TOWARDS, depth, 0.0)
         k = int(np.argmax(behind))
         if behind[k] > NOTABLE_DEPTH and not start.contact.closed[s.rows].any():
@@ -68,6 +70,7 @@ def starting_places(system: System) -> Iterator[Finding]:
                 + (
                     _along_axis(system, s)
                     if system.axisymmetric
+                    # Adding 0.0 turns a minus zero into a zero.
                     else f"move the tool by ({pairs.g[k] * n[0] + 0.0:.4g}, {pairs.g[k] * n[1] + 0.0:.4g})"
                     + _to_touch(system, s, int(nodes[k]))
                 )
@@ -91,6 +94,7 @@ def _along_axis(system: System, s: Surface) -> str:
     def least(way: float) -> float:
         return float(master.seen_at(x, place + np.array([0.0, way, 0.0])).g.min())
 
+    # In axisymmetry a die does not move along its radial normal: only a way along the axis can free it, if any does.
     ways = [sign * w for w in AWAY * float(np.ptp(x, axis=0).max()) for sign in (-1.0, 1.0)]
     out = next((w for w in ways if least(w) >= 0.0), None)
     if out is None:

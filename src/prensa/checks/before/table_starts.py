@@ -30,6 +30,7 @@ def _beginnings(
     fixed = set(plan.fixed.tolist())
     h = min((float(s.points.depth.min()) for s in system.surfaces), default=system.length)
     for path, name, axis, value, dofs in _tables(system, plan.number):
+        # Turns are held against a radian, ways against an element.
         least = SLIGHT * (h if axis != "rz" else 1.0)
         relative = path.split(".")[2] == "by"
         first = tabulated(value)(plan.t0)

@@ -40,6 +40,7 @@ def tool_paths(system: System) -> Iterator[Finding]:
             reported.setdefault(notice.path, notice)
     for i, s in enumerate(system.surfaces):
         if nearest[i] <= 0 or not known[i]:
+            # A tool that reached a body, or whose place is not known, may have moved it: nothing is known of it from then on.
             moved.add(s.body)
     reached = {
         s.against for i, s in enumerate(system.surfaces) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]
@@ -89,6 +90,7 @@ def _crossing(system: System, m: Moment, x: Array) -> Iterator[Finding]:
                 continue
             shared = np.intersect1d(a.points.nodes, b.points.nodes)
             planes = ta.shape.half_space and tb.shape.half_space
+            # Tools with an end pass beside each other on different nodes: they only cross where both press the same ones.
             nodes = shared if len(shared) or not planes else a.points.nodes[:1]
             if not len(nodes):
                 continue

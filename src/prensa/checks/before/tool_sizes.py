@@ -58,6 +58,7 @@ def _gives_way(system: System, s: Surface, beta: float) -> bool:
 def _corners(system: System, s: Surface) -> Iterator[Finding]:
     """Sharp corners between the points of a surface whose edges are not cut at them."""
     tool, start = system.masters[s.against].tool, system.initial()
+    # Surfaces that can be cut at corners take the covered part of an edge, and need no word.
     cuts = [] if s.sharp or not len(tool.shape.edges) else system.cuts(s, start.u, system.masters[s.against].place(start.u))
     if not cuts:
         return

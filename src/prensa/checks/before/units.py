@@ -48,6 +48,7 @@ def lengths(system: System) -> Iterator[Finding]:
                     f"{value:.4g} {unit} against bodies of {size:.4g} {unit}; are both in the same unit?",
                 )
     for i, step in enumerate(system.problem.steps):
+        # A step that ends early gives a travel that need not be reached.
         for kind in ("move", "by", "velocity", "control") if not ends_early(step) else ():
             for name, motion in getattr(step, kind).items():
                 for key in ("x", "y", "rz"):
@@ -56,6 +57,7 @@ def lengths(system: System) -> Iterator[Finding]:
                         max((abs(v) for _, v in value), default=0.0) if isinstance(value, tuple) else abs(value or 0.0)
                     )
                     path = f"steps.{i}.{kind}.{name}.{key}"
+                    # Degrees are mostly written as multiples of five, and ten radians are more than one and a half turns.
                     if key == "rz" and most >= 10 and most % 5 == 0:
                         yield Finding(path, f"a turn of {most:g} radians; for degrees write '{most:g} deg'")
                     elif key != "rz" and most > 20 * size:

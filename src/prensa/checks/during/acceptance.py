@@ -54,6 +54,7 @@ class Corners:
 
     def least(self, block: Block, u: Array) -> Array:
         """Of the elements (e,) of a block, for degrees of freedom u (ndof,)."""
+        # By identity: iterates are new arrays, never changed in place.
         if self._at is not u:
             self._at, self._known = u, {}
         elif block.body in self._known:
@@ -176,6 +177,8 @@ def _through(system: System, s: Surface, start: Array, end: Array, policy: Polic
     g, n = close.g.reshape(len(share), -1), close.n.reshape(way.shape)
     inside, each = g < 0, np.arange(g.shape[1])
     enters, leaves = inside.argmax(axis=0), len(share) - 1 - inside[::-1].argmax(axis=0)
+    # A node that dives into a face and comes out of it again grazed it; through is where it leaves by a face that looks another
+    # way.
     opposite = (n[enters, each] * n[leaves, each]).sum(axis=1) < policy.tunnel_cosine
     out[may] = inside.any(axis=0) & opposite
     return out
@@ -196,6 +199,7 @@ def turned_through(system: System, state: State, u: Array, policy: Policy = DEFA
             0.0, 1.0, 2 + int(min(abs(angle) / (0.5 * MAX_TOOL_ROTATION), policy.max_tunnel_samples))
         )
         depth = [float(-tool.shape.closest(x @ turn).g.min()) for turn in _turns(angles)]
+        # The angles run back from the end of the increment: depth[0] is what contact left there, a penalty's penetration say.
         if max(depth) - max(depth[0], 0.0) > SWEPT_DEPTH_RATIO * float(s.points.depth.min()):
             return TurnedThrough(tool.name, s.body, abs(angle))
     return None
@@ -218,6 +222,7 @@ def lost_support(system: System, c: Context, e: Evaluation) -> LostSupport | Non
     Its place means nothing then. The matrix need not be singular for that: stresses that stay inside resist a turn.
     """
     for body in system.problem.bodies:
+        # A floating body is still on its way to its tools, and out of touch by right.
         if body in c.floating:
             continue
         own = contacts_of(system, body)

@@ -52,6 +52,7 @@ class Distortion:
             return None
         body, element = where
         shape = float(shapes(self.system, body, c.state.u)[element])
+        # An element of good shape that fails has another cause, which a new mesh would not cure.
         if shape > self.policy.worn_shape:
             return None
         worn = self._described(c, body, element, shape)

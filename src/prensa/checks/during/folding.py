@@ -52,6 +52,8 @@ class Folding:
         for block in self.system.blocks:
             shape, least = self.corners.least(block, u), self.policy.inverted_corner_ratio
             if block.cells.shape[1] > block.corners.shape[1] and not shape.min() < least:
+                # Sides of quadratic elements can fold between healthy corners; they are only looked at where the corners say
+                # nothing.
                 shape = least_on_sides(x.take(block.cells.T, axis=0))
             beyond = np.flatnonzero(shape < least)
             out += [(block, int(e)) for e in beyond[np.argsort(shape[beyond])]]
@@ -80,9 +82,11 @@ class Folding:
                 yield self._reported(block, element, past.support, _beyond(past))
             if past is not None and past.share > TOUCHING_DEPTH:
                 first = since[block.body, element] = self.since.get((block.body, element), now)
+                # A short overhang may be meant: a step that ends soon after has its answer.
                 if reason is None and now - first >= self.policy.max_folded_increments:
                     x, y = self.system.positions(u)[nodes].mean(axis=0).tolist()
                     reason = PastSupport(element, block.body, x, y, past, now - first)
+        # Only elements that are folded now are kept: one that unfolded in between begins to count anew.
         self.since = since
         if not self.reported:
             block, element = folded[0]

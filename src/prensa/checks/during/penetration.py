@@ -54,9 +54,11 @@ class Penetration:
         sunk = np.zeros(len(system.tools))
         for s, f in zip(system.surfaces, result.evaluation.contacts):
             t = system.masters[s.against].number
+            # Nodes beside a contact may lie as deep as its points sink in: a penalty is no missing contact.
             sunk[t] = max(sunk[t], -float(f.g.min()))
         folded = self.folding.folded(result.u) if given.complete else []
         node = inside(system, self.watched, given.outlines, sunk, self.folding.creased(c, folded))
+        # Interiors of condensed bodies are computed only where an outline shows something, or a step ends.
         if not given.complete and (node is not None or c.ends_step):
             node = inside(system, self.watched, given.displacements(), sunk)
         if node is not None:
@@ -131,6 +133,7 @@ def inside(
         if not (g < -allowed * w.size[k]).any():
             continue
         sunk = sunk_in(system, u) if sunk is None else sunk
+        # The node came there little by little: no shorter increment helps, so the run ends instead of being cut.
         beyond = (-g - sunk[w.tool]) / w.size[k] - allowed
         at = int(np.argmax(beyond))
         if beyond[at] > worst:

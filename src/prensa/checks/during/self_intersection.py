@@ -77,6 +77,8 @@ def hanging(system: System, u: Array) -> Hang | None:
         stretch = np.hypot(*(last - first).T) / length
         master = system.masters[s.against]
         g = [master.seen(p, u).g for p in (first, last, 0.5 * (first + last))]
+        # Depth of the middle beyond that of the ends: a chord of the tool. Stretch alone would blame extrusion, whose new
+        # surface draws edges out sevenfold.
         depth = np.nan_to_num(np.minimum(g[0], g[1]) - g[2], nan=0.0)
         depth[(stretch < DRAWN_OUT) | (depth < CHORD * length)] = 0.0
         k = int(np.argmax(depth))

@@ -49,9 +49,12 @@ def _tips(system: System, c: Context, master: RigidMaster) -> TipsOver | None:
     if not len(places):
         return None
     arm, along = places - at, np.stack([-normals[:, 1], normals[:, 0]], axis=1)
+    # Any force in a friction cone of the plane is a sum of its two edges with factors ≥ 0, so equilibrium of the rigid tool is
+    # a least-squares problem with factors ≥ 0: a rest says that there is none.
     rays = np.concatenate([-normals + TIP_FRICTION_LIMIT * way * along for way in (-1.0, 1.0)])
     arms = np.concatenate([arm, arm])
     length = float(np.abs(arm).max())
+    # Over a length, so that moments and forces weigh alike in the residual.
     moments = (arms[:, 0] * rays[:, 1] - arms[:, 1] * rays[:, 0]) / length
     rows = np.concatenate([rays.T, moments[None]])[free]
     wanted = -np.array([force[0], force[1], force[2] / length])[free]

@@ -27,10 +27,12 @@ class Augmented(Enforcement):
     beta_T: Annotated[Number, Field(gt=0)] = 10.0
     k_n: Annotated[Stiffness, Field(gt=0)] | None = None
     k_T: Annotated[Stiffness, Field(gt=0)] | None = None
+    # Updates converge linearly: twelve digits would take some forty solutions of the increment.
     tolerance: Annotated[Number, Field(gt=0, le=0.1)] = 1e-5
     max_updates: Annotated[Whole, Field(ge=1)] = 40
     type: Literal["augmented"] = "augmented"
 
+    # Ten times the default tolerance: updates stop with gaps of this size on either side.
     slack: ClassVar[float] = 1e-4
 
     def stiffness(self, unit: Array) -> tuple[Array, Array]:
@@ -41,6 +43,7 @@ class Augmented(Enforcement):
         self, f: ContactForces, lam: Array, scale: Scale, slip: Array, elastic_share: float
     ) -> tuple[Array, float]:
         """λ ← (p, t)."""
+        # What an update changes, over the stiffness, is the penetration or elastic slip that was left.
         tol = self.tolerance * scale.h
         normal = np.abs(f.p - lam[:, 0]) / scale.k_n / tol
         tangential = (

@@ -25,6 +25,8 @@ class Penalty(Enforcement):
     ``continuation`` has no effect any more; it is read so that older case files go on, and reported.
     """
 
+    # Penetration is 1 % of what a layer of elements gives under a uniform pressure. Forces change by 0.03 % at most for β from
+    # 20 to 1000; point pressures of over-constrained rules (2 or 3 Gauss points, Simpson) get worse with every power of ten.
     beta: Annotated[Number, Field(gt=0)] = 100.0
     beta_T: Annotated[Number, Field(gt=0)] = 3.0
     k_n: Annotated[Stiffness, Field(gt=0)] | None = None

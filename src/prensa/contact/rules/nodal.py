@@ -30,4 +30,6 @@ class Nodal(IntegrationRule):
         nodes = surface.nodes
         if surface.axisymmetric and surface.middle.any() and len(edges := edges_at_axis(surface)):
             return with_points_at_axis(surface, edges)
+        # As many constraints as nodes: 2n or 3n points over-constrain a straight edge under a curved tool, one a side leaves a
+        # zig-zag free.
         return surface.with_area(nodes[:, None], np.ones((len(nodes), 1)), surface.node_depth, surface.nodal)

@@ -19,6 +19,7 @@ class Simpson(IntegrationRule):
         """The nodes and middles that have an area (on the axis of revolution an end has none)."""
         nodes, edges, nodal = surface.nodes, surface.edges, surface.nodal
         n, m = len(nodes), len(edges)
+        # A point at a node has a partner of weight zero, so that all points are carried by two nodes.
         other = {a: b for a, b in edges.tolist()} | {b: a for a, b in edges[::-1].tolist()}
         support = np.concatenate([np.stack([nodes, [other[a] for a in nodes.tolist()]], axis=1), edges])
         N = np.concatenate([np.tile([1.0, 0.0], (n, 1)), np.full((m, 2), 0.5)])
@@ -29,5 +30,6 @@ class Simpson(IntegrationRule):
             np.repeat([0.0, 1.0, 0.5], m),
             np.repeat([0.0, 1.0, 0.5], m),
         )
+        # Middles come after the first end of their edge: walking order, as profiles of pressure are written.
         along = np.argsort(np.concatenate([np.arange(n), nodal.point[:m] + 0.5]), kind="stable")
         return surface.with_area(support, N, np.concatenate([surface.node_depth, surface.depth]), shares, along)

@@ -46,9 +46,13 @@ class Left(NamedTuple):
         (k,) times what counts as none: yielding is a kink of it.
         """
         norm = np.linalg.norm(r, axis=1)
+        # Near round-off a larger residual says nothing, and across a kink any step may raise it: no more than six halvings for
+        # that.
         back = bad | ((norm >= self.least) & (over > 1e3) & (self.share > 0.02))
         go: Flags | slice = slice(None)
         if back.any():
+            # No residual known yet: the committed modes themselves are out of the domain at these displacements, and there is
+            # no way back.
             stuck = bad & ((self.share < 1e-4) | np.isinf(self.least))
             if stuck.any():
                 return Failure(int(np.argmax(stuck)), reason)
@@ -123,12 +127,15 @@ class Enhanced(Isoparametric, abstract=True):
         r, K = np.empty((k, n)), np.empty((k if tangent else 0, n, n))
         there = enhanced.At(c.X, u, alpha, Hn, self._numbers(mode), mode.scale)
         enhanced.integrate(form, there, work.P, work.A, tangent, r, K, work.size)
+        # Modes in equilibrium without stiffness are at a limit point of their own, an hourglass; the element is condensed no
+        # further.
         weak = np.linalg.eigvalsh(0.5 * (inner + inner.transpose(0, 2, 1)))[:, 0] <= 0.0
         if weak.any():
             return Failure(int(np.argmax(weak)), Why.SOFT)
         if stiffness:
             if not tangent:
                 K = self._towards_secant(c, law, whole, mode, u, Hn, alpha)
+            # Static condensation. The modes' own forces are zero by now, so that those on the nodes need no correction.
             work.K[:] = K[:, :8, :8] - K[:, :8, 8:] @ np.linalg.solve(K[:, 8:, 8:], K[:, 8:, :8])
         work.r[:] = r[:, :8]
         c.new[..., first : first + 5] = H if finite else c.old[..., first : first + 5] + H
@@ -156,6 +163,8 @@ class Enhanced(Isoparametric, abstract=True):
             place = enhanced.At(left.X, left.u, left.alpha, left.Hn, shapes_, scale)
             enhanced.kinematics(form, place, F, w.h, w.w, bad)
             if bad.any():
+                # The law is asked at rest where kinematics failed: what it answers there is not used, and no NaN gets into the
+                # batch.
                 w.h[bad] = 0.0
             there = at if at.flows is None else at.of((self.points * rows[:, None] + points).ravel())
             if failure := material(part, law, there, w):

@@ -35,6 +35,7 @@ class Q4Bar(Isoparametric):
         failure = super().respond(c, law, at, mode, work, stiffness)
         if failure is None and mode.finite:
             q4 = _guard()
+            # In almost no chunk: the test is a small fraction of the energy's kernel.
             if q4.folding(c.x, c.d).any():
                 modulus = law.modulus() * mode.scale
                 q4.unfold(c.X, c.x, c.d, mode.axisymmetric, modulus, work.size, stiffness, work.r, work.K)

@@ -39,6 +39,7 @@ class MuLinear:
     def at(self, kappa: Any) -> Any:
         """μ of a point with the accumulated slip κ."""
         mu = self.mu0 + self.slope * kappa
+        # One condition for both signs: hardening stops at the limit from below, softening from above.
         return mu if self.limit is None else where((mu - self.limit) * self.slope < 0.0, mu, self.limit)
 
 
@@ -157,6 +158,8 @@ class Coulomb(FrictionLaw):
             case MuTable():
                 x = np.asarray(m.kappa)
                 fall = np.append(np.maximum(0.0, -np.diff(m.mu) / np.diff(x)), 0.0)
+                # k_T is fixed when an increment begins and slip may reach any later piece in it: the steepest fall ahead
+                # counts.
                 worst = np.maximum.accumulate(fall[::-1])[::-1]
                 return worst[np.clip(np.searchsorted(x, kappa, side="right") - 1, 0, len(x) - 1)]
         return np.zeros_like(kappa)

@@ -40,4 +40,5 @@ class Levanov(StrengthLaw):
     def bound_of_point(self, p: Any, kappa: Any, at: At) -> Any:
         """The bound m k (1 − exp(−1.25 p/(√3 k)))."""
         k = self.strength(at)
+        # 1 − exp loses its digits at small pressures, where the bound is m 1.25 p/√3.
         return -(self.m * k * expm1(-(LEVANOV * p / k)))

@@ -140,6 +140,7 @@ def _steepest(table: tuple[tuple[float, float], ...]) -> float:
     x = np.array([x for x, _ in table])
     slope = _cubic(table)[1]
     a, b = slope.c[:2]
+    # A piece with no cubic term has no vertex; its division only has to stay finite.
     vertex = x[:-1] - 0.5 * b / np.where(a == 0.0, 1.0, a)
     inside = vertex[(a != 0.0) & (vertex > x[:-1]) & (vertex < x[1:])]
     return max(-float(slope(np.concatenate([x, inside])).min()), 0.0)

@@ -56,6 +56,8 @@ class WanheimBay(StrengthLaw):
         k = self.strength(at)
         limit, slope, rest = k * self.limit, self.reached / self.limit, k * (self.f - self.reached)
         above = p > limit
+        # f = 1 reaches k at the limit itself: nothing is left to approach. Below the limit the exponent, which is computed all
+        # the same, would be positive and might overflow.
         curved = above & (rest > 0.0)
         decay = exp(-(where(curved, p - limit, 0.0) * slope / where(curved, rest, 1.0)))
         return where(above, slope * limit + rest * (1.0 - decay), slope * p)

@@ -123,6 +123,7 @@ def _foot(a: float, b: float, x: Array, y: Array) -> tuple[Array, Array]:
     F(t) = (a x/(t + a²))² + (b y/(t + b²))² − 1 = 0 at t > −b²; in z = 1 + t/b², scaled by b.
     """
     r, px, py = (a / b) ** 2, x * a / b**2, y / b
+    # F is convex and falls: begun where F ≥ 0, Newton goes up to the root and never beyond.
     z = np.maximum(np.maximum(py, px - (r - 1.0)), SMALLEST)  # F ≥ 0: at the left of the root
     for _ in range(NEWTON):
         u, v = px / (z + (r - 1.0)), py / z
