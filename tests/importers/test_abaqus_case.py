@@ -131,3 +131,17 @@ def test_what_is_passed_over_is_reported_and_nothing_is_overwritten(tmp_path):
     (tmp_path / "case.yaml").write_text("mine")
     done = CliRunner().invoke(app, ["import", str(tmp_path / "billet.inp"), "--out", str(tmp_path / "case.yaml")])
     assert done.exit_code == 2 and "exists" in done.output and (tmp_path / "case.yaml").read_text() == "mine"
+
+
+@pytest.mark.parametrize(("given", "share"), [("STABILIZE", "auto"), ("STABILIZE=0.001", 0.001)])
+def test_the_share_of_the_work_that_viscous_forces_dissipate_is_read(tmp_path, given, share):
+    """STABILIZE has it as its value; without one both programs take theirs."""
+    (step,) = imported(tmp_path, deck().replace("*STATIC\n", f"*STATIC, {given}\n")).steps
+    assert step.stabilise == share
+
+
+@pytest.mark.parametrize(("kind", "nodes"), [("B21", "1, 2"), ("B22", "1, 2, 3"), ("B23", "1, 2"), ("SAX1", "1, 2")])
+def test_beams_have_a_middle_node_only_where_they_are_quadratic(tmp_path, kind, nodes):
+    """Cubic beams have two."""
+    text = deck().replace("*NSET, NSET=BOTTOM", f"*ELEMENT, TYPE={kind}, ELSET=WIRE\n901, {nodes}\n*NSET, NSET=BOTTOM")
+    assert imported(tmp_path, text).steps

@@ -192,3 +192,9 @@ def test_a_smooth_cap_has_the_slope_of_coulomb_at_small_pressures(sharpness):
     bound, slope, _ = law.bound(p, np.zeros(4), At(np.full(4, 50.0), dt=1.0, time=1.0))
     np.testing.assert_allclose(bound, 0.5 * p, rtol=1e-9)
     np.testing.assert_allclose(slope, 0.5, rtol=1e-6)
+
+
+def test_a_slope_of_nothing_never_reaches_its_limit():
+    """μ = mu0 at every slip, whatever the limit is."""
+    law = pr.MuLinear(mu0=0.1, slope=0.0, limit=0.3)
+    assert (law.at(np.array([0.0, 1.0, 1e6])) == 0.1).all()

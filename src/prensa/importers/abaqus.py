@@ -293,8 +293,10 @@ class Assembly:
         else:
             assert line is not None
             # The digit of shells of revolution and beams is the order of their interpolation, that of trusses the number of
-            # nodes.
-            count = int(line[1]) + (1 if kind.startswith(("SAX", "B2", "B3")) else 0)
+            # nodes. Cubic beams (B23, B33) have no node in the middle.
+            count = int(line[1])
+            if kind.startswith(("SAX", "B2", "B3")):
+                count = 3 if count == 2 else 2
         numbers = k.numbers()
         if len(numbers) % (count + 1):
             raise FileError.at(

@@ -134,7 +134,12 @@ class Steps:
         if "DIRECT" in k.parameters and first > 0:
             self._step["increments"] = max(1, round(whole / first))
         if "STABILIZE" in k.parameters:
-            self._step["stabilise"] = "auto"
+            # both are the part of the work that viscous forces may dissipate; without a number, both programs take 2e-4
+            given = k.parameters["STABILIZE"]
+            try:
+                self._step["stabilise"] = float(given) if given else "auto"
+            except ValueError:
+                raise FileError.at(k.line, f"STABILIZE={given} is no number") from None
 
     # ---------------------------------------------------------------------------------------- supports and motions
     def _boundary(self, k: Keyword, scope: Scope) -> None:

@@ -624,7 +624,7 @@ class _Writer:
                 self._put([values[first + k] for k in range(wide)], [self._place(array, row, first, q) for row in self.rows])
 
     def _put(self, values: Sequence[Any], places: Sequence[Any]) -> None:
-        """Vectors → numbers that follow one another from each of eight places on; rows that there are not go first."""
+        """Vectors → numbers that follow one another from each of eight places on; padded rows repeat the last one."""
         b, wide = self.b, len(values)
         if wide >= WIDE // 2:
             found = transposed(b, [*values, *[ir.Constant(_V, ir.Undefined)] * (WIDE - wide)])

@@ -772,7 +772,7 @@ class DenseFactors:
         return False
 
     def detach(self) -> DenseFactors:
-        """As `Factorisation.apart`."""
+        """As `Factorisation.detach`."""
         return copy(self)
 
     def kept(self) -> KeptFactors | None:

@@ -42,7 +42,7 @@ class SizeField:
     """Sizes of elements of a body at places on and in it; ``area`` of its section at the beginning.
 
     ``positions`` (n, 2) of the nodes of its ``mesh``; ``tools`` against it, by distance; ``strain`` that it has by now.
-    ``share``: of all sizes, where finer meshes are tried.
+    ``share``: of the sizes asked for, where finer meshes are tried; those by thickness and by curvature stay.
     """
 
     mesh: Mesh

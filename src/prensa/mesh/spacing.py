@@ -24,10 +24,8 @@ def graded(
 
     """
     towards = (*towards, *(between or ()))
-    if not towards or ratio == 1.0:
-        targets = np.array(sorted(towards)) if towards else np.array([])
-        if len(targets) == 0:
-            return np.linspace(start, end, n + 1)
+    if not towards:
+        return np.linspace(start, end, n + 1)
     targets = np.unique(np.asarray(towards, dtype=np.float64))
     span = end - start
     if targets[0] < start - ROUND_OFF * span or targets[-1] > end + ROUND_OFF * span:

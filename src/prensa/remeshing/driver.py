@@ -326,10 +326,10 @@ class Remeshing:
 
 
 def balanced(stepping: Stepping, state: State) -> tuple[State, str]:
-    """The state in equilibrium on its new mesh, by an increment of no duration, and what there is to say of it.
+    """The state in equilibrium on its new mesh, by an increment in which nothing prescribed moves, and what there is to say of it.
 
-    Nothing prescribed moves, nothing flows or slides. Where no such equilibrium is found, metal flows on the way to it; where
-    Newton's iterations stagnate, what is out of balance is released in parts.
+    Nothing flows or slides. Where no such equilibrium is found, metal flows on the way to it; where Newton's iterations
+    stagnate, what is out of balance is released in parts, and at last contact steps are allowed.
 
     Raises
     ------
@@ -356,7 +356,7 @@ def balanced(stepping: Stepping, state: State) -> tuple[State, str]:
     if not result.converged:
         result, how = _released_in_parts(eq, state), ", released in parts"
     if not result.converged:
-        result, how = attempt(eq, state.u, True), ", with contacts that stiffen"
+        result, how = attempt(eq, state.u, True), ", with contact steps"
     if not result.converged:
         assert result.reason is not None
         raise RemeshingError(f"the state finds no equilibrium on its new mesh: {sentence(result.reason)}")

@@ -316,7 +316,7 @@ class Increment(Drawn):
     time: float
     tools: Mapping[str, ToolState]
     energy: Mapping[str, float]
-    """external, elastic, plastic, friction, contact, imbalance."""
+    """external, elastic, plastic, friction, contact, viscous, imbalance."""
     supports: Mapping[str, Reaction]
     """By boundary: what it holds; a node of two boundaries counts for the first that holds it in that direction."""
     statistics: Statistics

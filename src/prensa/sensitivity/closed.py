@@ -93,7 +93,7 @@ def prescribed(c: Context, before: Bundle) -> Prescribed:
 class Bundle:
     """Derivatives of committed states along directions, the last axis of each array.
 
-    ``histories`` (e, 4, h, s) by block and group of s directions; ``arrays``: all else that is carried.
+    ``histories`` (e, q, h, s) by block and group of s directions; ``arrays``: all else that is carried.
     ``sizes`` (d,) of the parameters; ``changes``: what these change of the system; ``step``: the number of the last step, numbers
     (n, d) of its laws of friction by contact, which directions change its motions or forces; ``rooms`` for histories, by block.
     """

@@ -108,13 +108,11 @@ def _contact_rows(system: System, body: str, frame: Frame, plan: StepPlan, touch
         u = system.initial().u
         x = system.positions(u)[s.points.nodes]
         pairs = system.masters[s.against].seen(x, u)
-        seen = np.ones(len(x), dtype=bool)
+        seen = ~np.isnan(pairs.g)
         pushed = any(dof in plan.push for dof in system.masters[s.against].dofs[: system.dofs.dimension].tolist())
         # A pushed tool is brought to the body before the first increment, so that all of its points count as touching.
         if touching and not pushed:
             seen = pairs.g <= CLOSED * float(s.points.depth.min())
-        if pushed and not touching:
-            seen = pairs.g <= np.inf
         rows.append(rows_of(frame, x[seen], pairs.n[seen]))
         if not system.frictionless(law):
             rows.append(rows_of(frame, x[seen], pairs.e[seen, 0]))

@@ -40,7 +40,7 @@ class MuLinear:
         """μ of a point with the accumulated slip κ."""
         mu = self.mu0 + self.slope * kappa
         # One condition for both signs: hardening stops at the limit from below, softening from above.
-        return mu if self.limit is None else where((mu - self.limit) * self.slope < 0.0, mu, self.limit)
+        return mu if self.limit is None else where((mu - self.limit) * self.slope <= 0.0, mu, self.limit)
 
 
 @described
