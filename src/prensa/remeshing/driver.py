@@ -326,7 +326,7 @@ class Remeshing:
 
 
 def balanced(stepping: Stepping, state: State) -> tuple[State, str]:
-    """The state in equilibrium on its new mesh, by an increment in which nothing prescribed moves, and what there is to say of it.
+    """The state in equilibrium on its new mesh, by an increment in which nothing prescribed moves, and a remark on it.
 
     Nothing flows or slides. Where no such equilibrium is found, metal flows on the way to it; where Newton's iterations
     stagnate, what is out of balance is released in parts, and at last contact steps are allowed.

@@ -77,7 +77,7 @@ class Weights:
 
     @classmethod
     def none(cls, system: System, m: int) -> Weights:
-        """Nothing adjoints."""
+        """Adjoints of zero: nothing depends on the state."""
         u, step_start, force = np.zeros((3, m, system.ndof))
         history = [np.zeros((m, *b.undeformed.shape)) for b in system.blocks]
         contact = [ContactWeights(*np.zeros((5, m, len(s.points)))) for s in system.surfaces]
@@ -361,7 +361,7 @@ def places_of(reduced: Reduced) -> Index | slice:
 
 
 def back(system: System, at: Converged, after: Weights, adjoints: Adjoints, earlier: Sequence[Converged] = ()) -> Weights:
-    """Weights of the state before an increment from those of the state after it; adds to what is ``adjoints`` to the system.
+    """Weights of the state before an increment from those of the state after it; adds to the ``adjoints`` of the system.
 
     ``earlier``: the increments before it, in order.
     """
@@ -403,7 +403,7 @@ def _nodal(system: System, x: Array) -> Array:
 
 
 def _prescribed(system: System, c: Context, motion: Array, r: Array, before: Weights, adjoints: Adjoints) -> None:
-    """What motions and forces that a step prescribes are adjoints, and the places from which it starts."""
+    """Add the adjoints of the motions and forces that a step prescribes, and of the places from which it starts."""
     stage = adjoints.stage(c)
     before.step_start[:, c.plan.fixed] += motion * stage.follows(c.time)
     force = np.zeros_like(r)
@@ -413,7 +413,7 @@ def _prescribed(system: System, c: Context, motion: Array, r: Array, before: Wei
 
 
 def _follow(b: Elements, new: Array, nodal: Array) -> None:
-    """Add to weights (m, n, 2) of the nodes' motions those of the histories after an increment, (m, e, q, h), give them."""
+    """Add to weights (m, n, 2) of the nodes' motions what those of the histories (m, e, q, h) after an increment give them."""
     for some in b.chunks():
         at = b.at(some)
         for w, out in zip(new, nodal):
