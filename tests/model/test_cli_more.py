@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -52,6 +53,18 @@ def test_the_schema_accepts_every_example_and_no_unknown_key():
         assert not list(validator.iter_errors(case)), path.name
         assert list(validator.iter_errors({**case, "tolls": {}}))
         assert list(validator.iter_errors({**case, "steps": [{**case["steps"][0], "mov": {}}]}))
+
+
+def test_the_schema_offers_nothing_that_files_refuse():
+    """What is described in Python alone is no key, no type and no value to editors."""
+    made = json_schema()
+    assert not {"body_contacts", "heat"} & set(made["properties"])
+    assert not {"Box", "Bricks", "Sphere", "BodyContact", "Conductor", "Heat"} & set(made["$defs"])
+    assert made["properties"]["space"]["enum"] == ["plane strain", "plane stress", "axisymmetric"]
+    text = json.dumps(made)
+    assert set(re.findall(r'"#/\$defs/(\w+)"', text)) <= set(made["$defs"]) and "offered" not in text
+    place, _ = made["$defs"]["Circle"]["properties"]["at"]["anyOf"]
+    assert "'minItems': 3" not in str(place) and "'minItems': 2" in str(place)
 
 
 def test_entries_of_a_list_are_named_in_overrides(tmp_path):

@@ -12,6 +12,8 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from typing import Annotated, Any
 
+from pydantic_core import PydanticOmit
+
 from prensa.model.names import Finding
 
 ALONE = "is described in Python alone so far: write the problem as a script (docs/guide/python.md)"
@@ -22,6 +24,16 @@ class PythonAlone:
     """Marks a field of a description: those of its values for which ``when`` holds may not stand in a file."""
 
     when: Callable[[Any], bool]
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: Callable[[Any], dict[str, Any]]) -> dict[str, Any]:
+        """The JSON schema of case files has no such field or value: editors would offer what is refused."""
+        if self is WHOLE:
+            raise PydanticOmit
+        made = handler(core)
+        if "enum" in made:
+            made["enum"] = [value for value in made["enum"] if not self.when(value)]
+        kept = [option for option in made.get("oneOf", ()) if not self.when((0.0,) * option["minItems"])]
+        return kept[0] if len(kept) == 1 else made
 
 
 WHOLE = PythonAlone(lambda value: True)

@@ -16,6 +16,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
+from pydantic.json_schema import GenerateJsonSchema
 
 from prensa.errors import ArgumentError, CaseError, Mark, Mistake, shown, take
 from prensa.model import constructors  # noqa: F401  (says what is wrong with the arguments of descriptions)
@@ -178,12 +179,33 @@ def has_tests(path: str | Path) -> bool:
     return isinstance(tree.value, dict) and "tests" in tree.value and "bodies" not in tree.value
 
 
+class _Marked(GenerateJsonSchema):
+    """Marks the classes that are described in Python alone."""
+
+    def dataclass_schema(self, schema: Any) -> dict[str, Any]:
+        """The schema of a class, with ``offered`` false where a file may not name it."""
+        made = super().dataclass_schema(schema)
+        return made if getattr(schema["cls"], "offered", True) else {**made, "offered": False}
+
+
+def _without(node: Any, left_out: set[str]) -> Any:
+    """A schema without the references *left_out*."""
+    if isinstance(node, dict):
+        return {key: _without(below, left_out) for key, below in node.items()}
+    if isinstance(node, list):
+        return [_without(below, left_out) for below in node if not (isinstance(below, dict) and below.get("$ref") in left_out)]
+    return node
+
+
 def json_schema() -> dict[str, Any]:
     """JSON schema of a case file for editors: it knows every key and type, and accepts all that is read.
 
     It accepts more than that: which names exist and what goes together is for `load` to say.
     """
-    made = _adapter(Problem).json_schema(mode="validation")
+    made = _adapter(Problem).json_schema(schema_generator=_Marked, mode="validation")
+    alone = [name for name, about in made["$defs"].items() if about.get("offered") is False]
+    made["$defs"] = {name: about for name, about in made["$defs"].items() if name not in alone}
+    made = _without(made, {f"#/$defs/{name}" for name in alone})
     for name in SECTIONS:
         section = _adapter(hints(Case)[name]).json_schema(mode="validation")
         made.setdefault("$defs", {}).update(section.pop("$defs", {}))
