@@ -11,7 +11,12 @@ from prensa.cli import BAD_INPUT, FAILED, Json, Quiet, Verbose
 from prensa.cli import app as commands
 from prensa.cli.voice import Voice, refuse_unknown
 
-app = typer.Typer(context_settings={"help_option_names": ["-h", "--help"]}, rich_markup_mode=None, pretty_exceptions_enable=False)
+app = typer.Typer(
+    context_settings={"help_option_names": ["-h", "--help"]},
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
 BENCHMARKS = ("robustness", "fuzz")
 
 
