@@ -424,8 +424,6 @@ class Problem:
     contacts: tuple[Contact, ...] = ()
     no_contact: tuple[NoContact, ...] = ()
     ties: tuple[Tie, ...] = ()
-    body_contacts: Annotated[tuple[BodyContact, ...], WHOLE] = ()
-    heat: Annotated[Heat | None, WHOLE] = None
     fixed: Mapping[str, FixedValue] = field(default_factory=dict)
     loads: Mapping[str, Load] = field(default_factory=dict)
     body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
@@ -442,6 +440,8 @@ class Problem:
     units: Units = field(default_factory=Units)
     start: Start | None = None
     measures: Mapping[str, str] = field(default_factory=dict)
+    body_contacts: Annotated[tuple[BodyContact, ...], WHOLE] = ()
+    heat: Annotated[Heat | None, WHOLE] = None
 
     stated: ClassVar[frozenset[str]] = frozenset()
     """Fields that the script or the file which described it names; the others have their defaults."""
