@@ -9,6 +9,7 @@ import numpy as np
 import prensa as pr
 from prensa import reference as ref
 from prensa.result.increment import Increment
+from prensa.types import Array, Index
 from prensa.verify.balance import Balance
 from prensa.verify.remeshing import bound, can
 from prensa.verify.table import Row, case, row
@@ -71,14 +72,20 @@ def flash_die(E_scale: float) -> pr.Problem:
     )  # fmt: skip
 
 
-def limit_load(inc: Increment, contact: str) -> float:
-    """Bound of the force that moves the tool of a smooth contact down, on the shape of an increment; symmetry at x = 0, y = 0.
+def linear_triangles(inc: Increment) -> tuple[Index, Array, Index]:
+    """Nodes (n,) of the only body's, their places (n, 2) and linear triangles (t, 3) of them: four of each quadratic one.
 
-    Each quadratic triangle is four linear ones here: on one alone the bound is 3 % higher, and scatters with the mesh of the run.
+    On one of each alone bounds are 3 % higher, and scatter with the mesh of the run.
     """
     (body,) = inc.bodies.values()
     used, number = np.unique(body.cells, return_inverse=True)
-    x, triangles = body.x[used], number.reshape(-1, 6)[:, [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]]].reshape(-1, 3)
+    triangles = number.reshape(-1, 6)[:, [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]]].reshape(-1, 3)
+    return used, body.x[used], triangles
+
+
+def limit_load(inc: Increment, contact: str) -> float:
+    """Bound of the force that moves the tool of a smooth contact down, on the shape of an increment; symmetry at x = 0, y = 0."""
+    used, x, triangles = linear_triangles(inc)
     edges = ref.outline(triangles)
     on_axis = [(np.abs(x[edges][:, :, axis]) < 1e-9).all(axis=1) for axis in (0, 1)]
     c = inc.contacts[contact]

@@ -10,6 +10,7 @@ import prensa as pr
 from prensa import reference as ref
 from prensa.result.increment import Increment
 from prensa.verify.balance import Balance
+from prensa.verify.deep import linear_triangles
 from prensa.verify.table import Row, case, row
 
 FLOW_STRESS = 200.0
@@ -23,9 +24,7 @@ def least_power(inc: Increment, moving: str, symmetric: bool = False, closed: in
     symmetric: whether y = 0 is a plane of symmetry. closed: ends of a side that are closed, from which on a wall holds it; where
     one of them is, the truth lies between 1, an upper bound for certain, and 2.
     """
-    (body,) = inc.bodies.values()
-    used, number = np.unique(body.cells[:, :3], return_inverse=True)
-    points, triangles = body.x[used].copy(), number.reshape(-1, 3)
+    used, points, triangles = linear_triangles(inc)
     points[np.abs(points[:, 0]) < 1e-9, 0] = 0.0
     edges = ref.outline(triangles)
     walls, taken = [], (points[edges][:, :, 0] == 0.0).all(axis=1)
