@@ -15,7 +15,7 @@ from prensa.system.planning import plan_step
 from prensa.system.state import Clock, Energy, State
 from prensa_bench.robustness import draw
 from prensa_bench.robustness.increments import solve_checked
-from problems import pressed_block, stroke, upset_billet
+from problems import ALUMINIUM, pressed_block, stroke, upset_billet
 
 NODES = 3
 
@@ -125,3 +125,26 @@ def test_a_start_that_nobody_has_improved_is_not_let_pass_as_round_off():
     """What round-off may leave is estimated from above, here at forty times what one step leaves of the first increments."""
     *_, wrong = solve_checked(draw("plastic", 2257363500, 140))
     assert wrong == ""
+
+
+def test_a_table_with_corners_is_as_easy_as_the_same_way_at_one_speed():
+    """Slow and fast rows in turn: the extrapolation follows the way that the tool goes, not time."""
+    rows = ((0.0, 0.0), (0.3, -0.03), (0.5, -0.6), (0.8, -0.65), (1.0, -1.5))
+    spent = []
+    for y in (-1.5, rows):
+        p = upset_billet(stroke(y), material=ALUMINIUM, friction=pr.Coulomb(0.1), size=(6, 6), n=(12, 12))
+        run = list(pr.solve(p))
+        assert sum(i.statistics.cutbacks for i in run) == 0
+        spent.append(sum(i.statistics.iterations for i in run) / len(run))
+    assert spent[1] <= 1.25 * spent[0]
+
+
+def test_nothing_is_extrapolated_where_motions_turn_back():
+    """The committed state is what there is to start from, not one that goes on the old way."""
+    p = upset_billet(stroke(((0.0, 0.0), (0.5, -0.5), (1.0, 0.0)), increments=4), material=ALUMINIUM, size=(6, 6), n=(4, 4))
+    system = pr.discretise(p)
+    runs = pr.solve(system)
+    next(runs)
+    state = next(runs).state
+    plan = plan_step(system, 0, state.step_start)
+    assert system.context(state, plan, 0.75).extrapolated_for == 0.0

@@ -45,7 +45,7 @@ def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> G
     system, c, fixed = eq.system, eq.context, eq.reduced.fixed
     if not eq.numerics.predictor or not c.state.dt_last > 0:
         return None
-    u = start + c.state.extrapolated(c.dt)
+    u = start + c.state.extrapolated(c.extrapolated_for)
     u[fixed] = values
     # what contact holds are gaps of points: with nodes put at theirs, those of points between them may be anywhere
     between = not all(s.points.are_nodes for s in system.surfaces)

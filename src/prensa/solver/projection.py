@@ -38,7 +38,7 @@ def project_prediction(system: System, c: Context, u: Array, policy: Policy = DE
     would be extrapolated deep into the tool.
     """
     state = c.state
-    share = c.dt / state.dt_last if state.dt_last > 0.0 else 0.0
+    share = c.extrapolated_for / state.dt_last if state.dt_last > 0.0 else 0.0
     for s, now in zip(system.surfaces, c.surfaces):
         closed = s.points.any_at_nodes(state.contact.closed[s.rows])
         moves = s.points.has_point

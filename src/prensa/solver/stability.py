@@ -151,7 +151,7 @@ def jumped(eq: Equilibrium, result: NewtonResult) -> bool:
     if result.iterations <= policy.easy_iterations and not comes_off:
         return False
     du = result.u - state.u
-    ahead = state.extrapolated(eq.context.dt) if state.dt_last > 0 else result.linear
+    ahead = state.extrapolated(eq.context.extrapolated_for) if state.dt_last > 0 else result.linear
     if ahead is not None:
         foretold = system.displacement(ahead)
         if np.abs(system.displacement(du) - foretold).max() <= policy.max_prediction_error * np.abs(foretold).max():

@@ -158,6 +158,21 @@ class Context:
     floating: Sequence[str] = ()
 
     @property
+    def extrapolated_for(self) -> float:
+        """Time for which the last increment is extrapolated: that in which prescribed motions would go as far as they do now.
+
+        It is the duration of the increment where these are steady. Speeds change at the corners of tables and along the turn of
+        a crank, and where motions turn back nothing is extrapolated.
+        """
+        state, fixed = self.state, self.plan.fixed
+        last = state.du[fixed]
+        size = float(last @ last)
+        if not size > 0.0:
+            return self.dt
+        way = self.plan.values(self.time) - state.u[fixed]
+        return max(float(way @ last) / size, 0.0) * state.dt_last
+
+    @property
     def ends_step(self) -> bool:
         """Whether the increment is the last one of its step."""
         return bool(self.stopped) or self.time >= self.plan.t1
