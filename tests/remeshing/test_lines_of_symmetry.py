@@ -77,3 +77,17 @@ def test_it_resumes_bit_for_bit(flattened: list[pr.Increment], tmp_path: Path) -
             assert a.number == b.number
             assert np.array_equal(a.state.u, b.state.u)
             assert a.tools["symmetry_y"].force == b.tools["symmetry_y"].force
+
+
+@pytest.mark.parametrize("moved", [
+    {"by": {"b.left": pr.Motion(x=-3.0)}}, {"feed": {"b.left": pr.Feed(x=-3.0)}}, {"fixed": {"b.left": pr.Fixed(x=-3.0)}},
+])  # fmt: skip
+def test_a_side_that_a_later_step_moves_is_no_line_of_symmetry(moved):
+    """A bar is drawn at one end while the other one carries the load: statics gives the support, however the end is moved."""
+    load = pr.Step("load", loads={"b.right": pr.Load(traction=(20.0, 0.0))}, increments=1)
+    p = pr.Problem(
+        "bar", {"b": pr.Body(pr.Rectangle((40.0, 10.0), (8, 2)), pr.Elastic(2000.0, 0.3))},
+        (load, pr.Step("draw", increments=2, **moved)), fixed={"b.left": "x", "b.bottom-left": "y"}, space="plane strain",
+    )  # fmt: skip
+    *_, inc = pr.solve(p)
+    assert inc.supports["b.left"].x == pytest.approx(-200.0, rel=1e-6)

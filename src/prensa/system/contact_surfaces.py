@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -95,19 +96,31 @@ def symmetry_lines(problem: model.Problem, body: str, mesh: Mesh) -> set[tuple[i
 
 
 def _held(problem: model.Problem, body: str, mesh: Mesh) -> Flags:
-    """Components (n, 2) of the nodes that supports hold where they are in all steps."""
+    """Components (n, 2) of the nodes that supports hold where they are in all steps: none moves, releases or feeds them."""
     held = np.zeros((len(mesh.points), 2), dtype=bool)
-    for number, source in enumerate((problem.fixed, *(s.fixed for s in problem.steps))):
-        for name, support in source.items():
-            owner, _, edge = name.partition(".")
-            if owner == body:
-                nodes = mesh.nodes(edge, name)
+    for name, support in problem.fixed.items():
+        for nodes in _own_nodes(name, body, mesh):
+            for axis, value in enumerate((support.x, support.y)):
+                held[nodes, axis] |= value == "held"
+    for step in problem.steps:
+        for name, support in step.fixed.items():
+            for nodes in _own_nodes(name, body, mesh):
                 for axis, value in enumerate((support.x, support.y)):
                     if support.free or value not in (None, "held"):
                         held[nodes, axis] = False
-                    elif number == 0 and value == "held":
-                        held[nodes, axis] = True
+        for name, driven in problem.driven(step).items():
+            for nodes in _own_nodes(name, body, mesh):
+                for axis, way in enumerate((driven.x, driven.y)):
+                    if way is not None:
+                        held[nodes, axis] = False
     return held
+
+
+def _own_nodes(name: str, body: str, mesh: Mesh) -> Iterator[Index]:
+    """The nodes of a boundary, if it is one of a body."""
+    owner, _, edge = name.partition(".")
+    if owner == body:
+        yield mesh.nodes(edge, name)
 
 
 def symmetric(problem: model.Problem, body: str, mesh: Mesh, edges: Index) -> Flags:
