@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from prensa.errors import PrensaError
+from prensa.mesh import signals
 from prensa.mesh.crossing import meeting
 from prensa.mesh.mesh import POINTS_AT_ONCE, Mesh, keys, sides
 from prensa.mesh.outline import GROWTH, NewOutline, SizeOf
@@ -83,12 +84,14 @@ def _triangles(points: Array, edges: Index, size: SizeOf) -> tuple[Array, Index]
     try:
         # A first mesh with the sizes of the outline gives places at which the field can be asked; the second follows it.
         mesh = _given(points, _between(points, edges), edges, h)
-        mesh.remesh(hgrad=1 + GROWTH, verbose=-1, nosurf=1)
+        with signals.kept():
+            mesh.remesh(hgrad=1 + GROWTH, verbose=-1, nosurf=1)
         vertices = mesh.get_vertices()
         target, number = size(vertices), _numbers(vertices, points)
         target[number] = h  # at the outline sizes are those of its sides
         mesh["metric"] = np.ascontiguousarray(target[:, None])  # MMG clears megabytes for every mesh: the same one goes on
-        mesh.remesh(hgrad=1 + GROWTH, hgradreq=1 + GROWTH, verbose=-1, nosurf=1)
+        with signals.kept():
+            mesh.remesh(hgrad=1 + GROWTH, hgradreq=1 + GROWTH, verbose=-1, nosurf=1)
     except RuntimeError as error:
         raise TriangulationError(f"MMG makes no mesh of the outline ({error})") from None
     return _ordered(mesh.get_vertices(), mesh.get_triangles().astype(np.int64), points, edges)
