@@ -18,7 +18,8 @@ def meshed_anew():
     metal = pr.J2(70e3, 0.33, pr.Swift(K=200.0, e0=0.01, n=0.2))
     return pr.Problem(
         "billet", {"b": pr.Body(pr.Rectangle((6.0, 6.0), (6, 6)), metal, "t6")},
-        (pr.Step("press", move={"t": pr.Motion(y=-3.0)}),), {"t": pr.Plane(touching="b.top")}, (pr.Contact(("b.top", "b.right"), "t"),), fixed={"b.bottom": "y", "b.left": "x"},
+        (pr.Step("press", move={"t": pr.Motion(y=-3.0)}),), {"t": pr.Plane(touching="b.top")},
+        (pr.Contact(("b.top", "b.right"), "t"),), fixed={"b.bottom": "y", "b.left": "x"},
         space="axisymmetric", remesh=pr.Remesh(size),
     )
 
