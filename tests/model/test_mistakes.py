@@ -58,6 +58,10 @@ MISTAKES = [
         ["unknown key 'vanish' in step 'press'", "known:", "'increments'"],
     ),
     ("y: -7.5", "z: -7.5", "18:20", ["unknown key 'z' in move of 'punch'", "'rz'"]),
+    ("y: -7.5", "z: -7.5", "18:20", ["In axisymmetry x is the radius and y the axis"]),
+    ("nu: 0.33", "nu:0.33", "7:37", ["a blank is missing after the colon: write 'nu: 0.33'"]),
+    ("y: -7.5", "y: -7,5", "18:26", ["unknown key", "numbers have a decimal point"]),
+    ("units:", "name:glued\nunits:", "2:1", ["a blank is missing after the colon"]),
     # missing
     ("name: upsetting\n", "", "1:1", ["the case needs 'name'", "text"]),
     ("    radius: 8 cm\n", "", "9:3", ["tool 'punch' (circle) needs 'radius', a length"]),

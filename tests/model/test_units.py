@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import prensa as pr
-from prensa.errors import CaseError
+from prensa.errors import CaseError, PrensaError
 from prensa.model.schema import loads
 from prensa.model.units import _SI, factor
 
@@ -119,3 +119,11 @@ def test_numbers_of_another_kind_are_refused(change):
     with pytest.raises(CaseError) as refused:
         loads(text)
     assert "there is no such file" not in str(refused.value)
+
+
+@pytest.mark.parametrize(("written", "meant"), [("Mpa", "MPa"), ("mpa", "MPa"), ("gpa", "GPa"), ("Kn", "kN")])
+def test_units_in_other_letters_name_those_that_people_mean(written, meant):
+    """A stress in millipascal is nobody's."""
+    with pytest.raises(PrensaError, match=f"did you mean '{meant}'"):
+        loads(f"name: u\nspace: plane strain\nbodies: {{b: {{mesh: {{type: rectangle, size: [1 {written}, 1], n: [1, 1]}}, "
+              "material: {type: elastic, E: 1, nu: 0.3}}}\nsteps: [{name: s}]\n")

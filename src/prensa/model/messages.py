@@ -61,7 +61,8 @@ def _follows(error: Any, place: Place, errors: list[Any], places: list[Place]) -
             for e, p in zip(errors, places)
             if e["type"] == "unexpected_keyword_argument" and p.path[:-1] == place.path[:-1]
         ]
-        return bool(difflib.get_close_matches(place.path[-1], typos, n=1)) or place.path[-1] in map(of_the_trade, typos)
+        near = difflib.get_close_matches(place.path[-1], typos, n=1) or place.path[-1] in map(of_the_trade, typos)
+        return bool(near) or place.path[-1] in [t.partition(":")[0] for t in typos]
     return False
 
 
@@ -77,6 +78,8 @@ def explain(error: Any, place: Place) -> Mistake:
         remedy = suggest(str(key), options)
         if above.parent is not None and meant(str(key), options) is None and key in fields_of(Root):
             remedy = f"; {key!r} is a key of the case, at its outermost level"
+        if key in ("z", "r") and "y" in fields_of(above.kind, above.node):
+            remedy += " In axisymmetry x is the radius and y the axis"
         return Mistake(place.mark(at_key=True), f"unknown key {key!r}{where}{remedy}")
     if kind == "missing":
         return _missing(place, above)

@@ -45,9 +45,21 @@ def meant(name: str, known: Iterable[str]) -> str | None:
     return near if near is not None else here if here in known else None
 
 
+def of_a_slip(name: str, known: Iterable[str]) -> str | None:
+    """What to write where YAML has made a key of something else: a colon without a blank, the rest of a decimal comma."""
+    key, colon, value = name.partition(":")
+    if colon and key in known:
+        return f"; a blank is missing after the colon: write '{key}: {value.strip()}'"
+    if name[:1].isdigit():
+        return "; numbers have a decimal point, and a comma parts two entries"
+    return None
+
+
 def suggest(name: str, known: Iterable[str]) -> str:
     """'; did you mean …?' for the name that was likely `meant`, with the known ones unless it is near, or these alone."""
     known = list(known)
+    if (written := of_a_slip(name, known)) is not None:
+        return written
     near = nearest(name, known)
     if near is not None:
         return f"; did you mean {near!r}?"

@@ -148,11 +148,15 @@ def _refuse_monsters(short: str, runs: dict[str, Run], source: str) -> None:
         raise CaseError([Mistake(Mark(source), message + MOVE_TO_FILES)])
 
 
+_GLUED = re.compile(r"[\s-]*([A-Za-z_][\w.]*):(?![/\s])(\S.*)")
+"""A line with a key whose value follows the colon at once."""
+
+
 class _Reader:
     def __init__(self, text: str, source: str, marked: bool, bounded: bool, runs: dict[str, Run] | None = None) -> None:
         from ruamel.yaml import YAML
 
-        self.source, self.marked = source, marked
+        self.source, self.marked, self.lines = source, marked, text.splitlines()
         self.left = VALUES if bounded else -1
         self.runs = dict(runs or {})
         self.mistakes: list[Mistake] = []
@@ -166,6 +170,16 @@ class _Reader:
     def refuse(self, place: Any, message: str) -> CaseError:
         return CaseError([*self.mistakes, Mistake(self.mark(place), message)])
 
+    def glued(self, place: Any) -> CaseError | None:
+        """The error of a line before a place in which no blank follows the colon, so that it is no key; None if it has one."""
+        for number in range(min(place.line, len(self.lines) - 1), max(place.line - 3, -1), -1):
+            line = self.lines[number]
+            if found := _GLUED.fullmatch(line):
+                words = f"a blank is missing after the colon: write '{found[1]}: {found[2].strip()}'"
+                at = Mark(self.source, number + 1, 1 + line.index(found[1])) if self.marked else Mark(self.source)
+                return CaseError([*self.mistakes, Mistake(at, words)])
+        return None
+
     def next(self) -> Any:
         from ruamel.yaml.error import MarkedYAMLError, YAMLError
         from ruamel.yaml.reader import ReaderError
@@ -174,7 +188,11 @@ class _Reader:
             return next(self.events)
         except MarkedYAMLError as error:
             place = error.problem_mark or error.context_mark
-            raise self.refuse(place, _yaml_message(str(error.problem or error.context))) from None
+            problem = str(error.problem or error.context)
+            no_key = "mapping values are not allowed" in problem or "could not find expected ':'" in problem
+            if no_key and (glued := self.glued(place)) is not None:
+                raise glued from None
+            raise self.refuse(place, _yaml_message(problem)) from None
         except ReaderError as error:
             message = f"the character U+{int(error.character):04X} is not allowed; is this a text file?"
             raise CaseError([Mistake(Mark(self.source), message)]) from None

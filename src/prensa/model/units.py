@@ -100,6 +100,15 @@ def _registry() -> Any:
     return pint.UnitRegistry(cache_folder=None)
 
 
+def _meant(name: str) -> str:
+    """'; did you mean …?' for a unit that is spelt like an unknown one, best in the case of its letters too."""
+    near = difflib.get_close_matches(name.lower(), {u.lower() for u in _SI}, n=1)
+    # nobody measures a stress in millipascal: 'Mpa' and 'mpa' are a million of them
+    like = [u for u in _SI if near and u.lower() == near[0] and u != "mPa"]
+    best = min(like, key=lambda u: sum(a != b for a, b in zip(u, name)), default=None)
+    return "" if best is None else f"; did you mean {best!r}?"
+
+
 @lru_cache(maxsize=256)
 def _unit(name: str) -> tuple[Fraction, int, int, int]:
     """SI value and the exponents of force, length and time of one unit name."""
@@ -109,9 +118,7 @@ def _unit(name: str) -> tuple[Fraction, int, int, int]:
     try:
         base = ureg.Quantity(1.0, ureg.parse_units(name)).to_base_units()
     except Exception:  # pint raises errors of many classes for names that it does not know
-        near = difflib.get_close_matches(name.lower(), {u.lower(): u for u in _SI}, n=1)
-        meant = next((f"; did you mean {u!r}?" for u in _SI if near and u.lower() == near[0]), "")
-        raise ValueError(f"unknown unit {name!r}{meant}") from None
+        raise ValueError(f"unknown unit {name!r}{_meant(name)}") from None
     powers = dict(base.dimensionality)
     mass, length, time = (powers.pop(f"[{of}]", 0) for of in ("mass", "length", "time"))
     if powers or any(exponent != int(exponent) for exponent in (mass, length, time)):
