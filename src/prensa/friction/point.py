@@ -8,7 +8,6 @@ fields are given) and not to its values, and there are derivatives by these.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -41,20 +40,17 @@ class Values(NamedTuple):
     tables: tuple[Array, ...]
 
 
+_TAKEN_APART = "_taken_apart"
+
+
 def values_of(law: LawOfPoint) -> Values:
-    """Take a law apart."""
-    own: Any = law
-    try:
-        hash(own)
-    except TypeError:  # a law with a field that is a list
-        return _values.__wrapped__(own)
-    return _values(own)
-
-
-@lru_cache(maxsize=256)
-def _values(law: Any) -> Values:
-    form, numbers, tables = Template.of(law)
-    return Values(form, numbers, tuple(array for table in tables for array in table))
+    """Take a law apart: once for each, which keeps what it has been found to be."""
+    kept = vars(law)
+    if _TAKEN_APART not in kept:
+        form, numbers, tables = Template.of(law)
+        kept[_TAKEN_APART] = Values(form, numbers, tuple(array for table in tables for array in table))
+    found: Values = kept[_TAKEN_APART]
+    return found
 
 
 def _tables(form: Form) -> list[tuple[str, str]]:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from prensa.errors import ArgumentError, shown
 from prensa.kernels.table import Table
 from prensa.types import Array
 
@@ -35,7 +36,7 @@ class Apart(NamedTuple):
 
 
 class Template(NamedTuple):
-    """What a description is but for its numbers: its class, and the ``parts`` that are no numbers; hashable."""
+    """What a description is but for its numbers: its class, and the ``parts`` that are no numbers, with their types; hashable."""
 
     parts: Any
     numbers: int
@@ -47,6 +48,12 @@ class Template(NamedTuple):
 
         Numbers are its floats, those in its tuples, lists and dicts and in descriptions within it too, and the cached properties
         that its class names as ``derived``, numbers and `Table`s; where there are such, tuples and lists are left out.
+
+        Raises
+        ------
+        ArgumentError
+            Of a field of which no template can be made.
+
         """
         found = _Reader(type(description).__name__)
         parts = found.parts(description, "", without)
@@ -71,7 +78,7 @@ class _Reader:
         self.tables: list[tuple[Array, Array]] = []
 
     def parts(self, value: Any, field: str, without: Collection[str] = ()) -> Any:
-        """Of a value: what stands for it, its class and parts, or itself."""
+        """Of a value: what stands for it, its class and parts, or itself with its type (1, 1.0 and True are equal)."""
         if isinstance(value, float):
             self.numbers.append(float(value))
             return Stands.NUMBER
@@ -94,7 +101,35 @@ class _Reader:
             yield name, Stands.DERIVED if left_out else self.parts(own, f"{field}.{name}" if field else name)
 
     def _itself(self, value: Any, field: str) -> tuple[Any, ...]:
-        return None, value
+        try:
+            hash(value)
+        except TypeError:
+            raise ArgumentError(
+                f"{self.name}: no machine code can be made of {shown(value)} in the field {field!r}: a law that is stated for "
+                "one point has numbers, texts, and tuples, lists and dicts of these as fields; a long table is a "
+                "prensa.kernels.table.Table that the class names in 'derived'"
+            ) from None
+        inside = frozenset(self._itself(v, field) for v in value) if isinstance(value, frozenset) else None
+        return None, type(value), value, inside
+
+
+class _LeftOut:
+    """A field of which a law that is stated for one point has what is ``derived`` of it."""
+
+    def __init__(self, law: str, field: str) -> None:
+        self._words = (
+            f"{law}: the field {field!r} cannot be used where the law is stated for one point, for the class names what is "
+            "'derived' of its fields: use that, or name there a cached property, a number or a Table, that has what is needed"
+        )
+
+    def __iter__(self) -> Iterator[Any]:
+        raise ArgumentError(self._words)
+
+    def __len__(self) -> int:
+        raise ArgumentError(self._words)
+
+    def __getitem__(self, key: Any) -> Any:
+        raise ArgumentError(self._words)
 
 
 def _filled(parts: Any, numbers: Iterator[Any], tables: Iterator[Table]) -> Any:
@@ -103,17 +138,16 @@ def _filled(parts: Any, numbers: Iterator[Any], tables: Iterator[Table]) -> Any:
     cls: Any = parts[0]
     inner = parts[1:]
     if cls is None:
-        return inner[0]
+        return inner[1]
     if cls is Table:
         first, last = (_filled(p, numbers, tables) for p in inner)
         return next(tables)._replace(first=first, last=last)
     if issubclass(cls, dict):
-        return {k[1]: _filled(p, numbers, tables) for k, p in inner}
+        return {k[2]: _filled(p, numbers, tables) for k, p in inner}
     if not is_dataclass(cls):
         return getattr(cls, "_make", cls)(_filled(p, numbers, tables) for p in inner)
     description: Any = cls
     out = object.__new__(description)
     for name, p in inner:
-        if p is not Stands.DERIVED:
-            out.__dict__[name] = _filled(p, numbers, tables)
+        out.__dict__[name] = _LeftOut(description.__name__, name) if p is Stands.DERIVED else _filled(p, numbers, tables)
     return out
