@@ -45,6 +45,7 @@ _TAKEN_APART = "_taken_apart"
 
 def values_of(law: LawOfPoint) -> Values:
     """Take a law apart: once for each, which keeps what it has been found to be."""
+    # Not looked up among equal ones: laws with 1, 1.0 and True in a field are equal, and have other forms.
     kept = vars(law)
     if _TAKEN_APART not in kept:
         form, numbers, tables = Template.of(law)

@@ -147,6 +147,8 @@ def _filled(parts: Any, numbers: Iterator[Any], tables: Iterator[Table]) -> Any:
     if not is_dataclass(cls):
         return getattr(cls, "_make", cls)(_filled(p, numbers, tables) for p in inner)
     description: Any = cls
+    # Past the validation of the class, whose fields are nodes here, and into __dict__, where cached properties look first: what
+    # is `derived` becomes a number of the graph too.
     out = object.__new__(description)
     for name, p in inner:
         out.__dict__[name] = _LeftOut(description.__name__, name) if p is Stands.DERIVED else _filled(p, numbers, tables)

@@ -39,5 +39,5 @@ class JohnsonCook(PointCurve):
     def stress(self, strain: Any, rate: Any) -> Any:
         """σ_y of a point, or of arrays."""
         over = rate / self.rate0
-        fast = over > 1.0
+        fast = over > 1.0  # a kink: not `smooth`
         return (self.A + self.B * power(strain, self.n)) * (1.0 + self.C * log(where(fast, over, 1.0)))

@@ -32,4 +32,5 @@ class Swift(PointCurve):
 
     def stress(self, strain: Any, rate: Any) -> Any:
         """σ_y of a point, or of arrays."""
+        # Never zero: no chord is needed, as `power` has.
         return self.K * exp(self.n * log(self.e0 + strain))

@@ -49,6 +49,7 @@ class FlowTable(PointCurve):
 
         strains, stresses = np.array(self.points).T
         coefficients = np.ascontiguousarray(PchipInterpolator(strains, stresses).c.T)
+        # Without a first knot: strains begin there, and a limit would be a kink that takes the slope at zero away.
         return Table(np.ascontiguousarray(strains), coefficients, None, self.points[-1][0])
 
     def known_to(self) -> float:
