@@ -12,7 +12,7 @@ from prensa.elements import derivatives, gradients, shapes
 from prensa.elements.derivatives import BATCH, Along, At, Variant
 from prensa.elements.element import Chunk, Mode, element_of, workspace
 from prensa.materials import hencky_j2
-from prensa.materials.hardening import Table
+from prensa.materials.hardening import Knots
 from prensa.materials.j2 import metal
 from prensa.materials.protocol import At as Context
 
@@ -57,7 +57,7 @@ def plain(at: At, x_n: Any, x: Any, committed: Any, p: Any) -> tuple[Any, Any, A
     form: Any = v.law
     m = metal(form.kind, form.cauchy, p)
     if m.curve is not None:
-        m = m._replace(curve=m.curve._replace(table=Table(at.law.knots, at.law.coefficients)))
+        m = m._replace(curve=m.curve._replace(table=Knots(at.law.knots, at.law.coefficients)))
     forces, history, energy = 0.0, [], []
     for q in range(v.points):
         g = gradients.gradients(X, list(at.shapes[q, :-1]), v.axisymmetric)

@@ -13,7 +13,7 @@ from prensa.kernels.algebra import symmetric
 from prensa.kernels.principal_axes import FRAME, trial
 from prensa.layout import PLANE, SPATIAL
 from prensa.materials import elastic, j2
-from prensa.materials.hardening import Curve, Table
+from prensa.materials.hardening import Curve, Knots
 from prensa.materials.hencky_j2 import Begun, Metal, small_j2
 
 N, STEP, LAM, MU = 43, 1e-30, 3.0, 2.0
@@ -73,7 +73,7 @@ def test_tangents_of_small_strain_plasticity_are_the_complex_step(curve: pr.Flow
 
     def law(z: list[Any]) -> tuple[Any, Any]:
         b = list(old.T)
-        metal: Any = Metal(K, G, Curve(f.kind, f.p, Table(f.knots, f.coefficients)), False, dt + 0.0 * b[0], 1.0)  # type: ignore[arg-type]
+        metal: Any = Metal(K, G, Curve(f.kind, f.p, Knots(f.knots, f.coefficients)), False, dt + 0.0 * b[0], 1.0)  # type: ignore[arg-type]
         return small_j2(z, Begun(b[:k], b[k], b[k + 1], b[:k]), metal)
 
     history = np.stack([x + np.zeros(N) for x in np.real(law(list(h.T))[1])], axis=-1)

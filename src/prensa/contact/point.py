@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.friction.law import At, FrictionLaw
-from prensa.friction.point import Form, arrays, arrays_of, count_of, read, values_of
+from prensa.friction.point import Form, arrays, arrays_of, read, values_of
 from prensa.friction.return_map import BRANCH, DECIDE, OPEN, Bounds, Sides, magnitude, returned, trial
 from prensa.kernels.differentiate import forward, units
 from prensa.kernels.emit import Kind, Marks, Program, Rows, generated, puts
@@ -132,7 +132,7 @@ def answers(
 
 @generated
 def _slopes(form: Form | None, hardens: bool, t: int, by_area: bool) -> Program:
-    places = Places(t, 0 if form is None else count_of(form))
+    places = Places(t, 0 if form is None else form.numbers)
     z = {name: many(name, place.stop - place.start) for name, place in places.inputs.items()}
     own: dict[str, Kind] = {"k": Rows(1), "speed": Rows(1)} if form is None else arrays_of(form)
     law = None if form is None else read(form, hardens)

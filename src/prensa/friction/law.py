@@ -42,7 +42,7 @@ class FrictionLaw(Member, abstract=True):
 
     door: ClassVar[str] = "friction"
     derived: ClassVar[tuple[str, ...]] = ()
-    """Cached properties, numbers or `prensa.friction.table.Table`s, that `bound_of_point` takes as it does fields."""
+    """Cached properties, numbers or `prensa.kernels.table.Table`s, that `bound_of_point` takes as it does fields."""
     proportional: ClassVar[bool] = False
     """Whether the bound is proportional to the pressure, so that the area of the point cancels."""
 

@@ -7,19 +7,17 @@ fields are given) and not to its values, and there are derivatives by these.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import fields, is_dataclass
-from enum import Enum, auto
-from functools import lru_cache
+from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from prensa.friction.at import At
-from prensa.friction.table import Table
 from prensa.kernels.differentiate import forward, units
 from prensa.kernels.emit import Kind, Program, Rows, Shared, generated, puts
-from prensa.kernels.record import ZERO, Node, given, lift, many
+from prensa.kernels.record import Node, given, lift, many
+from prensa.kernels.table import Table
+from prensa.kernels.template import Template
 from prensa.types import Array
 
 
@@ -30,15 +28,8 @@ class LawOfPoint(Protocol):
         """The bound at a pressure and a slip."""
 
 
-class Stands(Enum):
-    """What stands for a value of a law that is recorded."""
-
-    NUMBER = auto()
-    TABLE = auto()
-
-
-Form = tuple[type, tuple[tuple[str, Any], ...]]
-"""Class of a part of a law, and what it has by name: what stands for a value, the form of another part, or a value itself."""
+Form = Template
+"""What a law is but for its numbers and tables: machine code belongs to it."""
 
 
 class Values(NamedTuple):
@@ -49,67 +40,23 @@ class Values(NamedTuple):
     tables: tuple[Array, ...]
 
 
+_TAKEN_APART = "_taken_apart"
+
+
 def values_of(law: LawOfPoint) -> Values:
-    """Take a law apart."""
-    own: Any = law
-    try:
-        hash(own)
-    except TypeError:  # a law with a field that is a list
-        return _values.__wrapped__(own)
-    return _values(own)
+    """Take a law apart: once for each, which keeps what it has been found to be."""
+    # Not looked up among equal ones: laws with 1, 1.0 and True in a field are equal, and have other forms.
+    kept = vars(law)
+    if _TAKEN_APART not in kept:
+        form, numbers, tables = Template.of(law)
+        kept[_TAKEN_APART] = Values(form, numbers, tuple(array for table in tables for array in table))
+    found: Values = kept[_TAKEN_APART]
+    return found
 
 
-@lru_cache(maxsize=256)
-def _values(law: Any) -> Values:
-    numbers, tables = list[float](), list[Array]()
-    return Values(_form(law, numbers, tables), np.array(numbers), tuple(tables))
-
-
-def _form(part: Any, numbers: list[float], tables: list[Array]) -> Form:
-    found = []
-    for name in (*(f.name for f in fields(part)), *getattr(part, "derived", ())):
-        value: Any = getattr(part, name)
-        kind: Any = value
-        if isinstance(value, float):
-            numbers.append(value)
-            kind = Stands.NUMBER
-        elif isinstance(value, Table):
-            numbers += [value.first, value.last]
-            tables += [value.knots, value.coefficients]
-            kind = Stands.TABLE
-        elif is_dataclass(value):
-            kind = _form(value, numbers, tables)
-        elif isinstance(value, tuple | list):  # of these there is what is derived of them
-            continue
-        found.append((name, kind))
-    return type(part), tuple(found)
-
-
-class Recorded:
-    """A ``law`` of a form with recorded numbers; ``tables``: names of the arrays of its tables."""
-
-    def __init__(self, form: Form, numbers: Iterator[Node]) -> None:
-        self.tables: list[tuple[str, str]] = []
-        self.law: Any = self._part(form, numbers)
-
-    def _part(self, form: Form, numbers: Iterator[Node]) -> Any:
-        cls, found = form
-        # Past the validation of the class, whose fields are nodes here, and into __dict__, where cached properties look first:
-        # what is `derived` becomes a number of the graph too.
-        out: Any = object.__new__(cls)
-        for name, kind in found:
-            if kind is Stands.NUMBER:
-                # `arrays_of` asks for the names of tables alone, and has no numbers to give.
-                out.__dict__[name] = next(numbers, ZERO)
-            elif kind is Stands.TABLE:
-                own = f"knots_{len(self.tables)}", f"coefficients_{len(self.tables)}"
-                self.tables.append(own)
-                out.__dict__[name] = Table(*own, next(numbers, ZERO), next(numbers, ZERO))
-            elif isinstance(kind, tuple):
-                out.__dict__[name] = self._part(kind, numbers)
-            else:
-                out.__dict__[name] = kind
-        return out
+def _tables(form: Form) -> list[tuple[str, str]]:
+    """Names of the arrays of the tables of a form."""
+    return [(f"knots_{k}", f"coefficients_{k}") for k in range(form.tables)]
 
 
 AT = ("k", "speed", "dt", "time")
@@ -127,7 +74,7 @@ class PointLaw(NamedTuple):
     def bound(self, p: Node, kappa: Node) -> Node:
         """The bound at a pressure and a slip."""
         k, speed, dt, time = self.at
-        law = Recorded(self.form, iter(self.numbers)).law
+        law = self.form.filled(self.numbers, [Table(*names, None, None) for names in _tables(self.form)])
         return lift(law.bound_of_point(p, kappa, At(k, dt, time, speed)))  # type: ignore[arg-type]
 
     @property
@@ -142,20 +89,12 @@ class PointLaw(NamedTuple):
 
 def read(form: Form, hardens: bool) -> PointLaw:
     """A law of a form whose numbers are read from `arrays_of` it."""
-    return PointLaw(
-        form, hardens, [given("k", 0), given("speed", 0), *many("times", 2)], many("numbers", count_of(form))
-    )
-
-
-def count_of(form: Form) -> int:
-    """How many numbers a law of a form has."""
-    own = {Stands.NUMBER: 1, Stands.TABLE: 2}
-    return sum(count_of(kind) if isinstance(kind, tuple) else own.get(kind, 0) for _, kind in form[1])
+    return PointLaw(form, hardens, [given("k", 0), given("speed", 0), *many("times", 2)], many("numbers", form.numbers))
 
 
 def arrays_of(form: Form) -> dict[str, Kind]:
     """Arrays that a law of a form is read from."""
-    names = [name for table in Recorded(form, iter(())).tables for name in table]
+    names = [name for table in _tables(form) for name in table]
     tables: dict[str, Kind] = dict.fromkeys(names, Shared())
     return {"k": Rows(1), "speed": Rows(1), "times": Shared(), "numbers": Shared(), **tables}
 

@@ -1,15 +1,18 @@
 """What a flow curve is: the flow stress at a plastic strain and its rate. The return map does the rest, one for all curves.
 
-A curve of one's own derives from `FlowCurve` and states its stress in NumPy; derivatives that it does not give are found by
-the complex step::
+A curve derives from `PointCurve` and states its stress of one point, with the functions of `prensa.kernels.record`; machine code
+and all derivatives, those by its fields too, are generated from it, and called with arrays it computes::
 
-    class Power(pr.FlowCurve):
+    class Voce(pr.PointCurve):
         s0: float
-        K: float
-        n: float
+        Q: float
+        b: float
 
         def stress(self, strain, rate):
-            return self.s0 + self.K * strain**self.n
+            return self.s0 + self.Q * (1 - exp(-self.b * strain))
+
+One that derives from `FlowCurve` alone states it in NumPy, of all points at once; derivatives that it does not give are found by
+the complex step.
 """
 
 from __future__ import annotations
@@ -20,21 +23,28 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from prensa.derivatives import derivative
-from prensa.materials.template import NO_TABLE, Template
+from prensa.errors import ArgumentError
+from prensa.kernels.template import Template
 from prensa.model.doors import Member
 from prensa.types import Array
 
 
 class FlowParameters(NamedTuple):
-    """What a kernel needs: ``kind``, scalars ``p``, and for tables ``knots`` (k,) with cubic ``coefficients`` (k−1, 4).
+    """What a kernel needs: ``kind``, numbers ``p``, and of a table ``knots`` (k,) with cubic ``coefficients`` (k−1, 4).
 
-    kind: a number of `prensa.materials.hardening`, or what a `PointCurve` is without its numbers.
+    kind: what a `PointCurve` is without its numbers; None where nothing flows.
     """
 
-    kind: int | Template
+    kind: Template | None
     p: Array
     knots: Array
     coefficients: Array
+
+
+NO_TABLE = np.zeros(2), np.zeros((1, 4))
+"""Knots and coefficients of curves without a table."""
+SHIFTS = 3
+"""Zeros that follow the numbers of a curve with a table, by which it is differentiated; see `prensa.materials.hardening`."""
 
 MOST_EXPONENT = 1.0  # of hardening, above which metals do not lie …
 PERCENT = 2.0  # … and above which it is likely in per cent
@@ -84,9 +94,26 @@ class PointCurve(FlowCurve, abstract=True):
     ``sqrt``, ``where``, and returns σ_y alone. Powers may be written as such; choices between numbers need ``where``.
     """
 
+    derived: ClassVar[tuple[str, ...]] = ()
+    """Cached properties, numbers or one `prensa.kernels.table.Table`, that `stress` takes as it does fields."""
+    smooth: ClassVar[bool] = False
+    """Whether the slope by the strain has no kinks beyond a strain of zero: the return map then takes a step less."""
+
     def kernel(self) -> FlowParameters:
-        """Its numbers, and what it is without them."""
-        return FlowParameters(*Template.of(self), *NO_TABLE)
+        """What it is without its numbers, these, and its table.
+
+        Raises
+        ------
+        ArgumentError
+            Of a curve with more than one table.
+
+        """
+        kind, p, tables = Template.of(self)
+        if not tables:
+            return FlowParameters(kind, p, *NO_TABLE)
+        if len(tables) > 1:
+            raise ArgumentError(f"{type(self).__name__}: a flow curve has one table at most, this one has {len(tables)}")
+        return FlowParameters(kind, np.append(p, np.zeros(SHIFTS)), *tables[0])
 
 
 MOST_PRESTRAIN = 0.5  # of Swift's law, from which on it is likely in per cent

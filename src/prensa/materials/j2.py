@@ -14,8 +14,9 @@ from prensa.kernels import record
 from prensa.kernels.differentiate import forward, units
 from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts
 from prensa.kernels.record import Node, differs, given, many
-from prensa.materials.flow_curve import FlowParameters
-from prensa.materials.hardening import CURVE_SCALARS, TABLE, TABLE_ARRAYS, Curve, scalars
+from prensa.kernels.template import Template
+from prensa.materials.flow_curve import NO_TABLE, FlowParameters
+from prensa.materials.hardening import TABLE_ARRAYS, Curve, scalars, table_at
 from prensa.materials.hencky_j2 import (
     Begun,
     Flows,
@@ -29,28 +30,19 @@ from prensa.materials.hencky_j2 import (
     stored_energy,
 )
 from prensa.materials.point_form import Found, Given
-from prensa.materials.template import NO_TABLE, Template
 from prensa.types import Array, Flags
 
 Held = Flags
 
 CURVE_AT = 4
 """Place of the scalars of the curve among the numbers of a metal."""
-NO_CURVE = FlowParameters(-1, np.zeros(CURVE_SCALARS), *NO_TABLE)
+NO_CURVE = FlowParameters(None, np.zeros(0), *NO_TABLE)
 """Of metals that do not flow."""
 
 
-Kinds = int | Template
-
-
-def flows(kind: Kinds) -> bool:
-    """Whether there is a curve of a kind."""
-    return kind != NO_CURVE.kind
-
-
-def metal(kind: Kinds, cauchy: bool, p: Sequence[Node]) -> Metal:
-    """The metal of recorded numbers p; kind: that of its curve, that of `NO_CURVE` if it does not flow."""
-    curve = Curve(kind, p[CURVE_AT:], TABLE_ARRAYS) if flows(kind) else None
+def metal(kind: Template | None, cauchy: bool, p: Sequence[Node]) -> Metal:
+    """The metal of recorded numbers p; kind: that of its curve, None if it does not flow."""
+    curve = None if kind is None else Curve(kind, p[CURVE_AT:], TABLE_ARRAYS)
     return Metal(p[0], p[1], curve, cauchy, p[2], p[3])
 
 
@@ -62,13 +54,13 @@ def numbers(K: float, G: float, flow: FlowParameters, dt: float, secant: float =
 class MetalForm(NamedTuple):
     """The `PointForm` of Hencky's law and of J2 plasticity: kind of the flow curve and what it limits."""
 
-    kind: Kinds
+    kind: Template | None
     cauchy: bool
 
     @property
     def size(self) -> int:
         """Columns of the history."""
-        return 10 if flows(self.kind) else 4
+        return 4 if self.kind is None else 10
 
     @property
     def numbers(self) -> int:
@@ -78,7 +70,8 @@ class MetalForm(NamedTuple):
     @property
     def table_at(self) -> int | None:
         """Place of a table's numbers."""
-        return CURVE_AT if self.kind == TABLE else None
+        at = table_at(self.kind)
+        return None if at is None else CURVE_AT + at
 
     def answer(self, h: Sequence[Node], at: Given) -> Found:
         """The law, with flow where the increment has found it."""
@@ -100,10 +93,12 @@ TABLES: dict[str, Kind] = {"knots": Shared(), "coefficients": Shared()}
 
 
 @generated
-def _finite(kind: Kinds, cauchy: bool, tangent: bool, held: bool) -> Program:
-    h, old, flag = many("h", 5), many("old", 10 if flows(kind) else 4), given("failed", 0)
+def _finite(kind: Template | None, cauchy: bool, tangent: bool, held: bool) -> Program:
+    h, old, flag = many("h", 5), many("old", 4 if kind is None else 10), given("failed", 0)
     m = metal(kind, cauchy, many("p", CURVE_AT + scalars(kind)))
-    begun = Begun(old[:4], old[4], old[5], many("kept", 4)) if flows(kind) else Begun(old, record.ZERO, record.ZERO, old)
+    begun = Begun(old, record.ZERO, record.ZERO, old)
+    if kind is not None:
+        begun = Begun(old[:4], old[4], old[5], many("kept", 4))
     found = hencky_j2(h, begun, m, Flows(given("held", 0)) if held else None)
     P = first_piola(h, found.stress, 1.0 / record.sqrt(determinant(old[:4])))
     # det b and f₃₃ say whether f is a motion, the trial tensor whether its logarithm is a number
@@ -111,7 +106,7 @@ def _finite(kind: Kinds, cauchy: bool, tangent: bool, held: bool) -> Program:
     plane = h[0] + h[3] + h[0] * h[3] - h[1] * h[2]
     good = (plane + h[4] + plane * h[4] > -1.0) & (h[4] > -1.0) & (t33 > -1.0)
     good &= (t11 + t22 > -2.0) & ((1.0 + t11) * (1.0 + t22) - t12 * t12 > 0.0)
-    rise = found.history[4] if flows(kind) else record.ZERO
+    rise = record.ZERO if kind is None else found.history[4]
     written = [
         *puts("P", P), *puts("new", found.history), *puts("failed", [flag | ~good | differs(rise, rise)]),
     ]  # fmt: skip
@@ -141,7 +136,7 @@ def finite(
 
 
 @generated
-def _small(kind: Kinds, full: int, tangent: bool, held: bool) -> Program:
+def _small(kind: Template, full: int, tangent: bool, held: bool) -> Program:
     k = 6 if full == 9 else 4
     size = 2 * k + 2
     h, old, flag = many("h", full), many("old", k + 2), given("failed", 0)
@@ -170,7 +165,7 @@ def small(
 
 
 @generated
-def _begin(kind: Kinds, cauchy: bool) -> Program:
+def _begin(kind: Template, cauchy: bool) -> Program:
     m = metal(kind, cauchy, many("p", CURVE_AT + scalars(kind)))
     arrays: dict[str, Kind] = {"old": Rows(10), "p": Shared(), "share": Shared(), **TABLES, "new": Rows(10)}
     return Program(arrays, puts("new", begin(many("old", 10), given("share", 0), m)))
@@ -183,7 +178,7 @@ def begin_finite(history: Array, share: float, cauchy: bool, flow: FlowParameter
 
 
 @generated
-def _principal(kind: Kinds, cauchy: bool, tangent: bool, held: bool) -> Program:
+def _principal(kind: Template, cauchy: bool, tangent: bool, held: bool) -> Program:
     eps, was = many("eps", 3), many("old", 2)
     m = metal(kind, cauchy, many("p", CURVE_AT + scalars(kind)))
     tau, elastic, strain, work = return_in_principal_axes(

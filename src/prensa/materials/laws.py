@@ -138,7 +138,7 @@ class Hencky(_Isotropic):
         if not self.finite or self.layout is not PLANE:
             return None
         p = numbers(self.E / (3 * (1 - 2 * self.nu)), self.mu, NO_CURVE, seconds)
-        return PointLaw(MetalForm(NO_CURVE.kind, False), p, NO_CURVE.knots, NO_CURVE.coefficients)
+        return PointLaw(MetalForm(None, False), p, NO_CURVE.knots, NO_CURVE.coefficients)
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
         """H (n, c) = f − I, old (n, k) → out; see `Material`."""

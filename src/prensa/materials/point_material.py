@@ -26,17 +26,17 @@ from prensa.errors import ArgumentError
 from prensa.kernels.differentiate import forward, reverse, units
 from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts
 from prensa.kernels.record import ONE, ZERO, Node, as_found, differs, given, many, one_like, sqrt, where
+from prensa.kernels.template import Template
 from prensa.layout import PLANE, TensorLayout
 from prensa.materials.corotational import Tensor, kirchhoff, turned_axes
-from prensa.materials.flow_curve import stress_at
-from prensa.materials.hardening import TABLE, TABLE_ARRAYS, Curve, scalars
+from prensa.materials.flow_curve import NO_TABLE, stress_at
+from prensa.materials.hardening import TABLE_ARRAYS, Curve, scalars, table_at
 from prensa.materials.hencky_j2 import determinant, exponential, first_piola, logarithm, push_forward
-from prensa.materials.j2 import NO_CURVE, TABLES
+from prensa.materials.j2 import TABLES
 from prensa.materials.material import Material
 from prensa.materials.point_form import Found, Given, PointLaw
 from prensa.materials.protocol import At, Field, Out
 from prensa.materials.protocol import Material as Law
-from prensa.materials.template import NO_TABLE, Template
 from prensa.types import Array
 
 STRAIN_COLUMNS = slice(0, 4)
@@ -142,22 +142,24 @@ class Form:
     """
 
     template: Template
-    curve: int | Template
+    curve: Template | None
     finite: bool
 
     @classmethod
     def of(cls, material: PointMaterial, finite: bool, seconds: float) -> PointLaw:
         """With the numbers of a material."""
-        template, p = Template.of(material, ["flow"] if hasattr(material, "flow") else [])
+        template, p, tables = Template.of(material, ["flow"] if hasattr(material, "flow") else [])
+        if tables:
+            raise ArgumentError(f"{template.description.__name__}: a material has no table but that of its field 'flow'")
         curve: Any = material.flow.kernel() if hasattr(material, "flow") else None
         if curve is None:
-            return PointLaw(cls(template, NO_CURVE.kind, finite), np.append(seconds, p), *NO_TABLE)
+            return PointLaw(cls(template, None, finite), np.append(seconds, p), *NO_TABLE)
         return PointLaw(cls(template, curve.kind, finite), np.hstack([seconds, p, curve.p]), curve.knots, curve.coefficients)
 
     @property
     def material(self) -> type[PointMaterial]:
         """Its class."""
-        found: type[PointMaterial] = self.template.parts[0]
+        found: type[PointMaterial] = self.template.description
         return found
 
     @property
@@ -191,12 +193,13 @@ class Form:
     @property
     def numbers(self) -> int:
         """How many there are."""
-        return 1 + self.template.numbers + (0 if self.curve == NO_CURVE.kind else scalars(self.curve))
+        return 1 + self.template.numbers + scalars(self.curve)
 
     @property
     def table_at(self) -> int | None:
         """Place of a table's numbers."""
-        return 1 + self.template.numbers if self.curve == TABLE else None
+        at = table_at(self.curve)
+        return None if at is None else 1 + self.template.numbers + at
 
     def point(
         self, h: Sequence[Node], old: Sequence[Node], p: Sequence[Node], begun: bool, active: Node | None = None,
@@ -213,7 +216,7 @@ class Form:
                 cos, sin = turned_axes(h, old[STRAIN_COLUMNS], cos, sin)
         if material.directed:
             trial = trial.in_axes(cos, sin)
-        curve = None if self.curve == NO_CURVE.kind else Curve(self.curve, p[1 + self.template.numbers :], TABLE_ARRAYS)
+        curve = None if self.curve is None else Curve(self.curve, p[1 + self.template.numbers :], TABLE_ARRAYS)
         was = old[self.variables]
         elastic, variables = material.respond(trial, was, PointAt(p[0], J, J_n, warm, active, curve))
         if elastic is not trial and not material.plastic:

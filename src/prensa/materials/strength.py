@@ -9,10 +9,10 @@ import numpy as np
 from prensa.kernels.differentiate import forward, units
 from prensa.kernels.emit import Kind, Program, Rows, Shared, generated, puts
 from prensa.kernels.record import Node, many, sqrt
+from prensa.kernels.template import Template
 from prensa.materials.flow_curve import FlowParameters
-from prensa.materials.hardening import SHIFT_COMMITTED, TABLE, TABLE_ARRAYS, Curve, scalars
+from prensa.materials.hardening import SHIFT_COMMITTED, TABLE_ARRAYS, Curve, scalars, table_at
 from prensa.materials.hencky_j2 import Tensor, determinant
-from prensa.materials.template import Template
 from prensa.types import Array, Index
 
 
@@ -23,7 +23,7 @@ def shear_strength(b: Tensor, strain: Node, curve: Curve, cauchy: bool) -> Node:
 
 
 @generated
-def _strength(kind: int | Template, cauchy: bool) -> Program:
+def _strength(kind: Template, cauchy: bool) -> Program:
     old, p = many("old", 5), many("p", scalars(kind))
     k = shear_strength(old[:4], old[4], Curve(kind, p, TABLE_ARRAYS), cauchy)
     of = [*old, *p]
@@ -50,12 +50,12 @@ class Strength(NamedTuple):
 
 def strength(history: Array, cauchy: bool, flow: FlowParameters) -> Strength:
     """Of histories (n, ≥5), the left Cauchy-Green tensor less one and the plastic strain first."""
-    n = len(history)
+    n, at = len(history), table_at(flow.kind)
     out = np.empty((n, 6 + scalars(flow.kind)))
     _strength(flow.kind, cauchy)(n, history, flow.p, flow.knots, flow.coefficients, out)
     piece, powers, by_knot = np.zeros(n, dtype=np.int64), np.zeros((n, 4)), np.zeros(n)
-    if flow.kind == TABLE:
-        by_stress, strain, last = out[:, 6 + SHIFT_COMMITTED], history[:, 4], len(flow.knots) - 1
+    if at is not None:
+        by_stress, strain, last = out[:, 6 + at + SHIFT_COMMITTED], history[:, 4], len(flow.knots) - 1
         # Tables are differentiated here: their coefficients are arrays that all points share, not numbers of the graph.
         piece = np.clip(np.searchsorted(flow.knots, strain, side="right") - 1, 0, last - 1)
         d = np.minimum(strain, flow.knots[last]) - flow.knots[piece]

@@ -398,8 +398,10 @@ def alike(p: FrictionLaw | None, q: FrictionLaw | None) -> bool:
     """Whether two laws differ in numbers alone, and not in their tables."""
     if p is q or p == q or p is None or q is None:
         return p == q
+    if not (p.is_of_point and q.is_of_point):
+        return False
     a, b = values_of(p), values_of(q)
-    return p.is_of_point and a.form == b.form and all(map(np.array_equal, a.tables, b.tables))
+    return a.form == b.form and all(map(np.array_equal, a.tables, b.tables))
 
 
 def _motions(system: System, s: Surface, x: Array) -> tuple[Array, Array]:

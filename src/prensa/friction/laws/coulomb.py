@@ -10,8 +10,8 @@ import numpy as np
 from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from prensa.friction.law import At, FrictionLaw
-from prensa.friction.table import Table
 from prensa.kernels.record import exp, where
+from prensa.kernels.table import Table
 from prensa.model.fields import described
 from prensa.model.tables import read_mu_table
 from prensa.model.units import Length, Number, PerLength

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from prensa.friction.law import At, FrictionLaw
-from prensa.friction.table import Table
+from prensa.kernels.table import Table
 from prensa.model.fields import LARGEST, as_table
 from prensa.model.units import Length, Number, Pressure, Speed
 from prensa.types import Array

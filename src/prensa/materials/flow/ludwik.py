@@ -5,18 +5,16 @@ Ludwik (1909), Elemente der Technologischen Mechanik, Springer.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field
 
-from prensa.kernels.record import TINY
-from prensa.materials.flow_curve import FlowCurve, FlowParameters
+from prensa.kernels.record import power
+from prensa.materials.flow_curve import PointCurve
 from prensa.model.units import Number, Pressure
-from prensa.types import Array
 
 
-class Ludwik(FlowCurve):
+class Ludwik(PointCurve):
     """Ludwik (1909), σ_y = s0 + K ε̄ⁿ with the exponent ``n``."""
 
     s0: Annotated[Pressure, Field(gt=0)]
@@ -24,15 +22,8 @@ class Ludwik(FlowCurve):
     n: Annotated[Number, Field(gt=0)]
     type: Literal["ludwik"] = "ludwik"
 
-    def stress(self, strain: Array, rate: Array) -> tuple[Array, ...]:
-        """σ_y and its derivative by the plastic strain, each (k,)."""
-        a = np.maximum(strain, TINY)
-        power, slope = self.K * a**self.n, self.n * self.K * a ** (self.n - 1.0)
-        chord = power / a
-        return self.s0 + np.where(strain < TINY, chord * strain, power), np.where(strain < TINY, chord, slope)
+    smooth: ClassVar[bool] = True
 
-    def kernel(self) -> FlowParameters:
-        """Parameters of the compiled curve."""
-        from prensa.materials.hardening import LUDWIK, parameters
-
-        return parameters(LUDWIK, self.s0, self.K, self.n)
+    def stress(self, strain: Any, rate: Any) -> Any:
+        """σ_y of a point, or of arrays."""
+        return self.s0 + self.K * power(strain, self.n)

@@ -2,28 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field
 
-from prensa.materials.flow_curve import FlowCurve, FlowParameters
+from prensa.materials.flow_curve import PointCurve
 from prensa.model.units import Pressure
-from prensa.types import Array
 
 
-class Perfect(FlowCurve):
+class Perfect(PointCurve):
     """Perfect plasticity, σ_y = s0."""
 
     s0: Annotated[Pressure, Field(gt=0)]
     type: Literal["perfect"] = "perfect"
 
-    def stress(self, strain: Array, rate: Array) -> tuple[Array, ...]:
-        """σ_y and its derivative by the plastic strain, each (k,)."""
-        return np.full_like(strain, self.s0), np.zeros_like(strain)
+    smooth: ClassVar[bool] = True
 
-    def kernel(self) -> FlowParameters:
-        """Parameters of the compiled curve."""
-        from prensa.materials.hardening import PERFECT, parameters
-
-        return parameters(PERFECT, self.s0)
+    def stress(self, strain: Any, rate: Any) -> Any:
+        """σ_y of a point, or of arrays."""
+        return self.s0

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import model_validator
 
-from prensa.materials.flow_curve import FlowCurve, FlowParameters
+from prensa.kernels.table import Table
+from prensa.materials.flow_curve import PointCurve
 from prensa.model.fields import LARGEST
 from prensa.model.units import Pressure, Strain
-from prensa.types import Array
 
 MOST_SECOND, MOST_LAST = (
     2.0,
@@ -20,11 +21,13 @@ MOST_SECOND, MOST_LAST = (
 )  # strains of the second and of the last pair from which on they are likely in per cent
 
 
-class FlowTable(FlowCurve):
+class FlowTable(PointCurve):
     """Flow stress from ``points`` (ε̄, σ_y), interpolated by a monotone C¹ cubic, constant slope zero beyond the last."""
 
     points: tuple[tuple[Strain, Pressure], ...]
     type: Literal["table"] = "table"
+
+    derived: ClassVar[tuple[str, ...]] = ("cubic",)
 
     @model_validator(mode="after")
     def _check(self) -> FlowTable:
@@ -39,10 +42,15 @@ class FlowTable(FlowCurve):
             raise ValueError("points lie so close together that the slope between them is no number that can be used")
         return self
 
-    def _cubic(self) -> Any:
+    @cached_property
+    def cubic(self) -> Table:
+        """The monotone cubic through the points."""
         from scipy.interpolate import PchipInterpolator
 
-        return PchipInterpolator([e for e, _ in self.points], [s for _, s in self.points])
+        strains, stresses = np.array(self.points).T
+        coefficients = np.ascontiguousarray(PchipInterpolator(strains, stresses).c.T)
+        # Without a first knot: strains begin there, and a limit would be a kink that takes the slope at zero away.
+        return Table(np.ascontiguousarray(strains), coefficients, None, self.points[-1][0])
 
     def known_to(self) -> float:
         """Strain of the last pair."""
@@ -62,16 +70,6 @@ class FlowTable(FlowCurve):
         """Flow stress of the first pair."""
         return float(self.points[0][1])
 
-    def stress(self, strain: Array, rate: Array) -> tuple[Array, Array]:
-        """σ_y and its derivative by the plastic strain, each (k,)."""
-        cubic, last = self._cubic(), self.points[-1][0]
-        held = np.minimum(strain, last)
-        return cubic(held), np.where(strain < last, cubic(held, 1), 0.0)
-
-    def kernel(self) -> FlowParameters:
-        """Parameters of the compiled curve."""
-        from prensa.materials.hardening import TABLE, parameters
-
-        return parameters(TABLE, self.points[-1][0])._replace(
-            knots=np.array([e for e, _ in self.points]), coefficients=np.ascontiguousarray(self._cubic().c.T)
-        )
+    def stress(self, strain: Any, rate: Any) -> Any:
+        """σ_y of a point, or of arrays."""
+        return self.cubic(strain)
