@@ -163,8 +163,7 @@ def forces(
         # A point that is made to stay closed may be in tension, where no law has a bound. Where slip is prescribed p stays as
         # it is: derivatives at fixed active sets need forces that are smooth through p = 0.
         pressure = np.where((want & BRANCH) == SLIDING, p, np.maximum(p, 0.0))
-        # P/a: a law is stated per current area, pressures are kept per committed area, which leaves the frictionless tangent
-        # symmetric.
+        # P/a: laws are per current area, pressures per committed area, which leaves the frictionless tangent symmetric.
         pressure = pressure if share is None else pressure * share
         way = x.s - committed.coordinate
         out = return_map(law, at, lam[:, 1:], way, pressure, touching, committed.slip, scale.k_t, want)
@@ -175,8 +174,7 @@ def forces(
     area = weight if area is None else area
     if picard_friction:
         by_p = np.zeros_like(by_p)
-        # Equations (24)-(26) of the paper have no term from the rotation of the frame; the forces keep it, so only convergence
-        # changes.
+        # Equations (24)-(26) of the paper have no term from the frame's rotation; the forces keep it.
         turning = np.zeros(k), np.zeros((k, t))
     if foundation is not None and law is not None:
         springs = foundation[:, 1] > 0.0

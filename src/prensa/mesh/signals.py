@@ -9,7 +9,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-NAMES = ("SIGINT", "SIGTERM", "SIGABRT", "SIGFPE", "SIGILL", "SIGSEGV", "SIGBUS")
+HANDLED = ("SIGINT", "SIGTERM", "SIGABRT", "SIGFPE", "SIGILL", "SIGSEGV", "SIGBUS")
 WAITING = (signal.SIGINT, signal.SIGTERM)
 ROOM = 512
 """Bytes for a ``struct sigaction``, which no system makes larger than 152."""
@@ -21,7 +21,7 @@ def kept() -> Iterator[None]:
 
     SIGINT and SIGTERM wait for the end of the block: a handler of the foreign code would end the process meanwhile.
     """
-    numbers = [int(getattr(signal, name)) for name in NAMES if hasattr(signal, name)]
+    numbers = [int(getattr(signal, name)) for name in HANDLED if hasattr(signal, name)]
     if os.name == "posix":
         # Python's own functions would restore its handlers alone, in the main thread alone
         sigaction = ctypes.CDLL(None).sigaction
