@@ -290,3 +290,32 @@ def test_check_counts_one_increment_as_one(tmp_path):
     said = CliRunner().invoke(app, ["check", str(path)]).output
     assert "1 increment\n" in said
     assert "convex radii from 0.25 up" in said
+
+
+@pytest.mark.parametrize("drive", [
+    {"move": {"plate": pr.Motion(y=-0.2)}}, {"move": {"plate": pr.Motion(y=((0.0, 0.0), (0.5, 0.0), (1.0, -0.2)))}},
+    {"by": {"plate": pr.Motion(y=-0.2)}},
+])  # fmt: skip
+def test_a_plate_that_touches_an_arc_stands_against_its_way(drive):
+    """A quarter of a cord under a plate: as one that is put above it, not at 45 degrees; a straight side gives its own normal."""
+    cord = pr.Body(pr.Disc(radius=2.0, n=(6, 4), part="top-right"), pr.NeoHooke(E=6.0, nu=0.4))
+    heights = []
+    for plate in (pr.Plane(touching="cord.rim"), pr.Plane(above="cord.rim")):
+        p = pr.Problem(
+            "o-ring", {"cord": cord}, (pr.Step("squeeze", increments=2, **drive),), {"plate": plate},
+            (pr.Contact("cord.rim", "plate"),), fixed={"cord.bottom": "y", "cord.left": "x"}, space="plane strain",
+        )  # fmt: skip
+        (tool,) = pr.discretise(p).tools
+        heights.append((*tool.at, *tool.direction))
+    assert heights[0] == pytest.approx(heights[1], abs=1e-12)
+
+
+def test_a_plate_that_touches_a_straight_slope_keeps_its_normal():
+    """Whatever way it goes."""
+    wedge = pr.Body(pr.Patch(corners=((0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 2.0)), n=(4, 4)), pr.Elastic(1000.0, 0.3))
+    p = pr.Problem(
+        "slope", {"b": wedge}, (pr.Step("press", move={"t": pr.Motion(y=-0.1)}),), {"t": pr.Plane(touching="b.top")},
+        (pr.Contact("b.top", "t"),), fixed={"b.bottom": "xy"}, space="plane strain",
+    )  # fmt: skip
+    (tool,) = pr.discretise(p).tools
+    assert tool.direction == pytest.approx(np.array([1.0, -2.0]) / 5**0.5, abs=1e-12)

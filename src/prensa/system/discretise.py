@@ -81,7 +81,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
     shapes = meshes if earlier is None else earlier.shapes(meshes)
     tools = [
         (earlier.tool(name, d) if earlier is not None else None)
-        or place(name, d, shapes, _rounding(problem, name, surfaces))
+        or place(name, d, shapes, _rounding(problem, name, surfaces), first_way(problem, name))
         for name, d in problem.tools.items()
     ]
     named = {tool.name: tool for tool in tools}
@@ -124,6 +124,25 @@ def with_laws(system: System, problem: model.Problem) -> System:
     return replace(system, problem=problem, blocks=blocks, surfaces=surfaces)
 
 
+def first_way(problem: model.Problem, tool: str) -> Array | None:
+    """Unit vector (2,) of the first travel or push of a tool that a step gives; None if none does."""
+    for step in problem.steps:
+        if (crank := step.crank.get(tool)) is not None:
+            return np.array({"down": (0.0, -1.0), "up": (0.0, 1.0), "left": (-1.0, 0.0), "right": (1.0, 0.0)}[crank.toward])
+        for kind in (step.move, step.by, step.velocity, step.push):
+            way = np.array([_first_value(getattr(kind.get(tool), axis, None)) for axis in "xy"])
+            if way.any():
+                return np.asarray(way / np.hypot(*way))
+    return None
+
+
+def _first_value(given: float | Sequence[tuple[float, float]] | None) -> float:
+    """A number, or the first of a table that is not 0."""
+    if given is None or isinstance(given, int | float):
+        return float(given or 0.0)
+    return next((float(value) for _, value in given if value), 0.0)
+
+
 def with_tool(system: System, name: str, tool: ToolShape) -> System:
     """The same system with a tool of another shape or place; its description stays.
 
@@ -134,7 +153,8 @@ def with_tool(system: System, name: str, tool: ToolShape) -> System:
 
     """
     t = list(system.problem.tools).index(name)
-    placed = place(name, tool, system.meshes, _rounding(system.problem, name, system.surfaces))
+    rounding, way = _rounding(system.problem, name, system.surfaces), first_way(system.problem, name)
+    placed = place(name, tool, system.meshes, rounding, way)
     return replace(system, tools=[*system.tools[:t], placed, *system.tools[t + 1 :]])
 
 

@@ -15,6 +15,8 @@ from prensa.tools.tool import ToolShape
 from prensa.types import Array, Index
 
 DIRECTIONS = 36  # in which the width of a tool is taken
+STRAIGHT = np.cos(np.radians(5.0))  # cosine of the angle to the mean normal up to which a boundary counts as straight
+FACING = 0.5  # cosine of the angle between the mean normal and a tool's way up to which the tool goes towards the boundary
 
 
 class ToolError(PrensaError):
@@ -56,10 +58,23 @@ def side_of(name: str, target: str, points: Array, edges: Index) -> Array:
     return surface_normal(points, edges)
 
 
-def place(name: str, d: ToolShape, meshes: dict[str, Mesh], rounding: float = 0.0) -> PlacedTool:
+def against(points: Array, edges: Index, mean: Array, way: Array | None) -> Array:
+    """Where a tool stands that is to touch a boundary: along its normal, or against the tool's ``way`` (2,) where it is curved.
+
+    A curved or kinked boundary has no one normal. ``way``: unit vector of the tool's first travel; None: it is not known.
+    """
+    t = points[edges[:, 1]] - points[edges[:, 0]]
+    normals = np.stack([t[:, 1], -t[:, 0]], axis=1) / np.hypot(*t.T)[:, None]
+    straight = (normals @ mean >= STRAIGHT).all()
+    return mean if straight or way is None or -(way @ mean) < FACING else -way
+
+
+def place(
+    name: str, d: ToolShape, meshes: dict[str, Mesh], rounding: float = 0.0, way: Array | None = None
+) -> PlacedTool:  # fmt: skip
     """Place the tool *d*; see `prensa.Plane` and the others for the meaning of the keys.
 
-    ``rounding``: radius of the corners of a profile or polygon that has no fillets of its own.
+    ``rounding``: radius of the corners of a profile or polygon that has no fillets of its own. ``way``: see `against`.
 
     Raises
     ------
@@ -81,7 +96,8 @@ def place(name: str, d: ToolShape, meshes: dict[str, Mesh], rounding: float = 0.
         elif edge in mesh.corners:
             raise ToolError(f"tools.{name}: 'touching' needs a boundary; {target!r} is a point")
         else:
-            outward = side_of(name, target, mesh.points, mesh.edges[edge])
+            edges = mesh.edges[edge][:, :2]
+            outward = against(mesh.points, edges, side_of(name, target, mesh.points, edges), way)
     direction = d.looks(outward)
     at = np.array(d.at if d.at is not None else np.zeros(dimension), dtype=np.float64)
     shape = d.shape(direction, rounding)
