@@ -80,11 +80,13 @@ The keys `at`, `touching`, `above` and `below` place a tool, and all of these me
 | key | meaning |
 |---|---|
 | `at` | initial place of the reference point; without another key of this table it is the place itself |
-| `touching` | a boundary: the tool is moved along the boundary's mean normal until it just touches the boundary; of a curved or kinked boundary against the tool's first travel or push, if that leads towards it |
+| `touching` | a boundary: the tool is moved along the boundary's mean normal until it just touches the boundary |
 | `above`, `below` | a boundary: the same, coming down along −y or up along +y |
 | `spring` | [Springs](#springs) on which it is mounted |
 
 With `touching`, `above` or `below`, `at` says only where the tool is across that direction (default: the origin).
+A curved or kinked boundary is touched against the first travel or push of the tool, if that leads towards it, not along its mean
+normal.
 """
 
 

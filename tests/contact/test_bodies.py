@@ -91,3 +91,21 @@ steps: [{name: press}]
 """
     with pytest.raises(pr.CaseError, match="6:1: body_contacts is described in Python alone so far"):
         loads(text)
+
+
+def test_bodies_in_contact_are_not_condensed():
+    """A condensed body would lose the contact with the other one: the force on the support is what the upper one presses."""
+    two = pr.Problem(
+        "two", {
+            "lower": pr.Body(pr.Rectangle((1.0, 1.0), (4, 4)), pr.Elastic(1000.0, 0.3)),
+            "upper": pr.Body(pr.Rectangle((1.0, 0.7), (3, 3), origin=(0.0, 1.0)), pr.Elastic(1000.0, 0.3)),
+        },
+        (pr.Step("press", fixed={"upper.top": pr.Fixed(y=-0.01)}, increments=2),), kinematics="small", space="plane strain",
+        body_contacts=(pr.BodyContact(slave="lower.top", master="upper.bottom"),),
+        fixed={"lower.bottom": "y", "lower.left": "x", "upper.left": "x"},
+    )  # fmt: skip
+    *_, inc = pr.solve(two)
+    assert inc.supports["lower.bottom"].y == pytest.approx(-inc.supports["upper.top"].y, rel=1e-8)
+    assert inc.supports["lower.bottom"].y > 5.0
+    with pytest.raises(pr.PrensaError, match="contact between bodies"):
+        list(pr.solve(two, pr.Numerics(condense=True)))

@@ -12,7 +12,7 @@ import prensa as pr
 from prensa import solver
 from prensa.errors import SolveError
 from prensa.policy import Policy
-from prensa.solver.diagnosis import hint
+from prensa.solver.diagnosis import InUse, hint
 from prensa.system import failure as f
 from prensa.system.failure import ElementFailed, Fold, FrictionTooSoft, Hang, Inside, Past, Why
 from problems import pressed_block, stroke, upset_block
@@ -122,3 +122,18 @@ def test_a_step_without_contacts_that_cannot_be_evaluated_ends_in_words():
     problem = pr.Problem("bar", bodies={"b": body}, steps=(crush,), fixed={"b.bottom": "xy"})
     with pytest.raises(SolveError, match="What to try"):
         list(pr.solve(problem))
+
+
+@pytest.mark.parametrize(
+    ("failure", "in_use", "words"),
+    [
+        (f.LimitPoint(f.Jumped()), InUse(forces=False), ("'move'", "'control'")),
+        (f.LimitPoint(f.Jumped()), InUse(viscous_forces=True), ("'stabilise: auto'",)),
+        (f.Distorted(1, "b", 0.0, 0.0, 0.1, 3, (), ()), InUse(remeshing=True), ("'remesh: auto'",)),
+        (f.Distorted(1, "b", 0.0, 0.0, 0.1, 3, (), ()), InUse(friction=False), ("friction",)),
+    ],
+)
+def test_nothing_is_advised_that_is_in_use_already(failure, in_use, words):
+    """Without it the advice has these words."""
+    for word in words:
+        assert word in hint(failure) and word not in hint(failure, in_use)

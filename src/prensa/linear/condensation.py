@@ -56,6 +56,8 @@ def refusal(system: System) -> str:
         return "viscous forces ('stabilise') act on all nodes"
     if system.dofs.dimension != 2:
         return "only bodies in the plane are condensed"
+    if system.more:
+        return "contact between bodies and extensions act on nodes that would be condensed"
     if system.problem.kinematics != "small":
         return "only bodies in small strain ('kinematics: small') are linear"
     for block in system.blocks:

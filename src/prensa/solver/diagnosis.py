@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -41,13 +42,33 @@ from prensa.system.failure import (
     Why,
     sentence,
 )
+from prensa.system.interaction import Context
 from prensa.system.outcome import NewtonResult
 from prensa.system.release import release_in_words
 from prensa.system.system import Evaluation, System
 
 
-def hint(failure: Failure, has_viscous_forces: bool = False) -> str:
-    """What to try against a failure, in a step that ``has_viscous_forces`` already or not."""
+@dataclass(frozen=True)
+class InUse:
+    """What of the advice a step has no use for: what is switched on already, and what is not there to be changed."""
+
+    viscous_forces: bool = False
+    remeshing: bool = False
+    friction: bool = True
+    forces: bool = True
+    """Whether tools are pushed or hang on springs, or boundaries are loaded."""
+
+    @classmethod
+    def of(cls, system: System, c: Context) -> InUse:
+        """That of the step of an increment."""
+        p, number = system.problem, c.plan.number
+        forces = any(step.push or step.loads for step in p.steps[: number + 1]) or any(t.spring for t in p.tools.values())
+        friction = any(law is not None for law in c.laws)
+        return cls(stabilised(p, number) != "off", p.remesh != "off", friction, forces)
+
+
+def hint(failure: Failure, in_use: InUse = InUse()) -> str:
+    """What to try against a failure, but for what is in use already."""
     match failure:
         case _ if isinstance(failure, FreeToMove):
             return _what_holds(failure)
@@ -74,12 +95,17 @@ def hint(failure: Failure, has_viscous_forces: bool = False) -> str:
         case StartsInside():
             return "place the tool where it touches ('touching') and move it in over the first step"
         case Folded(hang=hang) if hang is not None:
-            first = "'stabilise: auto' where the tool slides with friction: edges of four-noded elements then lie on corners; "
-            words = (
-                "'element: t6' with edges that are short compared with the tool, whose nodes slide round its corner, and "
-                "'remesh: auto' where metal flows round it; a 'fillet' of the tool as long as an edge there; less friction"
+            t6 = "'element: t6' with edges that are short compared with the tool, whose nodes slide round its corner"
+            remesh = "" if in_use.remeshing else ", and 'remesh: auto' where metal flows round it"
+            return _listed(
+                (
+                    "'stabilise: auto' where the tool slides with friction: edges of four-noded elements then lie on corners",
+                    in_use.friction and not in_use.viscous_forces,
+                ),
+                (t6 + remesh, True),
+                ("a 'fillet' of the tool as long as an edge there", True),
+                ("less friction", in_use.friction),
             )
-            return words if has_viscous_forces else first + words
         case Folded():
             return "a tool between the two sides, or a step that ends before they meet: bodies have no contact with themselves"
         case Distorted(past=Past(side, support)) | PastSupport(past=Past(side, support)):
@@ -88,22 +114,28 @@ def hint(failure: Failure, has_viscous_forces: bool = False) -> str:
                 "in its contact too; a step that ends before"
             )
         case Distorted():
-            return (
-                "a mesh that is finer there, or designed so that elements are well shaped when they get there; a larger "
-                "fillet of the tool or less friction; 'remesh: auto', which remeshes a body of 't6' elements when they become "
-                "distorted"
+            return _listed(
+                ("a mesh that is finer there, or designed so that elements are well shaped when they get there", True),
+                ("a larger fillet of the tool" + (" or less friction" if in_use.friction else ""), True),
+                ("'remesh: auto', which remeshes a body of 't6' elements when they become distorted", not in_use.remeshing),
             )
         case LimitPoint() | Unstable() | Jumped():
             first = "'stabilise: auto', which lets the jump happen against small viscous forces"
-            if has_viscous_forces:
+            if in_use.viscous_forces:
                 first = "a larger number for 'stabilise', with which viscous forces slow the jump down more"
-            return (
-                f"{first}; a tool that is moved ('move') instead of pushed or mounted on a spring, or displacement control of "
-                "its push ('control'); a step that ends before"
+            moved = (
+                "a tool that is moved ('move') instead of pushed or mounted on a spring, or displacement control of its push "
+                "('control')"
             )
+            return _listed((first, True), (moved, in_use.forces), ("a step that ends before", True))
         case Unsettled():
             return "a larger 'beta', or 'penalty'"
     return "more 'increments', a smaller motion per step, a larger fillet or a finer mesh where it happens, or less softening"
+
+
+def _listed(*advice: tuple[str, bool]) -> str:
+    """Those of some pieces of advice that apply."""
+    return "; ".join(words for words, applies in advice if applies)
 
 
 def _what_holds(failure: FreeToMove) -> str:
@@ -127,7 +159,7 @@ def _what_holds(failure: FreeToMove) -> str:
 def remedy(eq: Equilibrium, failure: Failure) -> str:
     """What to try against a failure, and against friction that shears the surface of the metal where it would slide."""
     state = eq.context.state
-    words = hint(failure, stabilised(eq.system.problem, eq.context.plan.number) != "off")
+    words = hint(failure, InUse.of(eq.system, eq.context))
     without_way_on = LimitPoint | Unstable | Jumped | Stagnated | NotConverged | Diverged | Collapsed
     if isinstance(failure, without_way_on) and mostly_sheared(eq.system, state, eq.policy):
         return f"friction below the metal's shear strength ('shear' with m below 1, or 'capped'): the surface slides; {words}"

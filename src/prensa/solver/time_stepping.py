@@ -25,7 +25,7 @@ from prensa.result.increment import Increment
 from prensa.result.results import increment_of
 from prensa.solver.approach import first_touch, starts_inside
 from prensa.solver.commit import committed
-from prensa.solver.diagnosis import failed_increment, hint, last_good
+from prensa.solver.diagnosis import InUse, failed_increment, hint, last_good
 from prensa.solver.given_times import given_times, increasing
 from prensa.solver.increment_solver import IncrementSolver
 from prensa.solver.reporting import Messages
@@ -281,7 +281,7 @@ class TimeStepping(IncrementSolver):
         if reason is not None:
             raise SolveError(
                 f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}. {last_good(self.last)} "
-                f"What to try: {hint(reason)}.",
+                f"What to try: {hint(reason, InUse.of(self.system, c))}.",
                 self.last,
                 reason,
             )
