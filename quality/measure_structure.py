@@ -27,12 +27,14 @@ defaults of the fields of dataclasses outside policy.py.
 *Any*: lines of code in which the name stands (imports of it not counted), and functions with it in their signature
 (parameters or result; of methods too). *Copies*: top-level assignments ``Name = NDArray[...]`` beyond the first of each
 name, and those of ``Array`` alone. *Comments*: lines with nothing but a comment, over all lines. *Lines of code*: lines with
-a token other than comments and docstrings. *Newton state*: annotated fields of the class ``NewtonState``.
+a token other than comments and docstrings. *Newton state*: annotated fields of the class ``NewtonState``, and with those of
+the classes of its module that it holds in their place.
 
-*Trace*: an elastic block of 2 × 1 elements under a plane without friction, three increments; the last, of one iteration, is
-followed by ``sys.setprofile`` from the request for it to its being yielded: calls of functions defined below SOURCE,
-functions, files, lines of these functions, and moves between files: calls from a function of one file into one of another,
-and the returns from them.
+*Trace*: an elastic block of 2 × 1 elements under a plane without friction, three increments, with the predictor (whose
+extrapolation may be exact: no iteration is left then) and without (one iteration); the last one is followed by
+``sys.setprofile`` from the request for it to its being yielded: calls of functions defined below SOURCE, functions, files,
+lines of these functions, and moves between files: calls from a function of one file into one of another, and the returns
+from them.
 """
 
 from __future__ import annotations
@@ -256,9 +258,16 @@ def types_and_lines(source: Path) -> None:
 def newton_state(source: Path) -> None:
     """Print the fields of the Newton state."""
     for path in files(source).values():
-        for node in ast.walk(structure.tree(path)):
-            if isinstance(node, ast.ClassDef) and node.name == "NewtonState":
-                print(f"fields of the Newton state: {sum(isinstance(n, ast.AnnAssign) for n in node.body)}")
+        classes = {node.name: node for node in ast.walk(structure.tree(path)) if isinstance(node, ast.ClassDef)}
+        if "NewtonState" in classes:
+            own = _annotated(classes["NewtonState"])
+            held = [classes[name] for line in own for name in classes if name in re.findall(r"\w+", ast.unparse(line.annotation))]
+            whole = len(own) - len(held) + sum(len(_annotated(c)) for c in held)
+            print(f"fields of the Newton state: {len(own)}, {whole} with those of the objects that it holds")
+
+
+def _annotated(node: ast.ClassDef) -> list[ast.AnnAssign]:
+    return [n for n in node.body if isinstance(n, ast.AnnAssign)]
 
 
 # ---------------------------------------------------------------------------------------------------------------- trace
@@ -286,8 +295,8 @@ class Trace:
             self.between[caller.f_code.co_filename, code.co_filename] += 1
 
 
-def easiest() -> Iterator[object]:
-    """Increments of a block that a plane presses: no friction, two increments of one iteration each."""
+def easiest(predictor: bool) -> Iterator[object]:
+    """Increments of a block that a plane presses: no friction, one iteration each without the ``predictor``."""
     import prensa as pr
 
     problem = pr.Problem(
@@ -299,7 +308,7 @@ def easiest() -> Iterator[object]:
         steps=[pr.Step("press", move={"plane": {"y": -1e-4}}, increments=3)],
         kinematics="small",
     )
-    return pr.solve(problem, pr.Numerics(condense=False, threads=1))
+    return pr.solve(problem, pr.Numerics(condense=False, threads=1, predictor=predictor))
 
 
 def trace(source: Path) -> None:
@@ -309,15 +318,21 @@ def trace(source: Path) -> None:
     import prensa
 
     assert Path(prensa.__file__).parent == source, f"another prensa is imported: {prensa.__file__}"
-    list(easiest())  # imports and compilation
-    run, watch = easiest(), Trace(source)
+    for predictor in (True, False):
+        _trace(source, predictor)
+
+
+def _trace(source: Path, predictor: bool) -> None:
+    list(easiest(predictor))  # imports and compilation
+    run, watch = easiest(predictor), Trace(source)
     next(run), next(run)
     sys.setprofile(watch)
     increment = next(run)
     sys.setprofile(None)
     own = {name for name, *_ in watch.functions}
     print(
-        f"easiest increment ({increment.statistics.iterations} iteration): {watch.calls} calls, "  # type: ignore[attr-defined]
+        f"easiest increment, predictor {'on' if predictor else 'off'} "
+        f"({increment.statistics.iterations} iteration): {watch.calls} calls, "  # type: ignore[attr-defined]
         f"{len(watch.functions)} functions in {len(own)} files, {sum(watch.functions.values())} lines, "
         f"{watch.moves} moves between files"
     )

@@ -10,16 +10,15 @@ from typing import Any
 
 import numpy as np
 
+from prensa.precision import COMPLEX_STEP, NEGLIGIBLE
 from prensa.types import Array
 
-COMPLEX_STEP = 1e-30  # over the size of the argument: no digit is lost to a difference
-LEAST = 1e-9  # size of an argument that is zero
 DIFFERENCE = 6e-6  # cube root of round-off: step of the central difference where a law does not take complex numbers
 
 
 def derivative(f: Any, x: Array) -> Array:
     """df/dx (k,) of a function of points x ≥ 0; by complex step, or by central difference where it takes real numbers only."""
-    size = np.where(x > 0.0, x, LEAST)
+    size = np.where(x > 0.0, x, NEGLIGIBLE)
     h = COMPLEX_STEP * size
     y = complex_value(f, x + 1j * h)
     if y is not None:

@@ -45,8 +45,6 @@ class Tolerances:
     """Share of a multiplier's equation on free dofs below which the equation counts as redundant."""
     redundant_shift_ratio: float = 1e-10
     """Share of a redundant multiplier's equation put on its diagonal, so that redundant constraints share what they carry."""
-    constraint_met_ratio: float = 1e-11
-    """Gap or slip over the element depth below which a multiplier's equation counts as met."""
     beyond_bound_ratio: float = 10.0
     """Tangential traction over pressure that lies beyond every friction bound in use."""
     until_share: float = 1e-8

@@ -22,4 +22,4 @@ ROUND_OFF = 1e-12
 NEGLIGIBLE = 1e-9
 """Length over the size of what it is a part of, sine, cosine, angle or share of time that is none in computed geometry."""
 DRAWN = 1e-6
-"""The same in drawings and meshes that other programs wrote, often with seven digits."""
+"""The same in drawings, meshes and measured tables that other programs wrote, often with seven digits."""

@@ -16,7 +16,7 @@ from prensa.kernels.compiled import njit
 from prensa.types import Array, Flags, Index
 
 NO_SLOPE = 1e-6  # share of a slope in the free degrees of freedom that is none
-MET = 1e-11  # gap or slip over the element depth that is none
+MET = 1e-11  # gap or slip over the element depth that is none: the equation of a multiplier is met
 
 
 class Supports(NamedTuple):

@@ -19,11 +19,11 @@ import numpy as np
 
 from prensa.contact.stencil import Stencils
 from prensa.kernels.compiled import njit
+from prensa.precision import COMPLEX_STEP
 from prensa.types import Array, Flags, Index
 
 NEIGHBOURS_BEFORE = 2  # slave nodes on either side of its own that a stencil has: normals turn with them
 NO_PIECE = 1e-12  # share of an edge that is no piece of it, and area over its length of a node that faces nothing
-COMPLEX_STEP = 1e-30  # of complex arithmetic, without round-off
 _GAUSS_PLACES = np.array([0.5 - 0.15**0.5, 0.5, 0.5 + 0.15**0.5])  # Gauss points of a piece
 _GAUSS_SHARES = np.array([5.0, 8.0, 5.0]) / 18.0
 _PROJECTIONS = 8  # Newton steps of a projection, which is linear where normals do not turn

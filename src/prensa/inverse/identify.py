@@ -13,11 +13,12 @@ from prensa.inverse.experiment import Channel, Experiment, Observe, Test, errors
 from prensa.inverse.result import CONFIDENCE
 from prensa.measures import parse
 from prensa.model.problem import Case, Problem
-from prensa.precision import DRAWN, NEGLIGIBLE, ROUND_OFF, SMALLEST
+from prensa.precision import NEGLIGIBLE, ROUND_OFF, SMALLEST
 from prensa.sensitivity.parameters import value_of
 from prensa.types import Array, Index
 
 HOPELESS = 3.0  # expected half width over a value from which nothing is said of it
+BOUNDLESS = 1e6  # the same from which it counts as infinite
 STOPPED_AT = (0.25, 0.5, 0.75)  # of the time at which one might stop
 
 
@@ -172,4 +173,4 @@ def _halves(readings: list[_Reading], chosen: list[Index]) -> Array:
     from scipy.stats import norm
 
     half = norm.ppf(0.5 + 0.5 * CONFIDENCE) * np.sqrt(np.diag(_covariance(readings, chosen)))
-    return np.where(half * DRAWN < 1.0, half, np.inf)
+    return np.where(half < BOUNDLESS, half, np.inf)

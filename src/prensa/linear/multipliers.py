@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.contact.redundant import MET
 from prensa.contact.surface import Surface
 from prensa.policy import DEFAULT, Policy
 from prensa.system.failure import Blocked
@@ -63,10 +64,10 @@ def determined(e: Evaluation, b: Array, equations: list[Equations], policy: Poli
         held = constraint & (left <= policy.weak_multiplier_share * size)
         assert s.multipliers is not None
         asked = np.abs(s.multipliers.of(b))
-        unmet = held & (asked > (policy.constraint_met_ratio * s.points.depth * f.weight * unit)[:, None])
+        unmet = held & (asked > (MET * s.points.depth * f.weight * unit)[:, None])
         # No multiplier closes a gap that supports hold. An open one lets the point open; a tool that is driven in has no exact
         # answer.
-        inside = unmet[:, 0] & (f.g < -policy.constraint_met_ratio * s.points.depth)
+        inside = unmet[:, 0] & (f.g < -MET * s.points.depth)
         if inside.any():
             x, y = s.X[int(np.argmax(inside))].tolist()
             raise BlockedError(Blocked(s.name, x, y))

@@ -21,11 +21,12 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from prensa.derivatives import COMPLEX_STEP, DIFFERENCE, complex_value
+from prensa.derivatives import DIFFERENCE, complex_value
 from prensa.layout import PLANE, SPATIAL
 from prensa.materials.protocol import Material as Law
 from prensa.model.doors import Member
 from prensa.model.units import Number
+from prensa.precision import COMPLEX_STEP
 from prensa.types import Array
 
 PoissonRatio = Annotated[Number, Field(gt=-1.0, lt=0.5)]

@@ -95,17 +95,7 @@ def hint(failure: Failure, in_use: InUse = InUse()) -> str:
         case StartsInside():
             return "place the tool where it touches ('touching') and move it in over the first step"
         case Folded(hang=hang) if hang is not None:
-            t6 = "'element: t6' with edges that are short compared with the tool, whose nodes slide round its corner"
-            remesh = "" if in_use.remeshing else ", and 'remesh: auto' where metal flows round it"
-            return _listed(
-                (
-                    "'stabilise: auto' where the tool slides with friction: edges of four-noded elements then lie on corners",
-                    in_use.friction and not in_use.viscous_forces,
-                ),
-                (t6 + remesh, True),
-                ("a 'fillet' of the tool as long as an edge there", True),
-                ("less friction", in_use.friction),
-            )
+            return _past_a_corner(in_use)
         case Folded():
             return "a tool between the two sides, or a step that ends before they meet: bodies have no contact with themselves"
         case Distorted(past=Past(side, support)) | PastSupport(past=Past(side, support)):
@@ -120,17 +110,37 @@ def hint(failure: Failure, in_use: InUse = InUse()) -> str:
                 ("'remesh: auto', which remeshes a body of 't6' elements when they become distorted", not in_use.remeshing),
             )
         case LimitPoint() | Unstable() | Jumped():
-            first = "'stabilise: auto', which lets the jump happen against small viscous forces"
-            if in_use.viscous_forces:
-                first = "a larger number for 'stabilise', with which viscous forces slow the jump down more"
-            moved = (
-                "a tool that is moved ('move') instead of pushed or mounted on a spring, or displacement control of its push "
-                "('control')"
-            )
-            return _listed((first, True), (moved, in_use.forces), ("a step that ends before", True))
+            return _against_jumps(in_use)
         case Unsettled():
             return "a larger 'beta', or 'penalty'"
     return "more 'increments', a smaller motion per step, a larger fillet or a finer mesh where it happens, or less softening"
+
+
+def _past_a_corner(in_use: InUse) -> str:
+    """For nodes that are caught on a corner of a tool."""
+    t6 = "'element: t6' with edges that are short compared with the tool, whose nodes slide round its corner"
+    remesh = "" if in_use.remeshing else ", and 'remesh: auto' where metal flows round it"
+    return _listed(
+        (
+            "'stabilise: auto' where the tool slides with friction: edges of four-noded elements then lie on corners",
+            in_use.friction and not in_use.viscous_forces,
+        ),
+        (t6 + remesh, True),
+        ("a 'fillet' of the tool as long as an edge there", True),
+        ("less friction", in_use.friction),
+    )
+
+
+def _against_jumps(in_use: InUse) -> str:
+    """For equilibria that end."""
+    first = "'stabilise: auto', which lets the jump happen against small viscous forces"
+    if in_use.viscous_forces:
+        first = "a larger number for 'stabilise', with which viscous forces slow the jump down more"
+    moved = (
+        "a tool that is moved ('move') instead of pushed or mounted on a spring, or displacement control of its push "
+        "('control')"
+    )
+    return _listed((first, True), (moved, in_use.forces), ("a step that ends before", True))
 
 
 def _listed(*advice: tuple[str, bool]) -> str:

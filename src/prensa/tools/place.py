@@ -15,7 +15,7 @@ from prensa.tools.tool import ToolShape
 from prensa.types import Array, Index
 
 DIRECTIONS = 36  # in which the width of a tool is taken
-STRAIGHT = np.cos(np.radians(5.0))  # cosine of the angle to the mean normal up to which a boundary counts as straight
+ONE_NORMAL = np.cos(np.radians(5.0))  # cosine of the angle to the mean normal up to which a boundary counts as straight
 FACING = 0.5  # cosine of the angle between the mean normal and a tool's way up to which the tool goes towards the boundary
 
 
@@ -65,7 +65,7 @@ def against(points: Array, edges: Index, mean: Array, way: Array | None) -> Arra
     """
     t = points[edges[:, 1]] - points[edges[:, 0]]
     normals = np.stack([t[:, 1], -t[:, 0]], axis=1) / np.hypot(*t.T)[:, None]
-    straight = (normals @ mean >= STRAIGHT).all()
+    straight = (normals @ mean >= ONE_NORMAL).all()
     return mean if straight or way is None or -(way @ mean) < FACING else -way
 
 
