@@ -1,4 +1,4 @@
-"""Tuning constants of the solver, in groups; dimensionless where no unit is named. The defaults are meant to stay.
+"""Tuning constants of the solver, in groups; dimensionless where no unit is named. You should rarely need to change them.
 
 A group is a dataclass of its own, and `Policy` is all of them: a function that needs the lengths of increments takes `StepRules`.
 Thresholds that only one check has stand beside that check.
@@ -242,7 +242,7 @@ class LinearPolicy:
     max_refinements: int = 3
     """Refinements of a solution at most."""
     reuse_max_unknowns: int = 20000
-    """Unknowns up to which factors at hand are tried after contact points changed; a vain attempt is cheap there."""
+    """Unknowns up to which factors at hand are tried after contact points changed; a failed attempt is cheap there."""
     single_precision_from: int = 20000
     """Unknowns from which Newton's steps take factors in single precision, or older ones, with GMRES."""
     gmres_max_iterations: int = 8

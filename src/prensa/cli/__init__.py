@@ -178,7 +178,7 @@ def run(
         bar = ProgressBar(voice.no_bar)
         bar.warned = voice.warned
         with voice.announcing_compilation():
-            run_case(loaded, out=folder, source=_told_as(source), force=force, bar=bar)
+            run_case(loaded, out=folder, source=_shown_as(source), force=force, bar=bar)
         _give_summary(voice, folder)
 
 
@@ -199,7 +199,7 @@ def resume(
         _give_summary(voice, folder)
 
 
-def _told_as(source: Source) -> Path | str:
+def _shown_as(source: Source) -> Path | str:
     """How the report names where a case came from."""
     return source.path if source.is_file else "standard input"
 

@@ -32,10 +32,10 @@ def lines_of(system: System) -> Iterator[str]:
         yield f"tie: {tie.slave} follows {tie.master}"
     for tool in system.tools:
         place = f"reference point at ({tool.at[0]:.6g}, {tool.at[1]:.6g})"
-        told = tool.description.told(tool.shape, tool.direction)
+        details = tool.description.details(tool.shape, tool.direction)
         if system.axisymmetric and math.isfinite(tool.shape.period) and abs(tool.at[0]) > 1e-9 * system.length:
-            told += ", off the axis: a ring about it (a circle is a torus)"
-        yield f"tool {tool.name}: {tool.description.type}, {place}{told}"
+            details += ", off the axis: a ring about it (a circle is a torus)"
+        yield f"tool {tool.name}: {tool.description.type}, {place}{details}"
     for surface in system.surfaces:
         contact = surface.description
         law = contact.friction or p.friction

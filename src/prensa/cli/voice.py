@@ -157,12 +157,12 @@ class Voice:
             log.setLevel(logging.NOTSET)
         if error is None or isinstance(error, typer.Exit):
             return
-        code = self._told(error)
+        code = self._reported(error)
         if code is not None:
             raise typer.Exit(code) from None
 
-    def _told(self, error: BaseException) -> int | None:
-        """Tell of an error; its exit code, None where it is a mistake of this program."""
+    def _reported(self, error: BaseException) -> int | None:
+        """Report an error; its exit code, None where it is a mistake of this program."""
         from prensa.errors import PrensaError, SolveError
 
         if self.verbose and isinstance(error, PrensaError | OSError | MemoryError):

@@ -17,7 +17,7 @@ class IntegrationRule(Member, abstract=True):
     determined: ClassVar[bool] = False
     """Whether it has no more points than the surface has nodes, so that exact multipliers are unique."""
     projected: ClassVar[bool] = False
-    """Whether the pressures told at the points are those projected to the nodes and interpolated back."""
+    """Whether the pressures reported at the points are those projected to the nodes and interpolated back."""
     cuts: ClassVar[bool] = False
     """Whether the part of an edge that a sharp corner of a tool covers is what it integrates over (`prensa.contact.cut`)."""
     point: ClassVar[str] = "contact point"

@@ -169,7 +169,7 @@ class _Reader:
         """The part's name, the instance's where the part is placed twice, or the surface's in a deck without parts."""
         twice = sum(s.part == scope.part for s in self.all.instances.values()) > 1
         name = _plain((scope.name if twice else scope.part) or surface)
-        # A part may have several rigid surfaces: the second one is told apart by its surface's name.
+        # A part may have several rigid surfaces: the second one is distinguished by its surface's name.
         used = {t.name for t in self.tools.values()}
         return name if name not in used else f"{name}_{_plain(surface)}"
 
@@ -423,7 +423,7 @@ class _Reader:
     def _middle(self, cell: tuple[int, ...]) -> tuple[float, float]:
         places = [self.deck.nodes[n] for n in cell if n in self.deck.nodes]
         if not places:
-            return 0.0, 0.0  # of a cell without nodes, which the mesh tells
+            return 0.0, 0.0  # of a cell without nodes, which the mesh reports
         return sum(p[0] for p in places) / len(places), sum(p[1] for p in places) / len(places)
 
 

@@ -83,7 +83,7 @@ class Steps:
         if step is None:
             return
         for what in self.stale.pop("BOUNDARY", ()):
-            # A support that is released leaves the others of the same boundary held: 'free' would let go of all.
+            # A support that is released leaves the others of the same boundary held: 'free' would release all.
             name, c = what
             if what in self.held:
                 del self.held[what]

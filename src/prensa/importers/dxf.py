@@ -184,7 +184,7 @@ def _chain(segments: list[Segment], what: str) -> list[Segment]:
     if free:
         return walk
     walk[-1] = walk[-1]._replace(end=walk[0].start)
-    # The sign of the area tells the direction; points on arcs count, since two half circles have no area between their ends.
+    # The sign of the area gives the direction; points on arcs count, since two half circles have no area between their ends.
     corners = [x for s in walk for x in ([s.start] if s.through is None else [s.start, s.through])]
     area = sum(a[0] * b[1] - a[1] * b[0] for a, b in zip(corners, corners[1:] + corners[:1]))
     return walk if area > 0 else [s.turned() for s in reversed(walk)]

@@ -164,7 +164,7 @@ def _covariance(readings: list[_Reading], chosen: list[Index]) -> Array:
     J = np.vstack([*rows, prior])
     _, sizes, ways = np.linalg.svd(J, full_matrices=True)
     sizes = np.concatenate([sizes, np.zeros(J.shape[1] - len(sizes))])
-    # A pseudo-inverse would give variance zero to what no reading tells; such a direction is undetermined, and gets a huge one.
+    # A pseudo-inverse would give variance zero to a direction that no reading determines; it gets a huge one.
     inverse = np.where(sizes > ROUND_OFF * sizes[0], 1.0 / np.maximum(sizes, SMALLEST), 1.0 / ROUND_OFF)
     return np.asarray(((ways.T * inverse**2) @ ways)[:k, :k])
 

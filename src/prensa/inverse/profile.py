@@ -58,7 +58,7 @@ def profile(
     bent = max(side.bent for side in sides)
     points = [(0.0, 0.0)]
     for side in sides:
-        if side.bent > BENT_BY and not (curves and side.foretold(curves)):
+        if side.bent > BENT_BY and not (curves and side.end_predicted(curves)):
             side.follow()
         points += [(side.sign * d, side.sign * root) for d, root in side.points]
     return Profile(
@@ -91,7 +91,7 @@ class _Side:
             self.points.append((1.0, self.first))
             self.bent = abs(self.first - 1.0)
 
-    def foretold(self, curves: Sequence[Curve]) -> bool:
+    def end_predicted(self, curves: Sequence[Curve]) -> bool:
         """Whether the end is where the stresses of flow curves predict it, as a run there shows; if so it is taken.
 
         Where the run shows something else, it is predicted again from there.
@@ -151,8 +151,8 @@ class _Side:
         if found is None:
             return np.inf
         self.least = min(self.least, float(found @ found))
-        # What the others could still gain is taken off by projection: one run without derivatives tells how bent the problem
-        # is.
+        # What the others could still gain is taken off by projection: one run without derivatives shows how nonlinear the
+        # problem is.
         basis, _ = np.linalg.qr(self.at.J[:, self.others])
         return self._root(float(found @ found) - float(np.linalg.norm(basis.T @ found) ** 2))
 

@@ -23,9 +23,9 @@ CONFIDENCE = 0.95
 UNUSUAL = 0.05  # probability below which residuals are not those of chance
 IDLE = 1e-3  # change of a channel over its error when a parameter doubles, below which that does not move it
 SLIP = 5  # residual over the error, and over those of the others, from which a reading is suspected
-BETTER = 0.1  # χ² by which another place has to be better to be told
-UNTOLD, FAR_OFF = 0.5, 1.0  # standard error, and way, in what is varied beyond which nothing is reported without a column
-WEAK = 10.0  # ratio of the errors of the worst and the best told directions from which one is worth words
+BETTER = 0.1  # χ² by which another place has to be better to be reported
+UNDETERMINED, FAR_OFF = 0.5, 1.0  # standard error, and way, in what is varied beyond which nothing is reported without a column
+WEAK = 10.0  # ratio of the errors of the worst and the best determined directions from which one is reported
 BAND = (0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0)  # plastic strains of the band of a flow curve
 
 
@@ -174,7 +174,7 @@ class Fit:
         return [write_text(Path(folder) / f"{name}.yaml", dump(case)) for name, case in zip(names, self.cases)]
 
     def report(self, path: str | Path) -> Path:
-        """Write a page (HTML) that tells all of it with pictures and needs nothing but itself."""
+        """Write a page (HTML) with all results and pictures that needs no other file."""
         from prensa.inverse.page import write_page
 
         return write_page(self, Path(path))
@@ -213,7 +213,7 @@ def fit_of(
     profiles: Sequence[Profile | None] = (), rival: Rival | str | None = None,
 ) -> Fit:  # fmt: skip
     """The outcome from the fits of all starts, the best first, the fit on a finer mesh, profiles and the other law."""
-    # The finer mesh is nearer to the truth: its fit is the answer, the coarse one tells what the mesh does.
+    # The finer mesh is nearer to the truth: its fit is the answer, the coarse one shows the effect of the mesh.
     (x, at), k = (fine.x, fine.at) if fine is not None else found[0], len(objective.parameters)
     coarse = found[0][0]
     freedom = max(len(at.r) - len(x), 1)
@@ -306,20 +306,20 @@ def _idle(objective: Objective, at: Residuals) -> Any:
 
 
 def _weak(objective: Objective, covariance: Array) -> Any:
-    """The direction of the parameters that is told worst, in words."""
+    """The direction of the parameters that is determined worst, in words."""
     if len(covariance) < 2:
         return
     sizes, ways = np.linalg.eigh(covariance)
     if not sizes[-1] > WEAK**2 * max(sizes[0], 0.0):
         return
     way = ways[:, -1] / np.abs(ways[:, -1]).max()
-    told = [(p.path, float(w)) for p, w in zip(objective.parameters, way) if abs(w) > 1.0 / WEAK]
-    if len(told) < 2:
+    mixed = [(p.path, float(w)) for p, w in zip(objective.parameters, way) if abs(w) > 1.0 / WEAK]
+    if len(mixed) < 2:
         return
-    parts = [f"{path} by {10 * w:+.2g} %" for path, w in told]
+    parts = [f"{path} by {10 * w:+.2g} %" for path, w in mixed]
     error = 100 * float(np.sqrt(sizes[-1]) * np.abs(ways[:, -1]).max())
     yield (
-        f"least certain: {' and '.join(path for path, _ in told)} trade off against each other. A change of {', '.join(parts)} "
+        f"least certain: {' and '.join(path for path, _ in mixed)} trade off against each other. A change of {', '.join(parts)} "
         f"is hardly seen; along this direction the standard error is {error:.2g} %. Measure one of them otherwise, or fix it"
     )
 
@@ -378,10 +378,10 @@ def _without(objective: Objective, x: Array, at: Residuals) -> Any:
             row += len(c.rows)
             covariance = np.linalg.pinv(J.T @ J)
             moved = x - covariance @ (J.T @ r)
-            untold = np.sqrt(np.maximum(np.diag(covariance), 0.0))[:k] > UNTOLD
+            undetermined = np.sqrt(np.maximum(np.diag(covariance), 0.0))[:k] > UNDETERMINED
             rank_short = np.linalg.matrix_rank(J, tol=DRAWN * float(np.linalg.norm(J))) < len(x)
             values = np.array([p.value(v) if abs(v - w) < FAR_OFF else np.nan for p, v, w in zip(objective.parameters, moved, x)])
-            values[untold | rank_short] = np.nan
+            values[undetermined | rank_short] = np.nan
             yield (f"{e.name}: {c.name}" if several else c.name), values
 
 

@@ -87,13 +87,13 @@ def _judged(laws: tuple[str, str], path: str, value: float, fits: tuple[Residual
     # both have as many parameters; errors that are larger than was said divide the difference (QAIC)
     aic = (their.square - at.square) / max(best / freedom, 1.0)
     weight = 1.0 / (1.0 + float(np.exp(-abs(aic) / 2.0)))
-    told = f"χ² {their.square:.4g} with {name} ({path.rpartition('.')[2]} = {value:.3g}), {at.square:.4g} with {own}"
+    comparison = f"χ² {their.square:.4g} with {name} ({path.rpartition('.')[2]} = {value:.3g}), {at.square:.4g} with {own}"
     if best / freedom > MISFIT:
-        words = f"neither {own} nor {name} follows the readings within their errors: {told}"
+        words = f"neither {own} nor {name} follows the readings within their errors: {comparison}"
     elif abs(aic) < LITTLE:
-        words = f"the readings cannot distinguish {own} from {name}: {told}"
+        words = f"the readings cannot distinguish {own} from {name}: {comparison}"
     else:
         better, worse = (own, name) if aic > 0 else (name, own)
         sure = "" if abs(aic) > MUCH else f" with a probability of {weight:.0%}"
-        words = f"the readings {'' if sure else 'clearly '}favour {better} over {worse}{sure}: {told}"
+        words = f"the readings {'' if sure else 'clearly '}favour {better} over {worse}{sure}: {comparison}"
     return Rival(name, own, path, value, their.square, at.square, aic, words)

@@ -408,8 +408,8 @@ class Condensation:
     def _complete(self, small: CondensedMatrix, c: Context, result: NewtonResult) -> None:
         """Put what the next increment needs where the contact forces take it, and leave the rest to those who ask for it.
 
-        The rest stays where the last increment had it. Where loads act on the bodies, or supports have just let go, it is put
-        in its place at once: the work of those forces is needed.
+        The rest stays where the last increment had it. Where loads act on the bodies, or supports have just been released, it is
+        put in its place at once: the work of those forces is needed.
         """
         assert result.evaluation is not None
         e, bodies, system = result.evaluation, self.bodies, self.bodies.system

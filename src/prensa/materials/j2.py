@@ -32,8 +32,6 @@ from prensa.materials.hencky_j2 import (
 from prensa.materials.point_form import Found, Given
 from prensa.types import Array, Flags
 
-Held = Flags
-
 CURVE_AT = 4
 """Place of the scalars of the curve among the numbers of a metal."""
 NO_CURVE = FlowParameters(None, np.zeros(0), *NO_TABLE)
@@ -121,7 +119,7 @@ def _finite(kind: Template | None, cauchy: bool, tangent: bool, held: bool) -> P
 
 def finite(
     h: Array, old: Array, kept: int, K: float, G: float, cauchy: bool, flow: FlowParameters, dt: float, P: Array, A: Array,
-    new: Array, failed: Held, tangent: bool, held: Held | None = None, secant: float = 0.0,
+    new: Array, failed: Flags, tangent: bool, held: Flags | None = None, secant: float = 0.0,
 ) -> None:  # fmt: skip
     """Gradients h (n, 5) = f − I, old (n, ≥10) → P (n, 5), A (n, 5, 5) if ``tangent``, new (n, ≥10), failed (n,).
 
@@ -130,7 +128,7 @@ def finite(
     """
     kernel = _finite(flow.kind, cauchy, tangent, held is not None)
     p = numbers(K, G, flow, dt, secant)
-    # The kernel wants some array there; without held branches it does not read it.
+    # The kernel wants some array there; without fixed active sets it does not read it.
     flags = failed if held is None else held
     kernel(len(h), h, old, old[:, kept:], p, flow.knots, flow.coefficients, flags, P, A, new, failed)
 
@@ -155,7 +153,7 @@ def _small(kind: Template, full: int, tangent: bool, held: bool) -> Program:
 
 def small(
     h: Array, old: Array, kept: int, K: float, G: float, flow: FlowParameters, dt: float, P: Array, A: Array, new: Array,
-    failed: Held, tangent: bool, held: Held | None, secant: float,
+    failed: Flags, tangent: bool, held: Flags | None, secant: float,
 ) -> None:  # fmt: skip
     """As `finite`, of small strain in plane (c = 5, k = 4) and space (9, 6): h (n, c), old, new (n, 2k + 2), P, A (n, c, c)."""
     kernel = _small(flow.kind, h.shape[1], tangent, held is not None)
@@ -197,7 +195,7 @@ def _principal(kind: Template, cauchy: bool, tangent: bool, held: bool) -> Progr
 
 def principal(
     eps: Array, jn: Array, old: Array, column: int, K: float, G: float, cauchy: bool, flow: FlowParameters, dt: float,
-    tau: Array, dtau: Array, eps_e: Array, new: Array, failed: Held, tangent: bool, held: Held | None = None,
+    tau: Array, dtau: Array, eps_e: Array, new: Array, failed: Flags, tangent: bool, held: Flags | None = None,
     secant: float = 0.0,
 ) -> None:  # fmt: skip
     """Trial elastic strains eps (n, 3) → tau (n, 3), dtau (n, 3, 3) = ∂τ/∂ε if ``tangent``, eps_e (n, 3); new, old (n, h).

@@ -71,7 +71,7 @@ def _whole(p: Any) -> Iterator[Finding]:
     for key, body in p.bodies.items():
         if body is None:
             continue
-        # p may be the sketch of a case that could not be read: what is None was wrong, has been told, and is passed over.
+        # p may be the sketch of a case that could not be read: what is None was wrong, has been reported, and is passed over.
         if p.space is not None and body.mesh.type == ("strip" if p.space == "axisymmetric" else "wire"):
             other = "a strip is not round; use 'wire'" if p.space == "axisymmetric" else "a wire is round; use 'strip'"
             or_round = "" if p.space == "axisymmetric" else ", or write 'space: axisymmetric'"
@@ -206,7 +206,7 @@ def _surfaces(p: Any) -> Iterator[Finding]:
             if entry is None:
                 continue
             path = (kind, i)
-            twice = kind == "contacts" and entry.name in seen  # told as such
+            twice = kind == "contacts" and entry.name in seen  # reported as such
             seen.add(getattr(entry, "name", ""))
             for k, s in enumerate(entry.surface):
                 here = (*path, "surface", k)

@@ -50,8 +50,8 @@ def explained(cls: type, error: ValidationError, arguments: tuple[Any, ...], nam
         str(e["ctx"]["error"]) for e in inside if not e["loc"] and not _findings(e) and "error" in e.get("ctx", {})
     ]
     # of a file's errors the first key is that of a case's problem, and is left out
-    told = mistakes([e | {"loc": ("problem", *e["loc"])} for e in inside if e["loc"]], (), root, [])
-    return CaseError([*(Mistake(NOWHERE, s) for s in said), *told])
+    within = mistakes([e | {"loc": ("problem", *e["loc"])} for e in inside if e["loc"]], (), root, [])
+    return CaseError([*(Mistake(NOWHERE, s) for s in said), *within])
 
 
 def _of_the_call(cls: type, errors: list[Any], names: list[str], given: int) -> Iterator[str]:

@@ -13,7 +13,7 @@ from prensa.model.fields import as_names, described
 from prensa.model.units import Angle, Length, LengthUnit, Number, Whole
 from prensa.precision import NEGLIGIBLE
 
-MOST_ELEMENTS = 5_000_000  # of a body: some thirty gigabytes, told before they are asked for
+MOST_ELEMENTS = 5_000_000  # of a body: some thirty gigabytes, refused before the memory is asked for
 
 
 def _bounded(count: float) -> None:

@@ -155,7 +155,7 @@ class Place:
         """Where to look: the value, the key when the value is a block or is empty, else the nearest place around."""
         if self.parent is not None and self.parent.node is not None:
             key = self.parent.node.keys.get(str(self.path[-1]))
-            # A block begins on the line below its key, where nothing tells what it is.
+            # A block begins on the line below its key, where nothing says what it is.
             if key is not None and (at_key or self.node is None or self.node.spread):
                 return key
         if self.node is not None and not at_key:

@@ -21,7 +21,7 @@ def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[s
     """Moduli that are those of metals in another unit than the case's, and flow stresses far below the modulus."""
     E = material.modulus
     gpa = factor("1 GPa", units.length, units.force, (1, -2))
-    # Too stiff by a unit is told before too soft: a modulus that is 1e3 too large also makes the flow stress look too small.
+    # Too stiff by a unit is reported before too soft: a modulus that is 1e3 too large also makes the flow stress look too small.
     if STIFFEST * gpa < E or first > STRONGEST * gpa:
         what, value, most = ("E", E, STIFFEST) if STIFFEST * gpa < E else ("flow stress", first, STRONGEST)
         pa = factor("1 Pa", units.length, units.force, (1, -2))

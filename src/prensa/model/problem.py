@@ -496,7 +496,7 @@ def ever_stabilised(problem: Any) -> bool:
 
 @described
 class Numerics:
-    """How the problem is solved. The defaults are meant to stay; every threshold is dimensionless.
+    """How the problem is solved. You should rarely need to change the defaults; every threshold is dimensionless.
 
     ``tolerance``: residual over the sum of absolute element forces; ``max_iterations`` of an attempt; ``line_search`` and
     ``predictor`` (an increment starts where the last two lead) may be switched off; ``max_cutbacks``: how often an increment

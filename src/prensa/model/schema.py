@@ -153,7 +153,7 @@ def text_of(read: Callable[[int], bytes], name: str) -> str:
         If it is too large for a case, or not UTF-8.
 
     """
-    # One byte more than allowed tells that there is more, without reading a file of gigabytes.
+    # One byte more than allowed shows that there is more, without reading a file of gigabytes.
     raw = read(CASE_LIMIT + 1)
     if len(raw) > CASE_LIMIT:
         message = "larger than 4 MiB; a case file is short, is this the right file? If so, put its mesh into a .msh or .inp file"
@@ -379,7 +379,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Fixed):
         return _short(value)
     if dataclasses.is_dataclass(value):
-        # 'type' first: it tells the reader what the other keys mean.
+        # 'type' first: it says what the other keys mean.
         fields = sorted(dataclasses.fields(value), key=lambda f: f.name != "type")
         by_class = hasattr(value, "type") and all(f.name != "type" for f in fields)  # a user's own law
         users = {"type": getattr(value, "type", "")} if by_class else {}

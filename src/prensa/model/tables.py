@@ -40,7 +40,7 @@ def read_mu_table(path: str, context: Any) -> Any:
     file = base / path
     try:
         if not file.is_file():
-            # '0.1 mm' in the place of a coefficient is a text, and would be told as a file that is not there.
+            # '0.1 mm' in the place of a coefficient is a text, and would be reported as a missing file.
             if path[:1] in "+-.0123456789" and path and _is_number(path.split()[0]):
                 raise ValueError(f"{path!r} is no friction coefficient: it is a plain number, such as 0.1")
             raise ValueError(f"friction table {path!r}: there is no such file{_instead(file)}")

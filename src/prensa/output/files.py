@@ -102,7 +102,7 @@ def file_name(name: str) -> str:
 
 
 def file_names(names: Iterable[str]) -> dict[str, str]:
-    """A path component for each name, no two the same, small and capital letters not told apart.
+    """A path component for each name, no two the same; small and capital letters count as equal.
 
     The second of two that would share one ends with ``~2``.
     """

@@ -17,19 +17,19 @@ LOCK = "run.lock"
 _LOCKED_BYTE = 1 << 30  # on Windows: what comes before it can still be read by others
 
 
-class Held(PrensaError):
+class FolderInUse(PrensaError):
     """Another run holds the folder."""
 
 
 @contextmanager
 def locked(directory: Path) -> Iterator[None]:
-    """Hold *directory* for this process: the operating system lets go of it however the process ends.
+    """Hold *directory* for this process: the operating system releases it however the process ends.
 
     ``run.lock`` names the holder for messages; one that a killed process left behind is taken over.
 
     Raises
     ------
-    Held
+    FolderInUse
         If another run holds it, with its process and host.
 
     """
@@ -66,7 +66,7 @@ def _taken(directory: Path) -> IO[str]:
         holder = _holder(file)
         file.close()
         if not free:
-            raise Held(f"{directory}: {holder}; wait for it, end it, or give another folder for the results")
+            raise FolderInUse(f"{directory}: {holder}; wait for it, end it, or give another folder for the results")
 
 
 def _lock(file: IO[str]) -> bool:
@@ -84,17 +84,17 @@ def _lock(file: IO[str]) -> bool:
     except (BlockingIOError, PermissionError):
         return False
     except OSError:  # a file system without locks: the holder's word is what there is
-        return not _runs_here(_told(file))
+        return not _runs_here(_entry(file))
     return True
 
 
-def _told(file: IO[str]) -> dict[str, object]:
+def _entry(file: IO[str]) -> dict[str, object]:
     file.seek(0)
     try:
-        told = json.loads(file.read(1000))
+        entry = json.loads(file.read(1000))
     except (ValueError, OSError):
         return {}
-    return told if isinstance(told, dict) else {}
+    return entry if isinstance(entry, dict) else {}
 
 
 def _runs_here(holder: dict[str, object]) -> bool:
@@ -114,7 +114,7 @@ def _runs_here(holder: dict[str, object]) -> bool:
 
 
 def _holder(file: IO[str]) -> str:
-    told = _told(file)
-    if not told:
+    entry = _entry(file)
+    if not entry:
         return "another run writes in this folder"
-    return f"process {told.get('pid')} on {told.get('host')} has been running in this folder since {told.get('since')}"
+    return f"process {entry.get('pid')} on {entry.get('host')} has been running in this folder since {entry.get('since')}"

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NAMING = 0.9  # height in inches of a panel's title and the names of its axis
-MOST_EDGES = 2500  # elements whose sides can be told apart in a picture …
+MOST_EDGES = 2500  # elements whose sides can be distinguished in a picture …
 LEAST_EDGE = 1.5  # … if their sides are so many points of the page apart
 OUTLINE = 0.8  # width in points of a body's outline …
 OUTLINE_SHARE = 0.15  # … and that over the width of the body at most, so that its colour is seen between two of them
@@ -75,7 +75,7 @@ def deformed(
     field
         One of `FIELDS`, or ``thickness`` in plane stress.
     mesh
-        Draw the element edges; None draws them where they can be told apart.
+        Draw the element edges; None draws them where they can be distinguished.
     mirror
         Sides (``left``, ``right``, ``bottom``, ``top``) of the undeformed bodies on which to draw their mirror image.
     range

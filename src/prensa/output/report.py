@@ -1,4 +1,4 @@
-"""``report.html``: one file that tells a run to someone who has nothing else; written from what the run left behind."""
+"""``report.html``: a run in one file that needs no other, written from the files in its folder."""
 
 from __future__ import annotations
 

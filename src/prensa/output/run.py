@@ -308,7 +308,7 @@ class _Run:
         }
 
     def _summarise(self, status: str, reason: str) -> dict[str, Any]:
-        """Write ``summary.json`` (from the tables, so that a resumed run tells of the whole); returns its content."""
+        """Write ``summary.json`` (from the tables, so that a resumed run covers the whole); returns its content."""
         problem = self.case.problem
         table, cost = history.read_history(self.directory), history.read_convergence(self.directory)
         final = [float(cost["residual"][cost["increment"] == n][-1]) for n in np.unique(cost["increment"])]

@@ -15,7 +15,7 @@ log = logging.getLogger("prensa")
 
 
 class Warnings(logging.Handler):
-    """Keeps the texts of warnings, each once, and tells them on."""
+    """Keeps the texts of warnings, each once, and passes them on."""
 
     def __init__(self, known: list[str], report: Callable[[str], None]) -> None:
         super().__init__(logging.WARNING)

@@ -16,7 +16,7 @@ def nodal_work(system: System, c: Context, e: Evaluation) -> Array:
     return work
 
 
-def ledger(system: System, c: Context, u: Array, e: Evaluation, work: Array, dissipated: float) -> Energy:
+def energies_after(system: System, c: Context, u: Array, e: Evaluation, work: Array, dissipated: float) -> Energy:
     """Energies after an increment that ends at dofs u (ndof,) with forces ``work`` (ndof,); ``dissipated`` by viscous forces.
 
     What forces bring through air into contact has nothing against it until it touches: their work counts from there on.

@@ -103,8 +103,8 @@ class ContactState(Tabular):
 
     ``node`` (k,) node numbers of the body, ``X``/``x`` (k, 2) initial and current positions, ``gap``, ``pressure`` ≥ 0
     and ``shear`` (traction along the tool's tangent): nodal force over tributary area, λ_A = Σ_q w_q N_A p_q / ∫N_A dΓ
-    for every integration rule, but that the corner of a quadratic edge on the axis of revolution and the middle next to it are
-    told the mean of their points; ``slip`` (accumulated path length), ``status`` (k,) index into `STATUS`,
+    for every integration rule, but that the corner of a quadratic edge on the axis of revolution and the middle next to it take
+    the mean of their points; ``slip`` (accumulated path length), ``status`` (k,) index into `STATUS`,
     ``weight`` (k,) tributary area (2πr inside in axisymmetry), ``force`` (k, 2) nodal contact force on the body.
     From the stresses in the body: ``pressure_from_stress`` (k,) −n·σ*n with σ* by superconvergent patches,
     ``pressure_smoothed`` with the integration points extrapolated to the nodes and averaged there (the paper's route),

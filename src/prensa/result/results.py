@@ -117,7 +117,7 @@ def reactions(system: System, e: Evaluation, plan: StepPlan, state: State) -> Ar
 
 
 def support_forces(system: System, e: Evaluation, plan: StepPlan, state: State) -> dict[str, Reaction]:
-    """Force of each support on the body, also of one being let go; those of other steps are zero: the names never change."""
+    """Force of each support on the body, also of one being released; those of other steps are zero: the names never change."""
     problem = system.problem
     total = {name: [0.0] * system.dofs.dimension for name in support_names(problem)}
     r = reactions(system, e, plan, state)
@@ -167,7 +167,7 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
         from_stress = _pressure_of(patches, nodes, pairs.n)
         slides = f.slip | system.frictionless(law)
         status = np.where(f.p > 0, np.where(slides, 2, 1), 0).astype(np.int8)
-        # The law has pressures per area at the last commit, what is told is per area now: the force is the same.
+        # The law has pressures per area at the last commit, what is reported is per area now: the force is the same.
         p, t = f.p * f.weight / weight, _tangential(f.area[:, None] * f.t / weight[:, None])
         nodal = _together(s, _Nodal(weight, p, t, f.kappa, status)) if s.points.one_a_node else _at_nodes(s, f, area, status)
         if s.points.rule.projected:
@@ -186,7 +186,7 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
 
 
 class _Nodal(NamedTuple):
-    """What a contact is told to be at its n nodes: areas, pressures, tractions, slips, status."""
+    """Results of a contact at its n nodes: areas, pressures, tractions, slips, status."""
 
     weight: Array
     pressure: Array
@@ -214,7 +214,7 @@ def _together(s: Surface, nodal: _Nodal) -> _Nodal:
 
 
 def _at_nodes(s: Surface, f: ContactForces, area: Array, status: Bytes) -> _Nodal:
-    """Nodal forces over tributary areas (n,); a node without area is told what its neighbour is.
+    """Nodal forces over tributary areas (n,); a node without area takes the values of its neighbour.
 
     A node slips when all the closed points that it carries do.
     """

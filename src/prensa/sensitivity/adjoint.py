@@ -141,7 +141,7 @@ def gradient(
 
 
 def _refuse(system: System, by: Sequence[str]) -> None:
-    """Refuse what has no derivative or none backwards, and what any run tells before it begins."""
+    """Refuse what has no derivative or none backwards, and what any run refuses before it begins."""
     refuse(system, None, by)
     if not known(system):
         raise OnlyForwards(

@@ -1,7 +1,7 @@
 """Closed derivatives of an increment along many directions at once: kernels where elements, materials and contacts are known.
 
-They are the derivatives that differences with held branches approach (`prensa.sensitivity.direct`), without the differences: one
-pass over the elements gives what all directions do to the residual at fixed degrees of freedom, one factorisation solves for
+They are the derivatives that differences with fixed active sets approach (`prensa.sensitivity.direct`), without the differences:
+one pass over the elements gives what all directions do to the residual at fixed degrees of freedom, one factorisation solves for
 all of them, and a second pass gives what is committed.
 """
 

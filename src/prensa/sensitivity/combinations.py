@@ -10,7 +10,7 @@ from prensa.kernels.compiled import njit
 
 
 @njit(cache=True, error_model="numpy")
-def foretold(past, fixed, out):
+def basis_columns(past, fixed, out):
     """Of what columns are expected to consist: those of the last k increments, k times (n, d), and their differences one after
     the other → out (n, k d); 0 in fixed rows.
     """

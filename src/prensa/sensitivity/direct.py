@@ -32,7 +32,7 @@ from prensa.policy import Policy
 from prensa.result.increment import Increment
 from prensa.result.results import increment_of
 from prensa.sensitivity.change import Change, change_of, known, places_matter
-from prensa.sensitivity.combinations import combined, foretold, nearest, sums
+from prensa.sensitivity.combinations import basis_columns, combined, nearest, sums
 from prensa.sensitivity.parameters import Parameter, neighbours
 from prensa.solver.approach import approach_of_bodies, approach_of_tools
 from prensa.solver.commit import committed
@@ -66,7 +66,7 @@ def predictor_basis(carried: Mapping[str, Array], fixed: Index) -> Array:
     # of one direction they may be its column among others, or not: the kernel is for rows that follow each other
     past = tuple(a if a.ndim == 2 else np.ascontiguousarray(a)[:, None] for a in (carried[name] for name in PAST))
     out = np.empty((len(past[0]), len(past) * past[0].shape[1]))
-    foretold(past, fixed, out)
+    basis_columns(past, fixed, out)
     return out
 
 

@@ -37,7 +37,7 @@ def attempt(eq: Equilibrium, start: Array, was_cut: bool = True) -> NewtonResult
         again = _outcome(eq, start, solve)
         spent += again.iterations
         if again.converged:
-            again.iterations, again.vain = spent, spent - again.iterations
+            again.iterations, again.discarded = spent, spent - again.iterations
             return again
     result.iterations = spent
     return result

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prensa.result.energy_balance import ledger, nodal_work
+from prensa.result.energy_balance import energies_after, nodal_work
 from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.stability import looked
 from prensa.system.interaction import Context
@@ -34,7 +34,7 @@ def committed(
         lam[s.rows, 0], lam[s.rows, 1:] = f.p, record.traction
     work = nodal_work(system, c, e)
     ended, du = c.ends_step, result.u - old.u
-    energy = ledger(system, c, result.u, e, work, stabilisation.dissipated(c, du))
+    energy = energies_after(system, c, result.u, e, work, stabilisation.dissipated(c, du))
     stability = stabilisation.after(c, du, energy.external - old.energy.external, result.negative)
     stability, softest = looked(stability, old, result, stabilisation.policy)
     if ended and result.recover is not None:

@@ -72,7 +72,7 @@ class Equilibrium:
         Where a node lands, the velocities behind it turn at once. The tangent at what was extrapolated resists a change of
         stress across the flow alone and leads far beyond; a part of the way to the secant moduli, whose steps never raise the
         plastic work (Kačanov), is taken there. The last steps are Newton's. Bodies that nothing but contact holds are left to the
-        tangent once an increment was cut: far steps may let go of them. ``first``: of the iterates, which was extrapolated.
+        tangent once an increment was cut: far steps may release them. ``first``: of the iterates, which was extrapolated.
         """
         policy = self.policy
         limit = policy.unreliable_flow_first if first else policy.unreliable_flow_later

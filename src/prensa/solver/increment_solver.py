@@ -181,7 +181,7 @@ class IncrementSolver:
         reduced = self.reduced if self.condensed is None else self.condensed.reduced
         assert reduced is not None
         known = self.system.has_memory and self.system.dofs.dimension == 2  # rigid motions in space are not looked for
-        # a far step may let go of a body that only contact holds: once one has failed, steps are those of the tangent
+        # a far step may release a body that only contact holds: once one has failed, steps are those of the tangent
         far = known and (uncut or not self.loose)
         return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, far)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from prensa.model.problem import ever_stabilised, stabilised
 from prensa.policy import Policy
-from prensa.result.energy_balance import ledger, nodal_work
+from prensa.result.energy_balance import energies_after, nodal_work
 from prensa.system.interaction import Context, Part, Request, Response
 from prensa.system.outcome import NewtonResult
 from prensa.system.state import Energy, Stability
@@ -118,7 +118,7 @@ class Stabilisation:
         if not any(far > policy.jump_travel_in_elements for far in way):
             return False
         work, dissipated = nodal_work(self.system, c, e), self.dissipated(c, du)
-        new = ledger(self.system, c, result.u, e, work, dissipated)
+        new = energies_after(self.system, c, result.u, e, work, dissipated)
         missed, put_in = new.imbalance - old.imbalance, abs(new.external - old.external)
         return missed > max(policy.jump_imbalance_share * abs(new.external), policy.jump_increment_share * (put_in + dissipated))
 

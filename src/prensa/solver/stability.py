@@ -153,8 +153,8 @@ def jumped(eq: Equilibrium, result: NewtonResult) -> bool:
     du = result.u - state.u
     ahead = state.extrapolated(eq.context.extrapolated_for) if state.dt_last > 0 else result.linear
     if ahead is not None:
-        foretold = system.displacement(ahead)
-        if np.abs(system.displacement(du) - foretold).max() <= policy.max_prediction_error * np.abs(foretold).max():
+        predicted = system.displacement(ahead)
+        if np.abs(system.displacement(du) - predicted).max() <= policy.max_prediction_error * np.abs(predicted).max():
             return False
     for share in policy.jump_samples:
         modes = modes_at(eq, system.with_slaves(state.u + share * du), result.lam, mode=False)

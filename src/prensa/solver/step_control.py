@@ -205,5 +205,5 @@ class StepControl:
 
 
 def _lands(c: Context, e: Evaluation) -> bool:
-    """Whether some contact point closed in an increment: the flow behind it turned at once, and how it went tells little."""
+    """Whether some contact point closed in an increment: the flow behind it turned at once, so its change says little."""
     return any(((f.p > 0) & ~was.closed).any() for f, was in zip(e.contacts, c.committed))

@@ -218,7 +218,7 @@ class TimeStepping(IncrementSolver):
             self.messages.rejected(state, plan, c.time, result)
             assert result.reason is not None
             dt = control.cut(c.dt)
-            # a first attempt may have let go of a body that only contact holds by a far step: the next has none
+            # a first attempt may have released a body that only contact holds by a far step: the next has none
             came_free = control.comes_free(result.reason, c.dt) and not (self.loose and cutbacks == 0)
             last = cutbacks == most or control.exhausted(dt) or came_free
             rejected = Rejected(c, result.reason, control.longest(None))
@@ -250,7 +250,7 @@ class TimeStepping(IncrementSolver):
         unsteady = 0.0
         if control.second_order and not ended:
             unsteady = unsteadiness(c.state, c.dt, c.rule, c.history, self.system.blocks, grown)
-        dt = 0.0 if ended else control.next(c, e, grown, result.iterations - result.vain, cutbacks, unsteady)
+        dt = 0.0 if ended else control.next(c, e, grown, result.iterations - result.discarded, cutbacks, unsteady)
         result.grown = grown = ()  # a large increment has no room for that of the one before
         state = committed(self.system, c, result, e, dt, self.stabilisation)
         made_from = state.made_from if self.reduced is None or ended else self.reduced.factorisation.made_from

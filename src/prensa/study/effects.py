@@ -12,7 +12,7 @@ from prensa.study.results import Row
 from prensa.study.values import Factor, Scatter, Values, value_of
 from prensa.types import Array
 
-SHARES = (0.05, 0.95)  # of a scattered quantity, between which its effect is told
+SHARES = (0.05, 0.95)  # of a scattered quantity, between which its effect is given
 
 
 class Effect(NamedTuple):

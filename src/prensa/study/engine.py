@@ -1,6 +1,6 @@
 """Where the cases of a study are computed: in this process, in processes of this machine, or on a Dask cluster.
 
-An engine is told as soon as it is made whether it can be had; what it computes comes back in the order in which it is finished.
+Whether an engine can be had is known as soon as it is made; what it computes comes back in the order in which it is finished.
 Dask (the extra ``prensa[dask]``) starts and watches the processes, keeps their memory, and gives the cases of a worker that was
 killed to another.
 """
@@ -238,7 +238,7 @@ def _remote(where: str, attachments: tuple[Attachment, ...]) -> Iterator[Engine]
 
 @contextmanager
 def _quiet_dask() -> Iterator[None]:
-    """What Dask logs about connections is told by our own messages."""
+    """Silence what Dask logs about connections: our own messages report it."""
     loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client", "distributed.comm")]
     levels = [logger.level for logger in loggers]
     for logger in loggers:

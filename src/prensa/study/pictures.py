@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 MOST_CURVES = 150
 MOST_POINTS = 300  # of a curve
 MOST_PANELS = 6
-IN_A_LEGEND = 8  # values that a legend tells apart
+IN_A_LEGEND = 8  # values that a legend can distinguish
 
 
 def _shade(share: Any) -> Any:

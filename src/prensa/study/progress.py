@@ -22,7 +22,7 @@ class StudyProgress(Display):
     def __init__(self, total: int, had: int, todo: int, quiet: bool) -> None:
         super().__init__(quiet)
         self._had, self._todo, self._done, self._failed = had, todo, 0, 0
-        self._told = self._began
+        self._reported = self._began
         if self.has_bar and todo:
             self._bar = Progress(
                 TextColumn("{task.description}"), BarColumn(bar_width=24), TextColumn("{task.completed:.0f}/{task.total:.0f}"),
@@ -40,8 +40,8 @@ class StudyProgress(Display):
         if self._bar:
             failed = f", {self._failed} failed" if self._failed else ""
             self._bar.update(self._task, completed=self._done, left=self.left(), description=f"computing{failed}")
-        elif clocks.perf_counter() - self._told > BETWEEN or self._done == self._todo:
-            self._told = clocks.perf_counter()
+        elif clocks.perf_counter() - self._reported > BETWEEN or self._done == self._todo:
+            self._reported = clocks.perf_counter()
             self.say(f"{self._done} of {self._todo} cases computed, {self._failed} failed, left {self.left()}")
 
     def left(self) -> str:

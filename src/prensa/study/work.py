@@ -1,4 +1,4 @@
-"""One case of a study, computed where a worker is: continued where it was interrupted, its failure told and not fatal."""
+"""One case of a study, computed where a worker is: continued where it was interrupted, its failure reported and not fatal."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from prensa import __version__
 from prensa.errors import PrensaError, SolveError
 from prensa.model.problem import Case
 from prensa.output.files import write_text
-from prensa.output.lock import LOCK, Held
+from prensa.output.lock import LOCK, FolderInUse
 from prensa.output.progress import ProgressBar
 from prensa.study.attachments import Attachment, attached, places
 from prensa.study.quantities import Quantity, series_of, values_of
@@ -127,7 +127,7 @@ def _in(folder: Path, job: Job, sent: Path | None) -> Outcome:
             return Outcome(record["status"], record["reason"])
         try:
             outcome = _run(folder, job, sent)
-        except Held:
+        except FolderInUse:
             clocks.sleep(_POLL)
             continue
         # A lost case may succeed elsewhere, so that nothing is recorded of it; a failed one is the case's own doing, and stays.
@@ -160,12 +160,12 @@ def _run(folder: Path, job: Job, sent: Path | None) -> Outcome:
             try:
                 resume(folder, bar=_Silent())
                 return _completed(folder, job, case)
-            except (Held, SolveError):
+            except (FolderInUse, SolveError):
                 raise
             except PrensaError:  # what was left is damaged
                 pass
         run(case, out=folder, force=True, bar=_Silent())
-    except Held:
+    except FolderInUse:
         raise
     except PrensaError as error:
         folder.mkdir(parents=True, exist_ok=True)

@@ -48,7 +48,7 @@ def seal(path: Path) -> None:
 def seal_broken(path: Path) -> bool:
     """Whether a file ends in a checksum that is not its own: HDF5 may crash on a damaged file, and must not see it.
 
-    A file without one, because it was cut off or written to again, is left to HDF5, which tells those.
+    A file without one, because it was cut off or written to again, is left to HDF5, which reports those.
     """
     length = len(SEAL % 0)
     with path.open("rb") as file:

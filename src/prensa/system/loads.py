@@ -161,7 +161,7 @@ class Spring:
 
 @dataclass(frozen=True)
 class Release:
-    """Forces (ndof,) that are carried at the start of a step and not asked for in it, let go linearly over it."""
+    """Forces (ndof,) that are carried at the start of a step and not asked for in it, released linearly over it."""
 
     forces: Array
 

@@ -20,7 +20,7 @@ class NewtonResult:
 
     ``recover``: gives all dofs where u has only those that the next increment needs. ``negative``: modes in which the
     equilibrium is unstable; ``beside``: it was found beside one that is; ``jumped``: the way to it is unstable.
-    ``vain``: how many of the iterations went another way, that was given up.
+    ``discarded``: how many of the iterations belong to attempts that were given up.
     ``softest`` (modes,): stiffnesses of the softest modes at its end, None where they are not known; ``rested``: no look.
     ``linear`` (ndof,): change of the dofs by the linearised system, where the iteration began with that.
     ``affordable``: so few points were near a tool that the iteration could take contact steps wherever it wanted.
@@ -43,7 +43,7 @@ class NewtonResult:
     negative: int = 0
     beside: bool = False
     jumped: bool = False
-    vain: int = 0
+    discarded: int = 0
     affordable: bool = False
     linear: Array | None = None
     softest: Array | None = None

@@ -18,7 +18,7 @@ from prensa.system.state import State
 from prensa.system.system import System
 from prensa.types import Array, Index
 
-NOTHING = 1e-8  # share of the outer forces below which there is nothing to let go: the residual of a converged state
+NOTHING = 1e-8  # share of the outer forces below which there is nothing to release: the residual of a converged state
 
 
 def release_forces(system: System, state: State, plan: StepPlan) -> Array | None:
@@ -26,7 +26,7 @@ def release_forces(system: System, state: State, plan: StepPlan) -> Array | None
 
     What is left of those that the step before was releasing when it ended early is among them.
 
-    Zero where it prescribes a tool's motion, and where a tool begins to roll; None if there is nothing to let go.
+    Zero where it prescribes a tool's motion, and where a tool begins to roll; None if there is nothing to release.
     """
     before = plan_step(system, plan.number - 1, state.step_start, state.ends)
     carried = system.external(system.context(state, before, state.clock.time), state.u)

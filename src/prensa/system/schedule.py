@@ -225,7 +225,7 @@ class StepPlan:
         return min(max((self.t1 - t) / (self.t1 - self.t0), 0.0), 1.0)
 
     def friction_at(self, t: float) -> list[FrictionLaw | None]:
-        """Friction of the contacts at time t: what the step lets go of the one before has gone at its end."""
+        """Friction of the contacts at time t: what the step releases of the one before has gone at its end."""
         return [d.now if isinstance(d, Fading) and t >= self.t1 else d for d in self.friction]
 
     @property

@@ -66,7 +66,7 @@ def _matrices(x: Array, r: Array) -> Array:
 
 @dataclass(frozen=True)
 class SelfEquilibrated:
-    """The strings of one body, let go linearly over the step."""
+    """Self-equilibrated stresses of one body, released linearly over the step."""
 
     system: Discretisation
     block: Block

@@ -3,7 +3,7 @@
 The state is carried, not re-made: nodes keep their initial positions X and their displacements, points their histories, so
 that volumes, stiffnesses and energies are those of the earlier run to the last digit. Forces that are no longer applied
 (tools, loads and supports that the new case does not have) would be a jump at time 0; they are kept as dead forces and
-let go linearly during the first step, which cut-backs can then resolve.
+released linearly during the first step, which cut-backs can then resolve.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from prensa.tools.place import PlacedTool
 from prensa.tools.tool import ToolShape
 from prensa.types import Array, Index
 
-NOTHING = 1e-8  # share of all forces below which there is nothing to let go: the residual of a converged state
+NOTHING = 1e-8  # share of all forces below which there is nothing to release: the residual of a converged state
 
 
 class StartError(PrensaError):
@@ -161,7 +161,7 @@ class Earlier:
 
 
 def _same_points(s: Surface, before: Surface) -> tuple[Index, Index]:
-    """Numbers (k,), (k,) of the points that two contacts share, by place and normal; a support let go adds some to a side."""
+    """Numbers (k,), (k,) of the points that two contacts share, by place and normal; a released support adds some to a side."""
     old: dict[bytes, list[int]] = {}
     for number, place in enumerate(np.hstack([before.X, before.normal])):
         old.setdefault(place.tobytes(), []).append(number)

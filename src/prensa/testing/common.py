@@ -1,4 +1,4 @@
-"""What the suites have in common: the error that tells, and the sizes of samples and differences."""
+"""Common parts of the suites: the error that they raise, sizes of samples and differences."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ def check_tool(tool: ToolShape, *, size: float | None = None, rounding: float = 
     tool
         The tool, a `ToolShape`; a face looks down.
     size
-        Length that tells how far from the surface, and how far along it, the tool is tried (default: from its outline).
+        Length that sets how far from the surface, and how far along it, the tool is tried (default: from its outline).
     rounding
         Radius (length) of corners that the description leaves to the program.
     seed

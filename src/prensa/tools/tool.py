@@ -143,7 +143,7 @@ class ToolShape(Member, abstract=True):
         return ""
 
     # ----------------------------------------------------------------------------------------------- words and pictures
-    def told(self, shape: Tool, direction: Array) -> str:
+    def details(self, shape: Tool, direction: Array) -> str:
         """What ``prensa check`` says of the placed tool besides its place."""
         if not self.direction_key:
             return ""

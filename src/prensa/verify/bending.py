@@ -52,7 +52,7 @@ def between_legs(inc: Increment) -> float:
 
 @case("free bending and springback (NUMISHEET 2002 B)", suite="forming", slow=True)
 def numisheet(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
-    """From lying flat: the angle between the legs at the end of the stroke within 2 % of a strip in bending; springback told.
+    """From lying flat: the angle between the legs at the end of the stroke within 2 % of a strip in bending; springback reported.
 
     A side of an element 1 mm long cuts 0.03 mm off the shoulder, and may open the angle by 3 %.
     """

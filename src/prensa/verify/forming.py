@@ -349,7 +349,7 @@ def considere(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
 
 
 @case("energy ledger", suite="forming")
-def ledger(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
+def energy_balance(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Work of the tools equals stored plus dissipated energy; the imbalance falls with the step."""
     balance = Balance()
     imbalance = []

@@ -72,9 +72,9 @@ def _jumps(system: System, plan: StepPlan) -> Iterator[str]:
         way = max(dofs, key=lambda dof: abs(missing.get(dof, 0.0)), default=-1)
         if abs(missing.get(way, 0.0)) > SLIGHT * (h if axis != "rz" else 1.0):
             found.append((path, name, tabulated(value)(plan.t0), here[way]))
-    foretold = {n.path for n in table_starts(system)} if found else set()
+    known = {n.path for n in table_starts(system)} if found else set()
     for path, name, first, place in found:
-        if path not in foretold:
+        if path not in known:
             relative = path.split(".")[2] == "by"
             yield (
                 f"step {plan.name!r}, "

@@ -164,7 +164,7 @@ def _between(system: System, w: Watch, x: Array, g: Array) -> tuple[Array, Index
 
 
 def _on_edge(system: System, w: Watch, found: Inside, edge: int, u: Array) -> Inside:
-    """What was found at a node of an edge of a watch, told of the edge and its middle."""
+    """What was found at a node of an edge of a watch, reported for the edge and its middle."""
     ends = w.nodes[w.edges[edge]]
     x, y = (system.X[ends] + system.displacement(u)[ends]).mean(axis=0)
     first, edges = system.offsets[found.body], system.meshes[found.body].edges

@@ -449,7 +449,7 @@ async function contacts() {
   below.line({field: "s"}, {field: "v"}, {source: marks, line_width: 2, line_color: red});
   below.scatter({field: "s"}, {field: "v"}, {source: marks, size: 7, fill_color: {field: "c"}, line_color: null});
   const colours = ["#c6cbd2", blue, red];
-  $("contact-legend").innerHTML = legend(figure, [["pressure, nodal forces (bar: differs from stress by)", blue],
+  $("contact-legend").innerHTML = legend(figure, [["contact pressure (bar: deviation from the stress in the body)", blue],
     ["pressure from the stress in the body", orange, "dashed"], ["shear", green]]);
   $("slip-legend").innerHTML = legend(below, scene.status.map((w, k) => [w, colours[k], "dotted"]));
   let contact = scene.contacts[0], fixed = null;

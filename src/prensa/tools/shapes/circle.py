@@ -35,7 +35,7 @@ class Circle(ToolShape):
         """The radius, of a cavity nothing."""
         return (np.inf, "") if self.concave else (self.radius, "radius")
 
-    def told(self, shape: Tool, direction: Array) -> str:
+    def details(self, shape: Tool, direction: Array) -> str:
         """Whether it is a cavity."""
         return ", concave" if self.concave else ""
 

@@ -46,7 +46,7 @@ class Ellipse(ToolShape):
         """Its ends may be sharp."""
         return "semi"
 
-    def told(self, shape: Tool, direction: Array) -> str:
+    def details(self, shape: Tool, direction: Array) -> str:
         """How sharp it is."""
         return f", radii from {shape.radius:.4g} up"
 

@@ -120,7 +120,7 @@ class Chained(ToolShape, abstract=True):
         """What makes an end sharp: the fillet, or the points without one."""
         return "fillet" if self.fillet is not None else "points"
 
-    def told(self, shape: Tool, direction: Array) -> str:
+    def details(self, shape: Tool, direction: Array) -> str:
         """How round it is."""
         return f", convex radii from {shape.radius:.4g} up"
 
