@@ -81,7 +81,7 @@ def test_an_element_on_which_attempts_fail_again_and_again_ends_the_run():
 
 
 def test_a_side_that_has_slid_past_its_support_is_named():
-    """A free side under the support beside it: told with both, and with the tool that should be there."""
+    """A free side under the support beside it: reported with both, and with the tool that should be there."""
     reason = worn(under)
     assert isinstance(reason, Distorted)
     assert reason.past == ("b.right", "b.bottom", pytest.approx(0.1), pytest.approx(0.1))
@@ -212,7 +212,7 @@ def test_a_tool_three_elements_inside_an_elastic_body_is_pressed_out_at_once():
 
 
 def test_a_tool_that_no_body_gives_way_to_is_reported_soon():
-    """Half the height of the block is beyond its limit point: seven or more cuts told nothing of the overlap."""
+    """Half the height of the block is beyond its limit point: seven or more cuts said nothing of the overlap."""
     done, error = failure_of(pressed(pr.Plane(at=(0.0, 1.0)), -0.05))
     assert not done and isinstance(error.reason, StartsInside)
     assert error.reason.depth == pytest.approx(1.0) and error.reason.elements == pytest.approx(4.0)
@@ -227,7 +227,7 @@ def test_a_tool_beyond_whose_centre_nodes_lie_is_refused():
 
 # -------------------------------------------------------------------------------- what is at its limit, and what it cost
 def test_friction_at_its_bound_is_named():
-    """A block that is pulled out of a vice by more than friction holds: the message says which contacts let go."""
+    """A block that is pulled out of a vice by more than friction holds: the message says which contacts release it."""
     problem = squeezed_block(
         stroke(-0.01, increments=2), pr.Step("pull", loads={"b.right": pr.Load(pressure=-20.0)}, increments=4), material=SOFT,
         size=(2, 1), n=(6, 3), friction=pr.Coulomb(0.2),
@@ -279,7 +279,7 @@ def test_stiff_penalties_at_more_points_than_nodes_are_solved_in_one_increment(r
     assert increment.force("t").y == pytest.approx(run("nodal").force("t").y, rel=0.08)
 
 
-def test_an_increment_tells_all_its_iterations():
+def test_an_increment_reports_all_its_iterations():
     """What is said of an accepted increment counts the attempts that were cut, as its statistics do."""
     said = []
     problem = upset_block(stroke(-0.8, increments=1), material=METAL, size=(2, 1), n=(6, 3))

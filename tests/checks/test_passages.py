@@ -182,7 +182,7 @@ def test_a_staircase_is_reported_once_and_a_rise_is_not():
         assert not told or "about 5 elements lie in the contact, forces step by 15 % (here 10 %)" in said[0]
 
 
-def test_check_foretells_the_staircase():
+def test_check_predicts_the_staircase():
     """Of drawing and rolling through few elements, within a third of their number; of finer meshes and of pressing nothing."""
     (notice,) = staircase(discretise(drawing(1 / 6, 3, 1e6)))
     assert notice.path == "contacts.0" and not notice.fatal

@@ -115,7 +115,7 @@ def test_sizes_of_more_elements_than_there_can_be_are_refused(size, key):
 
 
 def test_a_step_in_which_time_passes_may_repeat_what_is_there():
-    """A push that is written again is told to change nothing, unless the step has a duration."""
+    """A push that is written again is reported to change nothing, unless the step has a duration."""
     for duration, count in ((None, 1), (2.0, 0)):
         steps = [pr.Step("a", push={"die": {"y": -300}}), pr.Step("b", push={"die": {"y": -300}}, duration=duration)]
         assert len([w for w in told(block(METAL, steps=steps)) if "changes nothing" in w]) == count
@@ -157,7 +157,7 @@ def test_a_velocity_of_rotation_is_answered_with_one():
 
 
 def test_small_strain_of_a_beam_that_is_bent_far_is_reported():
-    """A tool that would be on the far side of a thin body at the end of its way bends it: told by the way, over the length."""
+    """A tool that would be on the far side of a thin body at the end of its way bends it: reported by the way, over the length."""
     body = {"b": pr.Body(pr.Rectangle(size=(20, 1), n=(20, 2)), SOFT)}
 
     def bent(way: float, **more: object) -> list[str]:
@@ -259,10 +259,10 @@ def test_the_least_jacobian_on_sides_is_that_of_the_mapping():
 def test_a_table_that_begins_elsewhere_is_reported_and_reached_over_the_first_increment(increments, table, half, caplog):
     """A jump is as long in any increment, however short, and was cut again and again; now each cut makes it shorter."""
     p = block(METAL, steps=(pr.Step("press", move={"die": pr.Motion(y=table)}, increments=increments),))
-    foretold = [words for words in told(p) if "would jump" in words]
-    assert len(foretold) == 1 and "it is moved there over the first" in foretold[0]
+    warnings = [words for words in told(p) if "would jump" in words]
+    assert len(warnings) == 1 and "it is moved there over the first" in warnings[0]
     done = list(pr.solve(p))
-    assert [words for words in caplog.messages if "begins" in words] == foretold
+    assert [words for words in caplog.messages if "begins" in words] == warnings
     places = {round(inc.time, 9): inc.tools["die"].place.y for inc in done}
     assert places[1.0] == pytest.approx(-0.3) and sum(inc.statistics.cutbacks for inc in done) <= 2
     at = np.array(sorted(places))
@@ -270,7 +270,7 @@ def test_a_table_that_begins_elsewhere_is_reported_and_reached_over_the_first_in
 
 
 def test_a_table_that_begins_where_a_pushed_tool_is_not_is_reported_in_the_run(caplog):
-    """Where a tool is that was pushed nobody knows before: told once, when the step begins, with its place; `by` moves it on."""
+    """Where a tool is that was pushed nobody knows before: reported once, when the step begins, with its place; `by` moves it on."""
     steps = (pr.Step("push", push={"die": pr.Push(y=-800.0)}), pr.Step("back", move={"die": pr.Motion(y=((1, 0.0), (2, 0.2)))}))
     p = block(METAL, steps=steps)
     assert not any("would jump" in words for words in told(p))

@@ -41,7 +41,7 @@ def test_between_the_limits_the_force_is_below_both():
 
 
 @pytest.mark.parametrize("enforcement", [pr.Penalty(), pr.Augmented(), pr.Exact()], ids=["penalty", "augmented", "exact"])
-def test_the_ledger_has_the_work_of_friction_on_areas_that_change(enforcement):
+def test_the_energy_balance_has_the_work_of_friction_on_areas_that_change(enforcement):
     """A strip drawn out to 1.75 of its length under a plate: what the energy balance misses falls with the square of
     the increment.
     """

@@ -50,7 +50,7 @@ def test_a_coordinate_is_counted_on_over_the_cut_of_a_closed_surface(angle):
 
 
 def test_a_tool_that_is_not_round_does_not_turn_through_the_body():
-    """A square turned by 360° in one increment would be where it was: refused and cut, and told where that is not allowed."""
+    """A square turned by 360° in one increment would be where it was: refused and cut, and reported where that is not allowed."""
     square = pr.Polygon(points=((-3, -3), (3, -3), (3, 3), (-3, 3)), fillet=0.5, at=(5, 7))
     p = dataclasses.replace(roller(1), tools={"t": square}, friction=None)
     with pytest.raises(SolveError, match="turned by 360° in one increment, right through 'b'") as failed:

@@ -1,4 +1,4 @@
-"""The documentation tells the truth: its code runs, its cases are valid, its links lead somewhere, its places exist."""
+"""The documentation is true: its code runs, its cases are valid, its links lead somewhere, its places exist."""
 
 from __future__ import annotations
 

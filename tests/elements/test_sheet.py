@@ -51,7 +51,7 @@ def test_a_block_keeps_its_cells():
 
 
 def test_answers_do_not_depend_on_the_corner_that_cells_begin_with():
-    """A strip bent beyond yield and let go: cells counted from other corners give the same moment, to 1e-10."""
+    """A strip bent beyond yield and released: cells counted from other corners give the same moment, to 1e-10."""
     mesh = quadrilaterals((1, 2), (2.5, 1.0))
     turned = pr.Points(mesh.points, tuple(c[1:] + c[:1] for c in mesh.cells), mesh.boundaries)
     one, other = (bent_and_released(pr.Body(m, STEEL, "q4_sheet"), 0.01) for m in (mesh, turned))

@@ -52,14 +52,14 @@ def bent(element: str, curvatures: tuple[float, ...], layers: int = 4) -> Iterat
 
 
 def released(element: str, curvatures: tuple[float, ...], layers: int = 4) -> Iterator[Found]:
-    """A strip bent to each curvature and let go."""
+    """A strip bent to each curvature and released."""
     for loaded, found in bent_and_released(element, curvatures, layers):
         if not loaded:
             yield found
 
 
 def bent_and_released(element: str, curvatures: tuple[float, ...], layers: int) -> Iterator[tuple[bool, Found]]:
-    """A strip bent to each curvature, and let go: whether it is loaded, and what is found."""
+    """A strip bent to each curvature, and released: whether it is loaded, and what is found."""
     length = 1.0
     mesh = quadrilaterals((layers, layers), (length, 1.0))
     drive = Drive(pr.Body(mesh, pr.J2(E, NU, FLOW), element), "plane strain", "small")
@@ -132,7 +132,7 @@ def test_self_stress_of_sheet_elements_with_an_elastic_core(layers):
 
 
 def test_free_edges_of_a_plate_of_default_elements_bent_about_its_axis():
-    """Radial and hoop stress at the skin of a round plate, bent to a sphere and let go: 20 % with an elastic core (36 missed).
+    """Radial and hoop stress at the skin of a round plate, bent to a sphere and released: 20 % with an elastic core (36 missed).
 
     Each fibre has equal strains along and stress σ = flow(2 (ε - (1 - ν) σ/E)) both ways; its release is elastic.
     """

@@ -71,7 +71,7 @@ def _errors(printed: str) -> list[tuple[float, float]]:
     return found
 
 
-def test_told_counts_failures(example: object, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_report_counts_failures(example: object, capsys: pytest.CaptureFixture[str]) -> None:
     """The table of findings counts the rows beyond their tolerance, and only those."""
     common: ModuleType = example("common")  # type: ignore[operator]
     rows = [row("right", 1.0, 1.001, 0.01), row("wrong", 1.0, 1.1, 0.01), row("lost", 1.0, np.nan, 0.01),

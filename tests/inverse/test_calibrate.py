@@ -198,7 +198,7 @@ def test_forces_of_a_strip_of_some_thickness_are_whole_ones(tmp_path: Path) -> N
 
 
 def test_a_column_that_no_parameter_moves_is_reported_before_the_fit(table: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """The travel of the tool is prescribed: a column of it is told after the first run, before the steps of the fit.
+    """The travel of the tool is prescribed: a column of it is reported after the first run, before the steps of the fit.
 
     Who gives nothing to tell it to sees it as a warning.
     """
@@ -248,7 +248,7 @@ def test_a_mesh_is_refined_by_its_counts() -> None:
 
 
 def test_what_an_experiment_would_tell() -> None:
-    """The bore gives friction, the force the strength; one last bore is nearly as good as all; nothing tells E."""
+    """The bore gives friction, the force the strength; one last bore is nearly as good as all; nothing determines E."""
     found = pr.identify(true(), SEEN, [MU, K, N], rows=8)
     halves = found.plans
     assert halves["without bore"][0] > 20 * halves["all readings"][0]

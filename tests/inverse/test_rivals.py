@@ -1,4 +1,4 @@
-"""Coulomb's law against a shear factor: told apart where readings can, and not where they cannot."""
+"""Coulomb's law against a shear factor: distinguished where readings can, and not where they cannot."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def test_what_is_no_table_is_reported_in_a_line(tmp_path: Path, raw: bytes, mess
     assert "\n" not in str(caught.value)
 
 
-def test_any_bytes_are_a_table_or_told(tmp_path: Path) -> None:
+def test_any_bytes_are_a_table_or_reported(tmp_path: Path) -> None:
     """Six hundred tables with random damage: numbers or one line, never another exception."""
     rng, file, read = np.random.default_rng(3), tmp_path / "t.csv", 0
     sources = list(GOOD.values())

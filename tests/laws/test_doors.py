@@ -112,7 +112,7 @@ def update(law, h, old, dt=0.1):
 
 
 class WrongCurve(pr.FlowCurve):
-    """A curve that goes wrong in the way that it is told to."""
+    """A curve that goes wrong in a given way."""
 
     way: str
     calls = [0]  # noqa: RUF012 (the memory that a curve must not have)
@@ -264,7 +264,7 @@ def test_ogdens_sheet_under_tension_is_the_closed_form():
 
 
 class WrongMaterial(pr.IsotropicMaterial):
-    """A material that goes wrong in the way that it is told to."""
+    """A material that goes wrong in a given way."""
 
     way: str
     E: float = 1000.0

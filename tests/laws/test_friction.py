@@ -75,7 +75,7 @@ def test_every_law_behind_the_door_is_in_the_list():
 
 
 class Wrong(pr.FrictionLaw):
-    """A law that goes wrong in the way that it is told to."""
+    """A law that goes wrong in a given way."""
 
     way: str
     calls = [0]  # noqa: RUF012 (the memory that a law must not have)

@@ -208,7 +208,7 @@ def update(law: Any, h: np.ndarray, temperature: np.ndarray | None) -> Out:
 
 
 def test_laws_know_the_temperature() -> None:
-    """A law that asks for it flows earlier where it is hot; others and those that nobody tells it stay as they are."""
+    """A law that asks for it flows earlier where it is hot; others and those without a temperature stay as they are."""
     h = np.tile([0.02, 0.0, 0.0, -0.01, -0.01], (10, 1))
     warm = np.linspace(0.0, 500.0, 10)
     soft = Metal(E=200e3, nu=0.3, s0=250.0, H=0.0, softening=1e-3).law("finite")

@@ -179,7 +179,7 @@ def test_tied_bodies(n):
 
 
 def test_several_bodies_tools_and_changing_supports():
-    """Each step has its own supports; a tool pressed against a side, another from above, a body that is let go of a wall."""
+    """Each step has its own supports; a tool pressed against a side, another from above, a body that is released from a wall."""
     bodies = {"b": block(), "c": block(origin=(0.0, 3.0))}
     tools = {
         "t": pr.Circle(radius=2.0, touching="b.top"),

@@ -328,7 +328,7 @@ def test_about_an_axis_there_is_no_moment():
     assert inc.measure("die.force") == abs(inc.force("die").y) and parse("die.force", p).unit == "N"
 
 
-def test_measures_of_a_case_are_written_and_told(tmp_path: Path):
+def test_measures_of_a_case_are_written_and_reported(tmp_path: Path):
     """Own names: a table of their own, values at the ends of the steps in the summary, a picture, a line in the report."""
     p = problem("q4_fbar", n=(4, 2), measures={"force": "punch.force.y", "far": "block.right.x at y=9"})
     result = pr.run(pr.Case(p), tmp_path / "r", quiet=True)

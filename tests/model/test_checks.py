@@ -13,7 +13,7 @@ from prensa.model.schema import loads, warnings_of
 from .test_mistakes import CASE
 
 
-def test_python_tells_all_cross_references_at_once():
+def test_python_reports_all_cross_references_at_once():
     """The error of the constructor names every path that is wrong, not only the first."""
     body = pr.Body(pr.Rectangle((1, 1), (2, 2)), pr.Elastic(E=1, nu=0))
     with pytest.raises(CaseError) as caught:

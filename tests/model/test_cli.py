@@ -1,4 +1,4 @@
-"""The command line tells in plain text, with an exit code, what is wrong; it starts at once."""
+"""The command line reports in plain text, with an exit code, what is wrong; it starts at once."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def test_starters_are_commented_cases_that_load(kind, tmp_path, monkeypatch):
 
 
 def test_the_schema_accepts_every_example_and_no_unknown_key():
-    """What editors are told is what is read: all examples hold, a typing error at any depth does not."""
+    """The schema for editors agrees with what is read: all examples hold, a typing error at any depth does not."""
     jsonschema = pytest.importorskip("jsonschema")
     validator = jsonschema.Draft202012Validator(json.loads(prensa("schema").output))
     assert validator.schema == json_schema()
@@ -80,7 +80,7 @@ def test_entries_of_a_list_are_named_in_overrides(tmp_path):
 
 
 def test_pictures_films_and_json_of_a_run(tmp_path, monkeypatch):
-    """A run told as JSON alone; its picture at a step, its film, its page; what does not exist is reported."""
+    """A run reported as JSON alone; its picture at a step, its film, its page; what does not exist is reported."""
     monkeypatch.chdir(tmp_path)
     Path("small.yaml").write_text(SMALL, encoding="utf-8")
     done = prensa("run", "small.yaml", "--json", "--set", "output.pictures=false")

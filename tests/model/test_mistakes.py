@@ -289,7 +289,7 @@ def test_a_huge_file_is_an_error_at_once(name):
 
 
 def test_files_that_are_not_text_are_refused(tmp_path):
-    """Binary, huge, missing files and folders are told by name."""
+    """Binary, huge, missing files and folders are reported by name."""
     path = tmp_path / "case.yaml"
     for content, words in ((b"\x89PNG\r\n\x1a\n\xff\xfe\x00", "UTF-8"), (b" " * ((4 << 20) + 1), "4 MiB")):
         path.write_bytes(content)

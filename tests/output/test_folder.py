@@ -30,7 +30,7 @@ def small(name: str = "small", increments: int = 3) -> pr.Case:
 
 # ---------------------------------------------------------------------------------------------------------------- lock
 def test_a_second_run_in_a_folder_is_refused_with_the_first_ones_process(tmp_path):
-    """While one run writes, another is told who does; afterwards the folder is free and has no lock left."""
+    """While one run writes, another reports which; afterwards the folder is free and has no lock left."""
     with lock.locked(tmp_path):
         for second in (lambda: run(small(), tmp_path, quiet=True), lambda: _locked_by_another(tmp_path)):
             with pytest.raises(PrensaError, match=f"process {os.getpid()} on {socket.gethostname()} has been running"):

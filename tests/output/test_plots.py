@@ -36,7 +36,7 @@ def test_an_unknown_field_is_answered_with_the_nearest(tmp_path):
 
 
 def test_lines_leave_room_for_colours():
-    """Edges of elements are drawn where they can be told apart or are asked for; seen from afar an outline is thinner."""
+    """Edges of elements are drawn where they can be distinguished or are asked for; seen from afar an outline is thinner."""
     increment, problem = synthetic.increment(n=(8, 4)), synthetic.problem()
 
     def lines(**options) -> tuple[bool, float]:

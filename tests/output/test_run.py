@@ -95,8 +95,8 @@ def test_the_log_has_every_iteration_and_ends_with_the_wall_times(done):
     assert "wall time by section" in text and text.splitlines()[-1].startswith("total")
 
 
-def test_the_report_stands_alone_and_tells_the_run(done):
-    """report.html holds name, forces, pictures, ledger, convergence, timings and input, and fetches nothing."""
+def test_the_report_stands_alone_and_describes_the_run(done):
+    """report.html holds name, forces, pictures, energy balance, convergence, timings and input, and fetches nothing."""
     page = (done.directory / "report.html").read_text()
     for part in (
         "<h1>small</h1>",
@@ -165,7 +165,7 @@ def test_resuming_a_completed_run_changes_nothing(tmp_path):
 
 
 def test_a_tool_that_touched_before_the_run_was_continued_has_touched(tmp_path):
-    """Pressed and lifted off, then continued: nothing is told that was not told before, 'never touched' least of all."""
+    """Pressed and lifted off, then continued: nothing is reported that was not reported before, 'never touched' least of all."""
     case, lift = small(increments=2), pr.Step("lift", by={"punch": pr.Motion(y=0.5)}, increments=2)
     case = replace(case, problem=replace(case.problem, steps=(case.problem.steps[0], lift), friction=None))
     first = run(case, tmp_path, quiet=True).summary["warnings"]

@@ -149,7 +149,7 @@ def test_pushed_and_sprung_tools() -> None:
 # ----------------------------------------------------------------------------------------------- cases that follow on
 @pytest.mark.parametrize("remesh", ["off", MANY], ids=["on its meshes", "remeshed on"])
 def test_a_case_starts_from_a_run_on_new_meshes(tmp_path: Path, remesh: Any) -> None:
-    """Two stages in two cases are those of one, with nothing to let go between them; and the second one resumes bit for bit."""
+    """Two stages in two cases are those of one, with nothing to release between them; and the second one resumes bit for bit."""
     lift = press(0.02, name="lift", increments=16)
     run(pr.Case(indented(press(-0.4)), output=TABLES), tmp_path / "first", quiet=True)
     whole = run(pr.Case(indented(press(-0.4), lift, remesh=MANY), output=TABLES), tmp_path / "whole", quiet=True)

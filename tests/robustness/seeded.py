@@ -610,7 +610,7 @@ def case_of(seeded: Seeded) -> str:
 
 
 def said(seeded: Seeded, folder: Path) -> tuple[int, list[str]]:
-    """Exit code, and the lines told about a seeded mistake, the file called ``case.yaml``."""
+    """Exit code, and the lines reported for a seeded mistake, the file called ``case.yaml``."""
     path = folder / "case.yaml"
     path.write_text(case_of(seeded), encoding="utf-8")
     options = [
@@ -629,5 +629,5 @@ def said(seeded: Seeded, folder: Path) -> tuple[int, list[str]]:
 
 
 def the_line(seeded: Seeded, lines: list[str]) -> str:
-    """The line that tells of the mistake; '' if none has its words."""
+    """The line that reports the mistake; '' if none has its words."""
     return next((line for line in lines if all(word in line for word in seeded.words)), "")

@@ -37,7 +37,7 @@ MODES = (("small", "reference"), ("small", "current"), ("finite", "current"))
 
 @st.composite
 def problems(draw, linear: bool = False) -> pr.Problem:
-    """A small block pressed, then slid or let go, by a tool that moves or is pushed; linear: all but the contact is linear."""
+    """A small block pressed, then slid or released, by a tool that moves or is pushed; linear: all but the contact is linear."""
     axi = draw(st.booleans())
     kinematics, geometry = draw(st.sampled_from(MODES[:2] if linear else MODES))
     material = draw(st.sampled_from(MATERIALS[:1] if linear else MATERIALS))
@@ -155,7 +155,7 @@ def small() -> pr.Case:
 
 
 def results(folder: Path) -> dict[str, bytes]:
-    """Everything a run leaves but what tells of its wall time, the state array by array."""
+    """Everything a run leaves but what depends on its wall time, the state array by array."""
     out = {
         str(p.relative_to(folder)): p.read_bytes()
         for p in folder.rglob("*")

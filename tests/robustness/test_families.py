@@ -235,7 +235,7 @@ def test_peaks_that_go_on_falling_do_not_settle(falls, settles):
 def test_what_drags_at_a_free_roll_is_found(element, tmp_path):
     """A right roll passes that has 2.5 elements beneath it; one does not whose torque drags by 1e-3 of what friction bears.
 
-    Nor does friction of which no work of the tool tells, nor a load that was to be released.
+    Nor does friction of which no work of the tool shows, nor a load that was to be released.
     """
     d = drawn("rolls", 401396437, 8)
     body = replace(d.problem.bodies["block"], element=element)
@@ -290,7 +290,7 @@ def test_a_twin_of_another_answer_is_found():
 
 # ---------------------------------------------------------------------------------------------------------------- verdicts
 def test_verdicts_say_what_happened(tmp_path):
-    """Right, wrong where a claim does not hold or a twin differs, told with its type, and out of time."""
+    """Right, wrong where a claim does not hold or a twin differs, reported with its type, and out of time."""
     d = pressed()
     right = judge_files(replace(d, claims=(lambda r: "" if r.steps[-1] == "slide" else "?",)), 7, tmp_path / "a")
     assert (right.status, right.words, right.number) == ("right", "", 7)

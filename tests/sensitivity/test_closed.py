@@ -1,4 +1,4 @@
-"""Closed derivatives of the default elements, materials and contacts: against differences with held branches."""
+"""Closed derivatives of the default elements, materials and contacts: against differences with fixed active sets."""
 
 from __future__ import annotations
 

@@ -101,7 +101,7 @@ def test_the_next_increment_is_solved_before_one_is_reported() -> None:
 
 
 def test_errors_come_after_what_went_well() -> None:
-    """A run that fails tells all increments before, and its error has the last of them with its derivatives."""
+    """A run that fails yields all increments before, and its error has the last of them with its derivatives."""
     problem = ring("steps.0={name: press, move: {die: {y: -2.6}}}")
     seen, errors = list[list[int]](), list[SolveError]()
     for threads, policy in ((1, NONE), (2, FOLLOWED)):

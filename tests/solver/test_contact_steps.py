@@ -164,7 +164,7 @@ def test_of_many_candidates_those_that_press_are_enough(monkeypatch):
 
 
 def test_a_body_that_nothing_holds_is_not_held_by_the_foundation():
-    """The springs under candidates keep matrices regular; a body that slides off without resistance is still told."""
+    """The springs under candidates keep matrices regular; a body that slides off without resistance is still reported."""
     tools = {"t": pr.Plane(touching="b.top"), "table": pr.Plane(normal=(0.0, 1.0), at=(0.0, -0.01))}
     problem = squeezed_block(stroke(-0.05), tools=tools, size=(2.0, 1.0), n=(4, 2), body_force={"b": (0.01, 0.0)})
     with pytest.raises(PrensaError, match="free"):

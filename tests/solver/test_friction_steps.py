@@ -39,7 +39,7 @@ def test_a_problem_without_a_solution_has_none():
 
 
 def rolling(friction):
-    """A thin strip drawn into the gap of a roll at a given speed, then let go."""
+    """A thin strip drawn into the gap of a roll at a given speed, then released."""
     R, h, out = 20.0, 1.0, 0.85
     length = 6.0
     return pressed_block(

@@ -117,8 +117,8 @@ def test_points_between_nodes_start_no_worse_than_predicted(rule, monkeypatch):
     )  # fmt: skip
     first = np.array([i.statistics.residuals[0] for i in pr.solve(p)])
     monkeypatch.setattr(predictor, "project_prediction", lambda *_: None)
-    foretold = np.array([i.statistics.residuals[0] for i in pr.solve(p)])
-    assert (first <= 1.1 * foretold).all()  # both relative to the forces of their own, which differ a little
+    predicted = np.array([i.statistics.residuals[0] for i in pr.solve(p)])
+    assert (first <= 1.1 * predicted).all()  # both relative to the forces of their own, which differ a little
 
 
 def test_a_start_that_nobody_has_improved_is_not_let_pass_as_round_off():

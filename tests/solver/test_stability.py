@@ -97,7 +97,7 @@ def test_a_bent_column_takes_its_own_branch_however_long_the_increments():
 
 
 def test_a_straight_column_buckles_and_says_so(caplog):
-    """Without an imperfection the run leaves the straight path where that is no longer stable, and tells."""
+    """Without an imperfection the run leaves the straight path where that is no longer stable, and warns."""
     *_, last = pr.solve(column(1.0, "q8", 0.0, 10))
     reference = elastica_clamped(SHORTENING, E=1e5 / (1 - 0.3**2), length=COLUMN_LENGTH, thickness=1.0)
     assert -last.supports["b.top"].y == pytest.approx(reference, rel=0.03)
@@ -107,12 +107,12 @@ def test_a_straight_column_buckles_and_says_so(caplog):
 
 @pytest.mark.parametrize("number", [6, 10])
 def test_random_slender_bodies(number):
-    """A few of the random columns, arches and rings: right or told."""
+    """A few of the random columns, arches and rings: right or stopped with a message."""
     assert verdict(draw(5, number), fine=25)[0] != "wrong"
 
 
 def test_a_pushed_arch_ends_at_its_limit_point():
-    """A force beyond the limit load has no equilibrium before the arch has snapped: told as such, with what to try."""
+    """A force beyond the limit load has no equilibrium before the arch has snapped: reported as such, with what to try."""
     with pytest.raises(SolveError, match="limit point") as caught:
         list(pr.solve(shallow_arch(-60.0)))
     assert isinstance(caught.value.reason, failure.LimitPoint)
@@ -211,7 +211,7 @@ def test_modes_are_looked_at_after_contact_steps_too():
     assert all(i.state.stability.negative == 0 for i in increments)
 
 
-def test_a_jump_that_is_short_is_taken_and_told(caplog):
+def test_a_jump_that_is_short_is_taken_and_reported(caplog):
     """Where a node of a column's head comes off it jumps by a thousandth of the height, to where a support would lead it too.
 
     Followed up to the limit point: nothing is looked for beside the unstable state that long increments come upon before it.

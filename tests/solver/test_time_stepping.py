@@ -134,7 +134,7 @@ def test_first_touch_splits_the_increment():
 
 @pytest.mark.parametrize("moved", ["tool", "block"])
 @pytest.mark.parametrize(("gap", "down"), [(0.5, 1.0), (2.0, 0.2)])
-def test_the_ledger_sees_a_flat_side_land(moved, gap, down):
+def test_the_energy_balance_sees_a_flat_side_land(moved, gap, down):
     """The force of metal under a plane rises to yield at once: its work is seen to 1e-3, and the answer is that without the gap.
 
     9 % of the work of a short press after a long way were missed.

@@ -301,7 +301,7 @@ def test_the_file_and_python_say_the_same():
     assert loads(dump(problem)).problem == problem
 
 
-def test_the_check_foretells_travels_beyond_reach():
+def test_the_check_predicts_travels_beyond_reach():
     """And says nothing that an early end would make untrue."""
     short = block(down(-0.02, pr.Until(travel={"t": pr.ToolTravel(y=-0.05)})))
     (notice,) = preflight(pr.discretise(short))

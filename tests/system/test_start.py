@@ -34,7 +34,7 @@ def test_press_and_release_in_two_cases_are_those_of_one(tmp_path, enforcement):
     whole = pr.run(case(PRESS, RELEASE, enforcement=enforcement), tmp_path / "whole", quiet=True)
     pr.run(case(PRESS, enforcement=enforcement), tmp_path / "press", quiet=True)
     second = case(RELEASE, enforcement=enforcement, start=pr.Start(str(tmp_path / "press")))
-    assert pr.discretise(second.problem).release is None, "nothing has to be let go"
+    assert pr.discretise(second.problem).release is None, "nothing has to be released"
     after = pr.run(second, tmp_path / "release", quiet=True)
     a, b = whole.increment, after.increment
     parts = {key: (getattr(a.state, key), getattr(b.state, key)) for key in ("u", "lam", "energy")}

@@ -43,7 +43,7 @@ def pressed(*steps: pr.Step, tool=None, mu=0.3, rule="nodal", **more) -> pr.Prob
 
 
 def by_step(problem: pr.Problem) -> dict[str, list[pr.Increment]]:
-    """Increments by step; all in balance, what is being let go counted in, unless forces are nothing but round-off."""
+    """Increments by step; all in balance, what is being released counted in, unless forces are nothing but round-off."""
     out, system, largest = {}, pr.discretise(problem), 0.0
     for inc in pr.solve(system):
         forces = [*(t.force[:2] for t in inc.tools.values()), *inc.supports.values()]
@@ -109,7 +109,7 @@ def test_the_result_of_an_elastic_body_does_not_depend_on_the_increments():
 
 @pytest.mark.parametrize("enforcement", [pr.Penalty(), pr.Augmented(), pr.Exact()], ids=lambda e: e.type)
 def test_a_step_lets_go_as_a_case_that_starts_from_a_run(tmp_path, enforcement):
-    """A support let go under a tool with friction: the second step of one run is the first of one that starts from the first."""
+    """A support released under a tool with friction: the second step of one run is the first of one that starts from the first."""
     hold = {"b.bottom": "xy", "b.right": "x"}
     one = replace(pressed(PRESS, enforcement=enforcement, material=PLASTIC), fixed=hold)
     go = pr.Step("go", fixed={"b.right": "free"}, increments=3)
@@ -275,7 +275,7 @@ def test_the_bound_of_fading_friction_has_exact_derivatives(now):
 
 @pytest.mark.parametrize("rule", ["nodal", "gauss2"])
 def test_the_tangent_of_a_releasing_step_is_exact(rule):
-    """Assembled, by central differences: a tool let go, friction that fades and slips, in finite strain."""
+    """Assembled, by central differences: a tool released, friction that fades and slips, in finite strain."""
     step = pr.Step("off", push={"t": pr.Push(y=-60.0)}, friction={"b.top-t": pr.Shear(m=0.1, k=5.0)})
     problem = pressed(PRESS, DRAG, step, rule=rule, mu=0.2)
     *_, last = pr.solve(replace(problem, steps=(PRESS, DRAG)))

@@ -58,7 +58,7 @@ def test_a_punch_on_a_spring_is_one_on_a_stiff_mount_and_a_spring_in_series(kine
     assert part[1] < 0.7 * part[0]
 
 
-def test_the_ledger_of_springs_alone_is_exact():
+def test_the_energy_balance_of_springs_alone_is_exact():
     """A tool on three springs that meets nothing follows its mount; one that has pressed and is drawn back stores nothing."""
     far = pr.Circle(radius=1.0, at=(3.0, 30.0), spring=pr.Springs(x=10.0, y=20.0, rz=5.0))
     inc = last(pressed(far, [pr.Step("go", move={"tool": {"x": 1.0, "y": 2.0, "rz": 0.5}}, increments=2)]))

@@ -115,7 +115,7 @@ def test_every_tool_behind_the_door_is_in_the_list():
 
 
 class Wrong(pr.ToolShape):
-    """A circle of radius 2 that goes wrong in the way that it is told to."""
+    """A circle of radius 2 that goes wrong in a given way."""
 
     way: str
     calls = [0]  # noqa: RUF012 (the memory that a tool must not have)
@@ -177,7 +177,7 @@ def test_the_suite_says_what_is_wrong_with_a_tool(way, said):
         check_tool(Wrong(way))
 
 
-def test_the_suite_finds_rays_that_go_wrong_and_edges_that_are_not_told():
+def test_the_suite_finds_rays_that_go_wrong_and_edges_that_are_not_reported():
     """A ray that stops short, and a sharp edge that is kept secret, are found."""
 
     class Ray(Oval):

@@ -71,7 +71,7 @@ def test_the_verdict_is_the_tolerance(ours: float, kind: table.Kind, verdict: bo
 
 
 def test_selection_by_suite_by_name_and_by_part_of_a_name() -> None:
-    """A suite, a case or a part of its name chooses; an unknown one is told what there is."""
+    """A suite, a case or a part of its name chooses; an unknown one is answered with what there is."""
     assert {c.suite for c in table.select("friction")} == {"friction"}
     assert [c.name for c in table.select("sliding wedge")] == ["sliding wedge"]
     found = {c.name for c in table.select("Example 1")}
@@ -81,7 +81,7 @@ def test_selection_by_suite_by_name_and_by_part_of_a_name() -> None:
         table.select("fricton")
 
 
-def test_the_table_is_written_and_the_exit_code_tells(
+def test_the_table_is_written_and_the_exit_code_says_failure(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The exit code is 1 when a row fails; Markdown and CSV hold every row."""
