@@ -1,4 +1,4 @@
-"""Where components stand in arrays. Nobody else does arithmetic on places."""
+"""Layout of components in arrays. Nobody else does arithmetic on places."""
 
 from __future__ import annotations
 

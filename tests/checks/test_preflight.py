@@ -1,4 +1,4 @@
-"""What is reported before anything is solved, and good cases beside it that are left alone."""
+"""Reports before anything is solved, and good cases beside them that are left alone."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ def test_a_velocity_of_rotation_is_answered_with_one():
 
 
 def test_small_strain_of_a_beam_that_is_bent_far_is_reported():
-    """A tool that would be on the far side of a thin body at the end of its way bends it: reported by the way, over the length."""
+    """A tool that would be on the far side of a thin body at the end of its way bends it: reported by the way, over length."""
     body = {"b": pr.Body(pr.Rectangle(size=(20, 1), n=(20, 2)), SOFT)}
 
     def bent(way: float, **more: object) -> list[str]:
@@ -270,7 +270,7 @@ def test_a_table_that_begins_elsewhere_is_reported_and_reached_over_the_first_in
 
 
 def test_a_table_that_begins_where_a_pushed_tool_is_not_is_reported_in_the_run(caplog):
-    """Where a tool is that was pushed nobody knows before: reported once, when the step begins, with its place; `by` moves it on."""
+    """Where a tool is that was pushed is not known before: reported once, when the step begins, with its place; `by` goes on."""
     steps = (pr.Step("push", push={"die": pr.Push(y=-800.0)}), pr.Step("back", move={"die": pr.Motion(y=((1, 0.0), (2, 0.2)))}))
     p = block(METAL, steps=steps)
     assert not any("would jump" in words for words in told(p))

@@ -1,4 +1,4 @@
-"""What a run says when it goes beyond what its descriptions hold for."""
+"""Warnings of a run that goes beyond what its descriptions hold for."""
 
 from __future__ import annotations
 

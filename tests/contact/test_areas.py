@@ -1,4 +1,4 @@
-"""Which area friction acts on: a share of the normal force whatever the area, a traction per current area, or one by branch."""
+"""Area on which friction acts: a share of the normal force whatever the area, a traction per current area, or one by branch."""
 
 from __future__ import annotations
 

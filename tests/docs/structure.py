@@ -1,4 +1,4 @@
-"""What the source says about its own structure: imports, lengths of functions, constants.  Nothing is imported to find out."""
+"""Structure of the source as it states it: imports, lengths of functions, constants.  Nothing is imported to find out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every element inherits: no stress from rotation, purity, recovery, output; and the claims of the enhanced one."""
+"""Properties that every element inherits: no stress from rotation, purity, recovery, output; and claims of the enhanced one."""
 
 from __future__ import annotations
 

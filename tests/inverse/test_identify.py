@@ -1,4 +1,4 @@
-"""What an experiment would tell, against the Fisher information of upsetting without friction in closed form."""
+"""Information of an experiment, against the Fisher information of upsetting without friction in closed form."""
 
 from __future__ import annotations
 

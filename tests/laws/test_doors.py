@@ -1,4 +1,4 @@
-"""What every flow curve and every material inherits, prensa's own and users'; wrong ones are reported in words."""
+"""Suites for flow curves and materials, prensa's own and users'; wrong ones are reported in words."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every friction law inherits: exact tangent with 1, 2 and 3 tangential components, purity, bound, dissipation."""
+"""Properties of every friction law: exact tangent with 1, 2 and 3 tangential components, purity, bound, dissipation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every material law inherits: exact tangent, purity, objectivity, no stress at rest; plus the claims of each law."""
+"""Properties that every material law inherits: exact tangent, purity, objectivity, no stress at rest; and the claims of each."""
 
 from __future__ import annotations
 

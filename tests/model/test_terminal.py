@@ -1,4 +1,4 @@
-"""How the command line speaks: where a case comes from, what goes to which stream, JSON, lines, completion."""
+"""Output of the command line: where a case comes from, what goes to which stream, JSON, lines, completion."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What results show of themselves: lines, cards, pictures, tables, grids, films, one live line, residual and tangent."""
+"""Views of results in Python: lines, cards, pictures, tables, grids, films, one live line, residual and tangent."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What new meshes get of a state: homogeneous and linear states exactly, the same after a turn, and nothing lost."""
+"""Transfer of a state to new meshes: homogeneous and linear states exactly, the same after a turn, and nothing lost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run asks for again and again is made once, or looked for only where it matters: answers are those of a full look."""
+"""Caching within a run: values are made once, or looked for only where it matters; answers are those of a full look."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far increments are improved, and what the expectation of a turning flow may change: time, and nothing else."""
+"""Accuracy of increments, and what the expectation of a turning flow may change: time, and nothing else."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Why an increment failed is a value: remedies follow its type, never the words, which hold names that users gave."""
+"""Reasons of failure as values: remedies follow their type, never the words, which hold names that users gave."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far tools, and bodies past them, move in an automatic increment."""
+"""Travel of tools, and of bodies past them, in an automatic increment."""
 
 from dataclasses import replace
 from pathlib import Path

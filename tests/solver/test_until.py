@@ -1,4 +1,4 @@
-"""What ends a step: a force, a travel, a contact; exactly there, and the next step goes on from that state."""
+"""End conditions of a step: a force, a travel, a contact; exactly there, and the next step goes on from that state."""
 
 from __future__ import annotations
 

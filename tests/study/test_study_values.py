@@ -1,4 +1,4 @@
-"""What may be written as the values of a quantity, and which cases come of it."""
+"""Values of a quantity as they may be written, and which cases come of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said to be symmetric is: the assembled matrix of random states in every combination that is known to be symmetric."""
+"""Symmetry of the assembled matrix: random states in every combination that is known to be symmetric."""
 
 from __future__ import annotations
 

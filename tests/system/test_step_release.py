@@ -1,4 +1,4 @@
-"""What a step releases or changes starts from the force that it carries and goes linearly to what is asked."""
+"""Release of forces in a step: it starts from the force that it carries and goes linearly to what is asked."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def test_the_result_of_an_elastic_body_does_not_depend_on_the_increments():
 
 @pytest.mark.parametrize("enforcement", [pr.Penalty(), pr.Augmented(), pr.Exact()], ids=lambda e: e.type)
 def test_a_step_lets_go_as_a_case_that_starts_from_a_run(tmp_path, enforcement):
-    """A support released under a tool with friction: the second step of one run is the first of one that starts from the first."""
+    """A support released under a tool with friction: the second step of a run is the first of one that starts from the first."""
     hold = {"b.bottom": "xy", "b.right": "x"}
     one = replace(pressed(PRESS, enforcement=enforcement, material=PLASTIC), fixed=hold)
     go = pr.Step("go", fixed={"b.right": "free"}, increments=3)

@@ -1,4 +1,4 @@
-"""How tools move: turned, driven by a moment, on springs, free; several on one body, one on several bodies."""
+"""Motion of tools: turned, driven by a moment, on springs, free; several on one body, one on several bodies."""
 
 from __future__ import annotations
 

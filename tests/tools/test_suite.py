@@ -1,4 +1,4 @@
-"""What every tool inherits: distance, normal, curvature, surface coordinate, rays, period and edges that belong together."""
+"""Properties that every tool inherits: distance, normal, curvature, surface coordinate, rays, period and edges that fit."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What each special mechanism of the solver is worth: the panel runs its problems with it and without."""
+"""Value of each special mechanism of the solver: the panel runs its problems with it and without."""

@@ -1,4 +1,4 @@
-"""What each special mechanism of the solver is worth: ``python -m prensa_bench.panel``.
+"""Value of each special mechanism of the solver: ``python -m prensa_bench.panel``.
 
     python -m prensa_bench.panel                          # everything on, and each mechanism off, over all problems: many hours
     python -m prensa_bench.panel --off edge_step          # that one

@@ -1,4 +1,4 @@
-"""What mechanisms are worth, from the records of runs with them and without: failures, wrong answers, cuts, iterations, time."""
+"""Value of mechanisms from the records of runs with them and without: failures, wrong answers, cuts, iterations, time."""
 
 from __future__ import annotations
 

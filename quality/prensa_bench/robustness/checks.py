@@ -1,4 +1,4 @@
-"""What must hold of the files of a run, found by plain geometry and statics: nothing here is shared with the solver.
+"""Checks of the files of a run by plain geometry and statics: nothing here is shared with the solver.
 
 Every check answers '' or, in words, what is wrong. Forces at nodes are the pressures and shears of the contact tables times
 tributary areas of the deformed outline, along normals of the tools' outlines (`prensa_bench.robustness.outlines`).

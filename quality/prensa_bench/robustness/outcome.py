@@ -1,4 +1,4 @@
-"""What came of random problems: verdicts, their counts, and how sure a share is."""
+"""Outcomes of random problems: verdicts, their counts, and how sure a share is."""
 
 from __future__ import annotations
 

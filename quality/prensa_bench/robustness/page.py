@@ -1,4 +1,4 @@
-"""What is published of a run of the suite: a table of every problem, and the page with shares and failures by family."""
+"""Published results of the suite: a table of every problem, and the page with shares and failures by family."""
 
 from __future__ import annotations
 

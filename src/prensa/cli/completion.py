@@ -1,4 +1,4 @@
-"""What the shell is told when a word is to be completed: Typer installs the completion, these are the values.
+"""Shell completion: the values for a word to be completed; Typer installs the completion.
 
 Nothing here may fail or print: whoever presses a key wants words or silence.
 """

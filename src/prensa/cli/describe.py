@@ -1,4 +1,4 @@
-"""What ``prensa check`` says: bodies, tools in their places, contacts, steps and the size of a case that would run."""
+"""Summary by ``prensa check``: bodies, tools in their places, contacts, steps and the size of a case that would run."""
 
 from __future__ import annotations
 

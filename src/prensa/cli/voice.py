@@ -1,4 +1,4 @@
-"""How the verbs speak: results on standard output, everything else on standard error, errors in plain text with exit codes."""
+"""Output of the commands: results on standard output, everything else on standard error, errors in plain text with exit codes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an enforcement is: how gaps and slips become pressures and tractions, and what an outer loop does about the rest.
+"""Enforcement of contact: how gaps and slips become pressures and tractions, and what an outer loop does about the rest.
 
 All of them share one form, p = ⟨λ_n − k_n g⟩ and the return map of t_tr = λ_T − k_T Δg_T (see `prensa.contact.forces`). They
 differ in what λ is: nothing, the outcome of an outer loop, or degrees of freedom of the same iteration.

@@ -1,4 +1,4 @@
-"""What is remembered of contact points from one increment to the next."""
+"""Contact history: the state of contact points that one increment leaves to the next."""
 
 from __future__ import annotations
 

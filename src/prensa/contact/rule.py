@@ -1,4 +1,4 @@
-"""What an integration rule is: where on a surface the contact terms are taken, with which shares of its edges."""
+"""Integration rules of contact: the points on a surface where its terms are taken, with their shares of the edges."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What keeps 4-node quadrilaterals with F-bar from being turned through themselves.
+"""Protection of 4-node quadrilaterals with F-bar against inversion.
 
 F-bar sees no volume but that of the centroid (`prensa.elements.gradients`), so nothing keeps that of a point from vanishing:
 `unfold` does, where `folding` finds a point of little area.

@@ -1,4 +1,4 @@
-"""What the bound of a friction law may depend on besides pressure and slip."""
+"""Arguments of the bound of a friction law besides pressure and slip."""
 
 from __future__ import annotations
 

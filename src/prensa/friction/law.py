@@ -1,4 +1,4 @@
-"""What a friction law is: a bound on the tangential traction. The return map does the rest, one for all laws.
+"""Friction laws: a bound on the tangential traction. The return map does the rest, one for all laws.
 
 A law of one's own derives from `FrictionLaw` and states its bound in one of two forms. In NumPy, of all points at once;
 derivatives that it does not give are found by the complex step::

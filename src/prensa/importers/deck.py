@@ -1,4 +1,4 @@
-"""What a mesh file says, before it is a mesh of a body: nodes and elements by label, sets by name."""
+"""Content of a mesh file before it is the mesh of a body: nodes and elements by label, sets by name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the command line says of a calibration, as its functions take it."""
+"""Options of the calibration commands, converted to arguments of its functions."""
 
 from __future__ import annotations
 

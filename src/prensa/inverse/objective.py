@@ -1,4 +1,4 @@
-"""What a calibration minimises: residuals of all tests over their standard errors, and their derivatives."""
+"""Objective of a calibration: residuals of all tests over their standard errors, and their derivatives."""
 
 from __future__ import annotations
 

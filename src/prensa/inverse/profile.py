@@ -1,4 +1,4 @@
-"""Where the ellipse of the linearised problem is bad: how nonlinear the problem is, and profile likelihood intervals.
+"""Profile likelihood: how nonlinear the problem is, and intervals where the ellipse of the linearised problem is bad.
 
 At both ends of a linear interval the case is run: if χ², made least over the other parameters, has grown there by what the
 linearised problem predicts, the interval is right. Where it has not, the end is sought at which it has (Bates and Watts 1988,

@@ -1,4 +1,4 @@
-"""What a calibration found: parameters with intervals, what trades with what, residuals, and how well the case fits at all."""
+"""Results of a calibration: parameters with intervals, their correlations, residuals, and the quality of the fit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How many threads a run takes: those asked for or, with ``auto``, one for every core that nothing else uses.
+"""Number of threads of a run: those asked for or, with ``auto``, one for every core that nothing else uses.
 
 Results do not depend on it: chunks of elements are the same whoever answers for them, and are added up in their order. Of small
 dense products NumPy's threads make nothing faster, but they stay awake beside those that factor matrices, and take their cores.

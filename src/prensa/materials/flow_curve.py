@@ -1,4 +1,4 @@
-"""What a flow curve is: the flow stress at a plastic strain and its rate. The return map does the rest, one for all curves.
+"""Flow curves: the flow stress at a plastic strain and its rate. The return map does the rest, one for all curves.
 
 A curve derives from `PointCurve` and states its stress of one point, with the functions of `prensa.kernels.record`; machine code
 and all derivatives, those by its fields too, are generated from it, and called with arrays it computes::

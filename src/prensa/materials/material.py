@@ -1,4 +1,4 @@
-"""What a material is: a description that makes its law. One of one's own, isotropic and elastic, states an energy.
+"""Materials: a description that makes its law. One of one's own, isotropic and elastic, states an energy.
 
 It derives from `IsotropicMaterial`; derivatives that it does not give are found by the complex step::
 

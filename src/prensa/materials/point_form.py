@@ -1,4 +1,4 @@
-"""What a law in finite strain says of one point, so that derivatives of elements can be generated from it.
+"""Point form of a law in finite strain: its answer at one point, from which derivatives of elements are generated.
 
 A form is what a law is apart from its numbers: equal forms have the same kernels. It records the point function that the
 law's own kernel is made of, see `prensa.kernels.record`.

@@ -1,4 +1,4 @@
-"""What a material of one's own is that is written as a point function: it is compiled, and all its derivatives are generated.
+"""Materials of one's own written as a point function: compiled, with all their derivatives generated.
 
 It derives from `PointMaterial` and states its energy; one that flows says what is left of its strain too::
 

@@ -1,4 +1,4 @@
-"""What elements and materials agree on: context and outcome of an update, and the protocol of a law. No kernels."""
+"""Interface between elements and materials: context and outcome of an update, the protocol of a law. No kernels."""
 
 from __future__ import annotations
 

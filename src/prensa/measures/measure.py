@@ -1,4 +1,4 @@
-"""What a measure is: a number of an increment with its name, unit and, where it is known, its derivative."""
+"""Measures: numbers of an increment with their name, unit and, where it is known, their derivative."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How large the elements of a new mesh are to be, from what is around: tools, the outline of the body, strains.
+"""Element sizes of a new mesh from what is around: tools, the outline of the body, strains.
 
 Never from the present mesh alone, which would coarsen from one to the next.
 """

@@ -1,4 +1,4 @@
-"""Which way a mesh of quadrilaterals is thin: where the lines across its elements are the shorter ones."""
+"""Thin direction of a mesh of quadrilaterals: where the lines across its elements are the shorter ones."""
 
 from __future__ import annotations
 

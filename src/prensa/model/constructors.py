@@ -1,4 +1,4 @@
-"""What is wrong with the arguments of a description made in Python, in the sentences that a case file gets.
+"""Errors in the arguments of a description made in Python, in the sentences that a case file gets.
 
 The arguments are laid out as the tree that a file would be, without places: the traceback shows the line of the script.
 """

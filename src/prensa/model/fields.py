@@ -1,4 +1,4 @@
-"""What descriptions are made of: frozen, strictly checked dataclasses, and values that may change over time.
+"""Fields of descriptions: frozen, strictly checked dataclasses, and values that may change over time.
 
 Laws of other packages describe themselves with these, so nothing of the vocabulary is imported here.
 """

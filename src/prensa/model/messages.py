@@ -1,4 +1,4 @@
-"""What pydantic and the cross-references find, as mistakes with a place and a remedy in the project's words."""
+"""Errors of pydantic and of the cross-references, as mistakes with a place and a remedy in the project's words."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a path leads: through the types of the vocabulary and through the nodes of a file at the same time.
+"""Resolution of paths through the types of the vocabulary and through the nodes of a file at the same time.
 
 Error messages need both, the type for what is expected (`fields`, `expected`) and the node for line and column.
 """

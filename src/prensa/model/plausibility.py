@@ -1,4 +1,4 @@
-"""What a description may say and hardly means: units of stiffness, friction in percent, idle tools, no 'space'."""
+"""Plausibility of a description: units of stiffness, friction in percent, idle tools, no 'space'."""
 
 from __future__ import annotations
 

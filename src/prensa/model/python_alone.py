@@ -1,4 +1,4 @@
-"""What a script may describe and a case file may not yet: marked where it is defined, refused where files are read.
+"""Features for scripts that case files do not have yet: marked where they are defined, refused where files are read.
 
 A capability begins here: it can be solved from Python, and files get its keys when checks, reports and restarts know of it.
 """

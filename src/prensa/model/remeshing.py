@@ -1,4 +1,4 @@
-"""When bodies are remeshed, and how large their elements are then: the keys of ``remesh``."""
+"""Remeshing options: when bodies are remeshed, and how large their elements are then; the keys of ``remesh``."""
 
 from __future__ import annotations
 

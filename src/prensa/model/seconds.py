@@ -1,4 +1,4 @@
-"""How long steps last, in seconds. The time of a run counts steps; rates, speeds and powers are per second."""
+"""Duration of steps in seconds. The time of a run counts steps; rates, speeds and powers are per second."""
 
 from __future__ import annotations
 

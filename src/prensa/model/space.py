@@ -1,4 +1,4 @@
-"""What goes together with the dimension of a problem, and what cannot be done in space yet: one table, refused in words."""
+"""Dimension of a problem: what goes together with it, and what cannot be done in space yet; one table, refused in words."""
 
 from __future__ import annotations
 

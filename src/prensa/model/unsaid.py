@@ -1,4 +1,4 @@
-"""What a description leaves out though its words ask for it: a body of revolution where nothing says its space."""
+"""Omissions of a description that its words call for: a body of revolution where nothing says its space."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When a step ends before its travel: forces, places and contacts to be reached, and what is wrong with how they are written."""
+"""End conditions of a step before its travel is done: forces, places and contacts to be reached, and errors in writing them."""
 
 from __future__ import annotations
 

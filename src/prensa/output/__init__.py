@@ -1,1 +1,1 @@
-"""What a run leaves behind: tables, fields, checkpoints, pictures and the report. Reads `Increment` and nothing deeper."""
+"""Output of a run: tables, fields, checkpoints, pictures and the report. Reads `Increment` and nothing deeper."""

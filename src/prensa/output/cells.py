@@ -1,4 +1,4 @@
-"""How cells are drawn and named, by their number of nodes: the polygon around, triangles inside, the type in VTK."""
+"""Drawing and names of cells by their number of nodes: the polygon around, triangles inside, the type in VTK."""
 
 from __future__ import annotations
 

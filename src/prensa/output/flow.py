@@ -1,4 +1,4 @@
-"""Where material went: points that are followed, and a grid drawn on the undeformed bodies, through all their meshes.
+"""Material flow: points that are followed, and a grid drawn on the undeformed bodies, through all their meshes.
 
 Both follow from the initial places that nodes carry from mesh to mesh.
 """

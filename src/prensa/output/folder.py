@@ -1,4 +1,4 @@
-"""Whose results a folder holds, and that nothing outside it is written or removed."""
+"""Ownership of a results folder: whose results it holds, and that nothing outside it is written or removed."""
 
 from __future__ import annotations
 

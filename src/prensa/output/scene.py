@@ -1,4 +1,4 @@
-"""What the interactive report shows of a run, as one value for the page's script: shapes, fields, contacts, curves.
+"""Scene of the interactive report, as one value for the page's script: shapes, fields, contacts, curves.
 
 Frames are the increments whose fields were written, fewer where they would make the page too large. Consecutive frames of
 the same mesh share its cells, so that the mesh may change during a run.

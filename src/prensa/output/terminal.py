@@ -1,4 +1,4 @@
-"""What is shown to a person: lines broken at words to the width of the terminal, bars, one live line in notebooks.
+"""Terminal output: lines broken at words to the width of the terminal, bars, one live line in notebooks.
 
 Where there is no terminal (a file, a pipe, another program) lines stay whole, so that they can be searched.
 """

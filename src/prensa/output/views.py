@@ -1,4 +1,4 @@
-"""What results show of themselves in Python and notebooks: pictures, tables, grids, cards.
+"""Views of results in Python and notebooks: pictures, tables, grids, cards.
 
 Imported when a public name of `prensa` is first used; everything heavy is imported by the view that needs it.
 """

@@ -1,1 +1,1 @@
-"""What a run yields: increments, forces, the energy balance."""
+"""Results of a run: increments, forces, the energy balance."""

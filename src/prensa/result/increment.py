@@ -1,4 +1,4 @@
-"""What a converged increment is to the rest of the world: plain frozen arrays. Output, reports and users read only this."""
+"""Converged increments as plain frozen arrays. Output, reports and users read only this."""
 
 from __future__ import annotations
 

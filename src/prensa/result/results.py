@@ -1,4 +1,4 @@
-"""What users see of a committed increment: tool forces, contact states, recovered fields. Computed when asked for."""
+"""Results of a committed increment: tool forces, contact states, recovered fields. Computed when asked for."""
 
 from __future__ import annotations
 

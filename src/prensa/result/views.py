@@ -1,4 +1,4 @@
-"""What increments, contacts and bodies show of themselves: methods whose bodies stand above the solver, in `prensa.output`.
+"""Views of increments, contacts and bodies: methods whose bodies stand above the solver, in `prensa.output`.
 
 `prensa.output.views` says how when a public name of `prensa` is first used; nothing here imports it.
 """

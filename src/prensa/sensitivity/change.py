@@ -1,4 +1,4 @@
-"""What a parameter changes of a discretised problem itself, where the closed derivatives know of it."""
+"""Changes of a discretised problem by a parameter, where the closed derivatives know of it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the command line asks of derivatives: measures by parameters, backwards from their end, or forwards all along a run."""
+"""Derivatives on the command line: measures by parameters, backwards from their end, or forwards all along a run."""
 
 from __future__ import annotations
 

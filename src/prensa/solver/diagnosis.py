@@ -1,4 +1,4 @@
-"""What is said of an increment that failed for good: what, where, why, and what to try."""
+"""Diagnosis of an increment that failed for good: what, where, why, and what to try."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is at its limit where an increment fails: metal that flows at one place alone, friction as strong as the metal."""
+"""Limits reached where an increment fails: metal that flows at one place alone, friction as strong as the metal."""
 
 from __future__ import annotations
 

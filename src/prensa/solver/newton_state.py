@@ -1,4 +1,4 @@
-"""Where Newton's iteration stands: the iterate, what has changed in contact, and what is remembered of the way there."""
+"""State of Newton's iteration: the iterate, what has changed in contact, and what is remembered of the way there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run says while it goes on: log lines and signs of life for the monitor."""
+"""Progress of a run: log lines and signs of life for the monitor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much each quantity that is varied changes a measure: what a tornado chart shows."""
+"""Effects of the quantities that are varied on a measure: the content of a tornado chart."""
 
 from __future__ import annotations
 

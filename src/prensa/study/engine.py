@@ -1,4 +1,4 @@
-"""Where the cases of a study are computed: in this process, in processes of this machine, or on a Dask cluster.
+"""Engines of a study: its cases are computed in this process, in processes of this machine, or on a Dask cluster.
 
 Whether an engine can be had is known as soon as it is made; what it computes comes back in the order in which it is finished.
 Dask (the extra ``prensa[dask]``) starts and watches the processes, keeps their memory, and gives the cases of a worker that was

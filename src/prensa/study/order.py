@@ -3,8 +3,8 @@
 Results y(h) = y0 + a hᵖ are fitted by least squares with weights 1/h, as Eça & Hoekstra (2014, J. Comput. Phys. 262, 104-130) do;
 three results determine the three numbers (Richardson 1911). The error of the finest result is estimated by Roache's grid
 convergence index (1994, J. Fluids Eng. 116, 405-413), two standard errors of the limit and the scatter. Where results do not
-follow such a law, and those of contact often do not because nodes come into contact one by one, that is said, and the spread of the results
-is the band.
+follow such a law, and those of contact often do not because nodes come into contact one by one, that is said, and the
+spread of the results is the band.
 """
 
 from __future__ import annotations

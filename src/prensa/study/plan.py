@@ -1,4 +1,4 @@
-"""Which cases a sweep has: every combination of the values given, and at each of them the same samples of what scatters."""
+"""Plan of a sweep: every combination of the values given, and at each of them the same samples of what scatters."""
 
 from __future__ import annotations
 

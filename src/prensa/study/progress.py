@@ -1,4 +1,4 @@
-"""How far a study is: a bar with the time left on a terminal, lines elsewhere; what fails is reported at once."""
+"""Progress of a study: a bar with the time left on a terminal, lines elsewhere; failures are reported at once."""
 
 from __future__ import annotations
 

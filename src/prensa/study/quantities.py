@@ -1,4 +1,4 @@
-"""What is taken from each case of a study: a measure at the end of the run, its largest value, or its value at a moment.
+"""Quantities of a study: a measure at the end of each run, its largest value, or its value at a moment.
 
 =========================  ==================================================================
 ``punch.fy``               the value at the end of the run

@@ -1,4 +1,4 @@
-"""What a study gives: rows in memory, ``table.csv`` and ``table.parquet``, the page, and apart from them the times."""
+"""Results of a study: rows in memory, ``table.csv`` and ``table.parquet``, the page, and apart from them the times."""
 
 from __future__ import annotations
 

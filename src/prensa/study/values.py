@@ -1,4 +1,4 @@
-"""What a quantity of the case takes in a sweep: lists and ranges, or a distribution, as text and as Python objects.
+"""Values of a quantity in a sweep: lists and ranges, or a distribution, as text and as Python objects.
 
 =============================================  ===========================================================================
 ``0, 0.05, 0.1``                               these values

@@ -1,4 +1,4 @@
-"""What is asked of several contacts at once: which are a body's, whether one was closed."""
+"""Questions about several contacts at once: which are a body's, whether one was closed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Why a residual could not be evaluated and why an attempt at an increment failed, as values.
+"""Failures as values: reasons why a residual could not be evaluated or an attempt at an increment failed.
 
 Who asks for the reason looks at the type; `sentence` says it in words, here and nowhere else.
 """

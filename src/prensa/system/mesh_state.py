@@ -1,4 +1,4 @@
-"""What a state on a mesh made during the run carries besides its values: that mesh, and what refers to the initial shape."""
+"""States on meshes made during the run: the mesh, and what refers to the initial shape."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What comes of an attempt at an increment."""
+"""Outcome of an attempt at an increment."""
 
 from __future__ import annotations
 

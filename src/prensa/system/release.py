@@ -1,4 +1,4 @@
-"""What a step releases: forces that supports, tools and loads carry at its start beyond those that it asks for.
+"""Release of forces in a step: those that supports, tools and loads carry at its start beyond those that it asks for.
 
 A jump of forces is in no equilibrium that an increment, however short, comes near to, and its way depends on the iteration.
 So whatever changes between two steps starts from the force that it carries: the difference is kept as dead forces, which go

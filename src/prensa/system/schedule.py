@@ -1,4 +1,4 @@
-"""What happens when: the boundary conditions of a step, its tool forces, loads and friction, with their amplitudes in time."""
+"""Schedule of a step: its boundary conditions, tool forces, loads and friction, with their amplitudes in time."""
 
 from __future__ import annotations
 

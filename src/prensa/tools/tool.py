@@ -1,4 +1,4 @@
-"""What a tool is to the rest of the program: keys that place it, checks, a shape, an outline for pictures.
+"""Tools: keys that place them, checks, a shape, an outline for pictures.
 
 A tool of one's own derives from `ToolShape` and gives its signed distance in NumPy; normal, curvature, surface coordinate,
 rays and pictures are derived from it::

@@ -1,4 +1,4 @@
-"""Where to integrate contact: patch test, the table of rules and penalties, the error bar, edges of the stick zone."""
+"""Verification of the integration of contact: patch test, rules and penalties, the error bar, edges of the stick zone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where tools and supports are through the steps, with the bodies at rest: what checks before a run look at."""
+"""Positions of tools and supports through the steps, bodies at rest: what the checks before a run look at."""
 
 from __future__ import annotations
 

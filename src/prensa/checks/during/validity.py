@@ -1,4 +1,4 @@
-"""How far a run goes beyond what its descriptions hold for: small-strain kinematics, and tables with an end.
+"""Limits of validity that a run exceeds: small-strain kinematics, and tables with an end.
 
 Converged and balanced answers may still be those of another problem. Strains and rotations are those at the elements' centres.
 """
