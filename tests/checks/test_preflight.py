@@ -29,7 +29,7 @@ def block(material=SOFT, tools=None, *, steps=None, **more):
     )
 
 
-def told(problem: pr.Problem) -> list[str]:
+def reported(problem: pr.Problem) -> list[str]:
     return [str(n) for n in preflight(pr.discretise(problem))]
 
 
@@ -57,15 +57,15 @@ def test_a_tool_that_lies_within_a_body_is_refused():
     """Of any shape and in any space; one that is meant to pass, or that lies in a hole of the body, is left alone."""
     for tool in (pr.Ellipse(semi=(0.7, 0.4), at=(2, 1)), pr.Polygon(points=((0, 0), (1, 0), (1, 1), (0, 1)), at=(4.6, 2.6))):
         p = block(tools={"pin": tool}, contacts=(pr.Contact("b.top", "die"),))
-        assert any("it lies inside body 'b'" in words for words in told(p))
+        assert any("it lies inside body 'b'" in words for words in reported(p))
         with pytest.raises(PreflightError, match="lies inside body"):
             next(iter(pr.solve(p)))
         meant = block(tools={"pin": tool}, contacts=(pr.Contact("b.top", "die"),), no_contact=(pr.NoContact("b", "pin"),))
-        assert told(meant) == []
+        assert reported(meant) == []
     ring = pr.Body(pr.Annulus(2, 4, (24, 3)), SOFT)
     mandrel = pr.Circle(radius=1.9, at=(0, 0))
     p = pr.Problem("ring", {"b": ring}, [pr.Step("s", move={"m": {"x": 0.2}})], {"m": mandrel}, fixed={"b.outer": "xy"})
-    assert not any("lies inside" in words for words in told(p))
+    assert not any("lies inside" in words for words in reported(p))
 
 
 def test_a_container_is_no_sharp_end():
@@ -74,7 +74,7 @@ def test_a_container_is_no_sharp_end():
     for axis in ("axisymmetric", "plane strain"):
         fixed = {} if axis == "axisymmetric" else {"b.left": "x"}
         p = block(METAL, {"can": can}, n=(16, 8), space=axis, fixed=fixed, friction=pr.Coulomb(0.1))
-        assert told(p) == []
+        assert reported(p) == []
 
 
 def test_sides_that_meet_at_a_corner_have_no_gap_before_they_deform():
@@ -93,7 +93,7 @@ def test_sides_that_meet_at_a_corner_have_no_gap_before_they_deform():
         "disc", {"b": round_}, [pr.Step("s", move={"die": {"y": -0.05}})], {"die": pr.Plane(normal=(0, -1), at=(0, 3))},
         [pr.Contact("b.rim", "die")], fixed={"b.bottom": "xy"}, kinematics="small", contact_geometry="reference",
     )  # fmt: skip
-    assert told(p) == []
+    assert reported(p) == []
 
 
 @pytest.mark.parametrize(
@@ -111,14 +111,14 @@ def test_sizes_of_more_elements_than_there_can_be_are_refused(size, key):
     with pytest.raises(PreflightError, match=rf"remesh\.size\.{key}: it asks for \S+e\+\d+ elements of body 'b'.*write 0\.11"):
         next(iter(pr.solve(p)))
     allowed = block(METAL, element="t6", remesh=pr.Remesh(size=pr.Sizes(far=0.11, near_tools=0.05, least=1e-300)))
-    assert told(allowed) == []
+    assert reported(allowed) == []
 
 
 def test_a_step_in_which_time_passes_may_repeat_what_is_there():
     """A push that is written again is reported to change nothing, unless the step has a duration."""
     for duration, count in ((None, 1), (2.0, 0)):
         steps = [pr.Step("a", push={"die": {"y": -300}}), pr.Step("b", push={"die": {"y": -300}}, duration=duration)]
-        assert len([w for w in told(block(METAL, steps=steps)) if "changes nothing" in w]) == count
+        assert len([w for w in reported(block(METAL, steps=steps)) if "changes nothing" in w]) == count
 
 
 def test_a_sensitivity_to_the_rate_in_per_cent_is_reported():
@@ -163,7 +163,7 @@ def test_small_strain_of_a_beam_that_is_bent_far_is_reported():
     def bent(way: float, **more: object) -> list[str]:
         steps = (pr.Step("s", move={"p": pr.Motion(y=-way)}),)
         tools = {"p": pr.Circle(radius=2, at=(19, 0), above="b.top")}
-        return told(pr.Problem("beam", body, steps, tools, fixed={"b.left": "xy"}, kinematics="small", **more))
+        return reported(pr.Problem("beam", body, steps, tools, fixed={"b.left": "xy"}, kinematics="small", **more))
 
     assert any("press 'b' in by 6 at 19" in words and "use 'finite'" in words for words in bent(6.0))
     assert bent(1.0) == []
@@ -206,7 +206,7 @@ def test_a_thickness_that_no_long_body_has_is_reported(thickness, length, heard)
     """Slices of a millimetre or an inch, square bars and widths of sheets are left alone."""
     size = (8.0, 4.0) if length == "mm" else (0.08, 0.04)
     way = pr.Step("press", move={"die": pr.Motion(y=-0.01 * size[1])})
-    said = told(block(METAL, size=size, thickness=thickness, units=pr.Units(length, "N"), steps=(way,)))
+    said = reported(block(METAL, size=size, thickness=thickness, units=pr.Units(length, "N"), steps=(way,)))
     assert [heard in words for words in said] == ([True] if heard else [])
 
 
@@ -259,7 +259,7 @@ def test_the_least_jacobian_on_sides_is_that_of_the_mapping():
 def test_a_table_that_begins_elsewhere_is_reported_and_reached_over_the_first_increment(increments, table, half, caplog):
     """A jump is as long in any increment, however short, and was cut again and again; now each cut makes it shorter."""
     p = block(METAL, steps=(pr.Step("press", move={"die": pr.Motion(y=table)}, increments=increments),))
-    warnings = [words for words in told(p) if "would jump" in words]
+    warnings = [words for words in reported(p) if "would jump" in words]
     assert len(warnings) == 1 and "it is moved there over the first" in warnings[0]
     done = list(pr.solve(p))
     assert [words for words in caplog.messages if "begins" in words] == warnings
@@ -273,7 +273,7 @@ def test_a_table_that_begins_where_a_pushed_tool_is_not_is_reported_in_the_run(c
     """Where a tool is that was pushed is not known before: reported once, when the step begins, with its place; `by` goes on."""
     steps = (pr.Step("push", push={"die": pr.Push(y=-800.0)}), pr.Step("back", move={"die": pr.Motion(y=((1, 0.0), (2, 0.2)))}))
     p = block(METAL, steps=steps)
-    assert not any("would jump" in words for words in told(p))
+    assert not any("would jump" in words for words in reported(p))
     *_, last = pr.solve(p)
     (said,) = [words for words in caplog.messages if "is moved there" in words]
     assert "step 'back', move.die.y: the table has 0 at time 1, where tool 'die' is at -0." in said and "'by'" in said
@@ -313,10 +313,10 @@ def test_a_node_on_a_bore_goes_down_with_a_fillet_that_comes_along_it():
             space="axisymmetric",
         )  # fmt: skip
 
-    assert not any("held along the normal" in words for words in told(pressed(pr.Fixed(x=0.0))))
+    assert not any("held along the normal" in words for words in reported(pressed(pr.Fixed(x=0.0))))
     *_, last = pr.solve(pressed(pr.Fixed(x=0.0)))
     assert last.time == 1.0 and last.force("t").y > 0
-    assert any("held along the normal" in words for words in told(pressed(pr.Fixed(x=0.0, y=0.0))))
+    assert any("held along the normal" in words for words in reported(pressed(pr.Fixed(x=0.0, y=0.0))))
 
 
 def test_what_friction_alone_holds_is_reported():
@@ -331,10 +331,10 @@ def test_what_friction_alone_holds_is_reported():
             tools, contacts, friction=pr.Coulomb(0.05), fixed={"b.left": "x"}, space="axisymmetric", **more,
         )  # fmt: skip
 
-    assert not any("only friction" in words for words in told(rod(-0.6213)))
-    (words,) = [words for words in told(rod(-0.7)) if "only friction" in words]
+    assert not any("only friction" in words for words in reported(rod(-0.6213)))
+    (words,) = [words for words in reported(rod(-0.7)) if "only friction" in words]
     assert words.startswith("bodies.b: only friction holds it along y against the tools that press it")
-    assert told(block(fixed={"b.bottom": "y"}, friction=pr.Coulomb(0.1))) == []  # a whole billet between rough plates
+    assert reported(block(fixed={"b.bottom": "y"}, friction=pr.Coulomb(0.1))) == []  # a whole billet between rough plates
 
 
 def test_tools_off_the_line_that_they_cross_are_reported():
@@ -350,7 +350,7 @@ def test_tools_off_the_line_that_they_cross_are_reported():
         )  # fmt: skip
 
     def across(p: pr.Problem) -> bool:
-        return any("reaches across" in words for words in told(p))
+        return any("reaches across" in words for words in reported(p))
 
     assert across(pressed(0.5)) and across(pressed(-1.0))
     assert not across(pressed(0.0)) and not across(pressed(2.0)) and not across(pressed(5.0))
@@ -364,8 +364,8 @@ def test_springs_are_asked_about_only_where_they_make_no_sense():
     def sprung(stiffness: float, **more):
         return block(tools={"die": pr.Plane(touching="b.top", spring=pr.Springs(y=stiffness))}, **more)
 
-    assert told(sprung(1e6)) == []
-    assert any("needs no spring" in words for words in told(sprung(1e11)))
+    assert reported(sprung(1e6)) == []
+    assert any("needs no spring" in words for words in reported(sprung(1e11)))
     with pytest.raises(PreflightError, match="needs no spring"):
         next(iter(pr.solve(sprung(1e13))))
 
@@ -373,11 +373,11 @@ def test_springs_are_asked_about_only_where_they_make_no_sense():
 def test_a_step_that_says_nothing_is_reported_but_not_where_time_passes():
     """What was moving stands still in it; one with a duration is a rest; a table ends where the next step leaves it out."""
     press = pr.Step("press", move={"die": pr.Motion(y=-0.1)})
-    assert any("is empty, so nothing changes" in words for words in told(block(steps=(press, pr.Step("more", increments=3)))))
-    assert told(block(steps=(press, pr.Step("rest", duration=2.0)))) == []
+    assert any("is empty, so nothing changes" in words for words in reported(block(steps=(press, pr.Step("more", increments=3)))))
+    assert reported(block(steps=(press, pr.Step("rest", duration=2.0)))) == []
     table = pr.Step("press", move={"die": pr.Motion(y=((0, 0), (1, -0.1), (2, -0.2)))})
-    assert any("needs the table too" in words for words in told(block(steps=(table, pr.Step("more")))))
-    assert told(block(steps=(table, replace(table, name="more")))) == []
+    assert any("needs the table too" in words for words in reported(block(steps=(table, pr.Step("more")))))
+    assert reported(block(steps=(table, replace(table, name="more")))) == []
 
 
 def test_turns_in_degrees_are_asked_about_where_they_carry_the_surface_past_the_body():
@@ -385,7 +385,7 @@ def test_turns_in_degrees_are_asked_about_where_they_carry_the_surface_past_the_
 
     def turned(rz: float, radius: float = 8.0):
         tools = {"die": pr.Circle(radius=radius, touching="b.top", at=(0, 9))}
-        return told(block(tools=tools, steps=(pr.Step("turn", move={"die": pr.Motion(y=-0.1, rz=rz)}),)))
+        return reported(block(tools=tools, steps=(pr.Step("turn", move={"die": pr.Motion(y=-0.1, rz=rz)}),)))
 
     assert any("for degrees write '5 deg'" in words for words in turned(5.0))
     assert turned(np.pi) == turned(2.0, 4.0) == turned(6.28) == []
@@ -402,5 +402,5 @@ def test_tables_may_be_arrays():
 def test_a_thickness_of_one_is_a_force_per_thickness():
     """Also where the bodies are smaller than the unit of length; another one that none of them has is asked about."""
     sheet = block(size=(0.4, 0.2), space="plane stress", thickness=1.0)
-    assert not any("thin sheets" in words for words in told(sheet))
-    assert any("thin sheets" in words for words in told(replace(sheet, thickness=5.0)))
+    assert not any("thin sheets" in words for words in reported(sheet))
+    assert any("thin sheets" in words for words in reported(replace(sheet, thickness=5.0)))

@@ -97,31 +97,31 @@ steps: [{name: s}]
         loads(text)
 
 
-@pytest.mark.parametrize(("end", "told"), [(0.02, True), (0.5, False)])
-def test_a_flow_curve_used_beyond_its_end_is_reported_with_the_largest_strain(end, told, caplog):
+@pytest.mark.parametrize(("end", "reported"), [(0.02, True), (0.5, False)])
+def test_a_flow_curve_used_beyond_its_end_is_reported_with_the_largest_strain(end, reported, caplog):
     """A table that ends at 2 % and is used to some 10 %: one warning at the end of the run, none where it is long enough."""
     caplog.set_level(logging.WARNING, "prensa")
     flow = pr.FlowTable(((0.0, 10.0), (end, 20.0)))
     p = stretched(0.1, kinematics="finite")
     *_, last = pr.solve(replace(p, bodies={"bar": replace(p.bodies["bar"], material=pr.J2(1000, 0.3, flow))}))
     said = [r.getMessage() for r in caplog.records]
-    assert len(said) == told
-    if told:
+    assert len(said) == reported
+    if reported:
         largest = last.bodies["bar"].plastic_strain.max()
         assert f"ends at a plastic strain of 0.02 and was used up to {largest:.3g}" in said[0]
 
 
-@pytest.mark.parametrize(("material", "k_n", "told"), [
+@pytest.mark.parametrize(("material", "k_n", "reported"), [
     (pr.Elastic(E=1000.0, nu=0.3), 100.0, True), (pr.J2(E=1000.0, nu=0.3, flow=pr.Perfect(s0=1.0)), 100.0, False),
     (pr.J2(E=1000.0, nu=0.3, flow=pr.Perfect(s0=10.0)), 100.0, True),
 ])  # fmt: skip
-def test_a_soft_contact_is_reported_where_a_tool_would_sink_in(material, k_n, told):
+def test_a_soft_contact_is_reported_where_a_tool_would_sink_in(material, k_n, reported):
     """Elements 0.5 deep: pressures of an elastic body have no bound, three times a yield stress of 1 presses a tool in by 6 %."""
     from prensa.checks.before.preflight import preflight
 
     problem = pressed_block(stroke(-0.01), material=material, size=(2.0, 1.0), n=(4, 2), enforcement=pr.Penalty(k_n=k_n))
     notices = [str(n) for n in preflight(pr.discretise(problem)) if "the tool penetrates" in str(n)]
-    assert bool(notices) == told
+    assert bool(notices) == reported
 
 
 @pytest.mark.parametrize(("material", "held", "words"), [

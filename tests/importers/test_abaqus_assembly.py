@@ -181,8 +181,8 @@ def imported(tmp_path, text, *remarks):
     (tmp_path / "job.inp").write_text(text)
     done = CliRunner().invoke(app, ["import", str(tmp_path / "job.inp"), "--out", str(tmp_path / "case.yaml")])
     assert done.exit_code == 0, done.output
-    told = [line for line in done.stderr.splitlines() if "job.inp: " in line]
-    assert len(told) == len(remarks) and all(re.search(r, t) for r, t in zip(remarks, told)), done.stderr
+    warnings = [line for line in done.stderr.splitlines() if "job.inp: " in line]
+    assert len(warnings) == len(remarks) and all(re.search(r, t) for r, t in zip(remarks, warnings)), done.stderr
     return load(tmp_path / "case.yaml").problem
 
 

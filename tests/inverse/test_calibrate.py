@@ -213,8 +213,8 @@ def test_a_column_that_no_parameter_moves_is_reported_before_the_fit(table: Path
     assert sum("no parameter affects" in line for line in lines) == 1
     assert any("no parameter affects 'way'" in w for w in fit.words)
     pr.calibrate(guessed(), data, seen, {MU: (0.02, 0.5)}, "-die.uy", refine=False, compare=False, profiles=False)
-    told = [r for r in caplog.records if "no parameter affects 'way'" in r.getMessage()]
-    assert [r.levelname for r in told] == ["WARNING"]
+    warnings = [r for r in caplog.records if "no parameter affects 'way'" in r.getMessage()]
+    assert [r.levelname for r in warnings] == ["WARNING"]
 
 
 def test_what_the_fit_cannot_use_is_reported(table: Path, tmp_path: Path) -> None:
@@ -274,15 +274,15 @@ def test_the_command_line_does_the_same(table: Path, tmp_path: Path) -> None:
         "bore=0.004",
     ]
     run = CliRunner()
-    told = run.invoke(
+    result = run.invoke(
         app, ["calibrate", *asked, "--data", str(table), "--along=-die.uy", "--fit", f"{MU}=0.02..0.5",
               "--out", str(tmp_path / "fit"), "--no-refine", "--quiet", "--set", "friction.mu=0.15"],
     )  # fmt: skip
-    assert told.exit_code == 0, told.output
+    assert result.exit_code == 0, result.output
     assert value_of(load(tmp_path / "fit" / "case.yaml").problem, MU) == pytest.approx(0.12, rel=0.02)
     assert (tmp_path / "fit" / "fit.html").is_file()
-    told = run.invoke(app, ["identify", *asked, "--fit", MU, "--rows", "4"])
-    assert told.exit_code == 0, told.output
-    assert "all readings" in told.output
-    told = run.invoke(app, ["identify", str(case), "--observe", "force", "--fit", MU])
-    assert told.exit_code != 0
+    result = run.invoke(app, ["identify", *asked, "--fit", MU, "--rows", "4"])
+    assert result.exit_code == 0, result.output
+    assert "all readings" in result.output
+    result = run.invoke(app, ["identify", str(case), "--observe", "force", "--fit", MU])
+    assert result.exit_code != 0

@@ -55,9 +55,9 @@ def test_examples_are_read_and_checked(path: Path) -> None:
     """Every calibration in examples/ has its case and table, says what it shows, and passes `prensa check`."""
     found = read_calibration(path)
     assert all(e.count > len(found.parameters) for e in found.experiments)
-    told = CliRunner().invoke(app, ["check", str(path)])
-    assert told.exit_code == 0, told.output
-    assert "readings" in told.output
+    result = CliRunner().invoke(app, ["check", str(path)])
+    assert result.exit_code == 0, result.output
+    assert "readings" in result.output
     assert has_tests(path)
     for test in found.tests:
         assert Path(str(test.data)).read_text(encoding="utf-8").startswith("# ")
@@ -99,8 +99,8 @@ def test_mistakes_are_reported_with_their_place(folder: Path, change: tuple[str,
     if has_tests(folder / "fit.yaml"):
         with pytest.raises(CaseError, match=message):
             read_calibration(folder / "fit.yaml")
-        told = CliRunner().invoke(app, ["check", str(folder / "fit.yaml")])
-        assert told.exit_code == 2
+        result = CliRunner().invoke(app, ["check", str(folder / "fit.yaml")])
+        assert result.exit_code == 2
     with pytest.raises(CaseError, match=message):
         read_calibration(folder / "fit.yaml")
 
@@ -108,12 +108,12 @@ def test_mistakes_are_reported_with_their_place(folder: Path, change: tuple[str,
 def test_options_that_the_file_has_are_refused(folder: Path) -> None:
     """And those that a case needs are asked for."""
     run = CliRunner()
-    told = run.invoke(app, ["calibrate", str(folder / "fit.yaml"), "--fit", "friction.mu"])
-    assert told.exit_code == 2
-    assert "leave --fit out" in told.output
-    told = run.invoke(app, ["calibrate", str(folder / "case.yaml"), "--fit", "friction.mu"])
-    assert told.exit_code == 2
-    assert "give --data" in told.output
+    result = run.invoke(app, ["calibrate", str(folder / "fit.yaml"), "--fit", "friction.mu"])
+    assert result.exit_code == 2
+    assert "leave --fit out" in result.output
+    result = run.invoke(app, ["calibrate", str(folder / "case.yaml"), "--fit", "friction.mu"])
+    assert result.exit_code == 2
+    assert "give --data" in result.output
 
 
 STRANGE = {
@@ -191,17 +191,17 @@ def test_rows_that_go_back_come_twice_or_come_by_thousands(folder: Path) -> None
         e = read_calibration(folder / "fit.yaml").experiments[0]
         return e.count, e.notes
 
-    count, told = notes([(0.1, 24), (0.2, 26), (0.199, 26.1), (0.3, 28)])
+    count, words = notes([(0.1, 24), (0.2, 26), (0.199, 26.1), (0.3, 28)])
     assert count == 4
-    assert any("goes back by up to 0.001" in n for n in told)
+    assert any("goes back by up to 0.001" in n for n in words)
     with pytest.raises(CaseError, match=r"data.csv:4: travel goes back by 0\.1 .* leave out the unloading"):
         notes([(0.1, 24), (0.3, 26), (0.2, 25)])
-    count, told = notes([(0.1, 24), (0.2, 26), (0.2, 26), (0.2, 27)])
+    count, words = notes([(0.1, 24), (0.2, 26), (0.2, 26), (0.2, 27)])
     assert count == 3
-    assert any("data.csv:4: repeats the row above" in n for n in told)
-    count, told = notes([(0.5 * k / 4000, 22 + k / 4000) for k in range(1, 4001)])
+    assert any("data.csv:4: repeats the row above" in n for n in words)
+    count, words = notes([(0.5 * k / 4000, 22 + k / 4000) for k in range(1, 4001)])
     assert count == 100
-    assert any("of 4000 rows 100 are fitted" in n for n in told)
+    assert any("of 4000 rows 100 are fitted" in n for n in words)
 
 
 def test_a_test_that_unloads_is_followed(folder: Path) -> None:

@@ -80,9 +80,9 @@ def test_a_test_with_a_table_counts_as_one_that_is_planned() -> None:
 def test_a_calibration_file_is_identified() -> None:
     """`prensa identify` reads tests and parameters from the file, and refuses options that the file has."""
     file = str(Path(__file__).parents[2] / "examples" / "calibration" / "ring_test_fit.yaml")
-    told = CliRunner().invoke(app, ["identify", file])
-    assert told.exit_code == 0, told.output
-    assert "only the last bore" in told.output
-    told = CliRunner().invoke(app, ["identify", file, "--rows", "5"])
-    assert told.exit_code == 2
-    assert "leave --rows out" in told.output
+    result = CliRunner().invoke(app, ["identify", file])
+    assert result.exit_code == 0, result.output
+    assert "only the last bore" in result.output
+    result = CliRunner().invoke(app, ["identify", file, "--rows", "5"])
+    assert result.exit_code == 2
+    assert "leave --rows out" in result.output

@@ -320,12 +320,12 @@ def test_a_side_that_no_contact_names_is_found_within_a_step():
     """A pin comes from the side to nodes that contact does not touch: both ways tell the same node at the same time."""
     tools = {"t": pr.Circle(radius=2.0, touching="b.top"), "pin": pr.Circle(radius=0.2, at=(2.22, 0.5))}
     steps = (pr.Step("press", move={"t": pr.Motion(y=-0.05), "pin": pr.Motion(x=-0.12)}, increments=6),)
-    told = []
+    messages = []
     for numerics in (WHOLE, CONDENSED):
         with pytest.raises(PrensaError, match=r"of 'b.right' .* inside tool 'pin'") as caught:
             solved(pressed(steps=steps, tools=tools), numerics)
-        told.append(str(caught.value))
-    assert told[0] == told[1] and "time 0.333333" in told[0]
+        messages.append(str(caught.value))
+    assert messages[0] == messages[1] and "time 0.333333" in messages[0]
 
 
 def same(a, b) -> bool:

@@ -202,16 +202,16 @@ def column(n: int, load: float) -> csc_matrix:
 @pytest.mark.parametrize("load", [0.0, 0.9, 0.999, 1.001, 1.1, 2.0])
 def test_slender_columns_are_not_called_stable_by_factors_of_single_precision_that_cannot_tell(load):
     """Whatever the slenderness, no column that buckles is called stable; short ones are judged, long ones not by single ones."""
-    told = {}
+    resolved = {}
     for n in (10, 20, 40, 60, 80, 100, 150, 200, 400):
         a = column(n, load)
         f = factorisation(a, symmetric=True)
         f.step(a.data, np.sin(np.arange(float(n))), 1e-4)
         assert not (f.positive and load > 1.0), n
-        told[n] = f.positive
+        resolved[n] = f.positive
         if f.made_from is not None and f.own:  # they say that they know
             assert f.positive == (load < 1.0), n
-    assert told[10] == (load < 1.0)
+    assert resolved[10] == (load < 1.0)
 
 
 def test_factors_of_single_precision_alone_would_call_a_buckling_column_stable():
@@ -258,9 +258,9 @@ def test_the_softest_mode_agrees_with_inverse_iteration(symmetric):
                 b = x / np.linalg.norm(x)
                 x = f.solve_with_factors(b)
             assert f.may_resolve_soft_modes
-            told = f.resolves_soft_modes(b, x)
-            assert told == other.own and f.may_resolve_soft_modes == told, (n, load)
-            verdicts.add(told)
+            resolved = f.resolves_soft_modes(b, x)
+            assert resolved == other.own and f.may_resolve_soft_modes == resolved, (n, load)
+            verdicts.add(resolved)
     assert verdicts == {True, False}
 
 

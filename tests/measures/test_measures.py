@@ -335,8 +335,8 @@ def test_measures_of_a_case_are_written_and_reported(tmp_path: Path):
     table, history = read_measures(tmp_path / "r"), read_history(tmp_path / "r")
     np.testing.assert_array_equal(table["force"], history["punch.fy"])
     assert np.isnan(table["far"]).all() and "far" not in history
-    told = read_summary(tmp_path / "r")["measures"]["force"]
-    assert told == {"measure": "punch.force.y", "unit": "N/mm", "last": table["force"][-1],
+    written = read_summary(tmp_path / "r")["measures"]["force"]
+    assert written == {"measure": "punch.force.y", "unit": "N/mm", "last": table["force"][-1],
                     "steps": {"press": table["force"][1], "off": table["force"][2]}}  # fmt: skip
     assert result.summary["measures"]["far"]["last"] is None
     assert any("measures.far had no value" in w for w in json.loads((tmp_path / "r/summary.json").read_text())["warnings"])

@@ -45,21 +45,21 @@ def test_check_prints_the_quality_and_warns_of_the_worst_element(tmp_path, capsy
     )  # fmt: skip
     path = tmp_path / "case.yaml"
 
-    def told(p) -> str:
+    def line(p) -> str:
         path.write_text(pr.dump(p))
         with pytest.raises(SystemExit):
             app(["check", str(path)])
         out = capsys.readouterr()
         return out.out + out.err
 
-    text = told(problem)
+    text = line(problem)
     assert (
         "4 elements q4_fbar, 9 nodes" in text
         and "Q4: scaled Jacobian 0.14" in text
         and "stresses are poor there" in text
     )
     thin = replace(problem, bodies={"b": pr.Body(pr.Rectangle((100, 1), (1, 1)), pr.Elastic(E=1e3, nu=0.3))})
-    text = told(thin)
+    text = line(thin)
     assert "aspect ratio 100 … 100" in text and "100 times longer than wide" in text
 
 

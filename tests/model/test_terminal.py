@@ -173,8 +173,8 @@ def test_words_are_completed(words, found, tmp_path, monkeypatch):
     """Verbs, kinds, fields, and paths into the case that is named before."""
     monkeypatch.chdir(tmp_path)
     Path("small.yaml").write_text(SMALL, encoding="utf-8")
-    told = {"_PRENSA_COMPLETE": "complete_bash", "COMP_WORDS": " ".join(["prensa", *words]), "COMP_CWORD": str(len(words))}
-    done = CliRunner().invoke(app, [], env=told, prog_name="prensa")
+    env = {"_PRENSA_COMPLETE": "complete_bash", "COMP_WORDS": " ".join(["prensa", *words]), "COMP_CWORD": str(len(words))}
+    done = CliRunner().invoke(app, [], env=env, prog_name="prensa")
     assert [line for line in done.output.splitlines() if line] == found
 
 

@@ -82,14 +82,14 @@ def test_without_locks_of_the_system_the_holder_is_asked_for(tmp_path, monkeypat
     monkeypatch.setattr(fcntl, "flock", none)
     dead = subprocess.Popen([sys.executable, "-c", ""])
     dead.wait()
-    told = {"pid": os.getpid(), "host": socket.gethostname(), "since": "now"}
-    (tmp_path / lock.LOCK).write_text(json.dumps(told))
+    entry = {"pid": os.getpid(), "host": socket.gethostname(), "since": "now"}
+    (tmp_path / lock.LOCK).write_text(json.dumps(entry))
     with pytest.raises(PrensaError, match="has been running"), lock.locked(tmp_path):
         pass
-    (tmp_path / lock.LOCK).write_text(json.dumps(told | {"pid": dead.pid}))
+    (tmp_path / lock.LOCK).write_text(json.dumps(entry | {"pid": dead.pid}))
     with lock.locked(tmp_path):
         pass
-    (tmp_path / lock.LOCK).write_text(json.dumps(told | {"host": "elsewhere"}))
+    (tmp_path / lock.LOCK).write_text(json.dumps(entry | {"host": "elsewhere"}))
     with pytest.raises(PrensaError, match="on elsewhere"), lock.locked(tmp_path):
         pass
 

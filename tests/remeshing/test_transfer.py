@@ -175,8 +175,8 @@ def test_in_no_time_nothing_flows_or_slides(rubbed: tuple[System, State, Any], m
     """Equilibrium on a new mesh leaves plastic strains and slips; where it is not found so, metal flows: the forces are alike."""
     system, state, _ = rubbed
     new, there = renewed(system, state, ["billet"], sizes(system, state))
-    rested, told = balanced(stepping(new), there)
-    assert told.endswith("iterations")
+    rested, message = balanced(stepping(new), there)
+    assert message.endswith("iterations")
     assert (rested.history[0][..., 4] == there.history[0][..., 4]).all()
     assert (rested.contact.slip == there.contact.slip).all()
     real, tried = driver.attempt_from, []
@@ -188,8 +188,8 @@ def test_in_no_time_nothing_flows_or_slides(rubbed: tuple[System, State, Any], m
         return tried[-1]
 
     monkeypatch.setattr(driver, "attempt_from", refused)
-    flown, told = balanced(stepping(new), there)
-    assert told.endswith("with flow")
+    flown, message = balanced(stepping(new), there)
+    assert message.endswith("with flow")
     assert not (flown.history[0][..., 4] == there.history[0][..., 4]).all()
     assert force(new, rested) == pytest.approx(force(system, state), rel=5e-4)
     assert force(new, flown) == pytest.approx(force(system, state), rel=5e-3)

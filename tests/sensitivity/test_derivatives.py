@@ -409,9 +409,9 @@ def test_an_increment_proves_its_derivatives(monkeypatch: pytest.MonkeyPatch, ca
     right = direct.Columns.solve
     monkeypatch.setattr(direct.Columns, "solve", lambda self, b: 1.001 * right(self, b))
     list(pr.solve(ring("steps.0.increments=2"), derivatives=PATHS))
-    told = [r.getMessage() for r in caplog.records]
-    assert len(told) == 2
-    assert "the derivative by friction.mu is not exact" in told[0]
+    messages = [r.getMessage() for r in caplog.records]
+    assert len(messages) == 2
+    assert "the derivative by friction.mu is not exact" in messages[0]
 
 
 def test_round_off_of_bodies_that_are_released_is_no_doubt(caplog: pytest.LogCaptureFixture) -> None:

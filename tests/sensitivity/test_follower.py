@@ -35,7 +35,7 @@ CASES = {
 }  # fmt: skip
 
 
-def told(increment: Increment) -> dict[str, Any]:
+def contents(increment: Increment) -> dict[str, Any]:
     """Everything that an increment says of derivatives."""
     found = increment.derivatives
     assert found is not None
@@ -72,7 +72,7 @@ def test_followed_runs_have_the_same_derivatives(case: str, monkeypatch: pytest.
         runs.append(list(pr.solve(make(), numerics, derivatives=paths, policy=policy)))
     assert finders == {"MainThread", "derivatives"}
     for one, other in zip(*runs, strict=True):
-        assert told(one) == told(other)
+        assert contents(one) == contents(other)
         for (name, a), (same, b) in zip(arrays(one).items(), arrays(other).items(), strict=True):
             assert name == same and np.array_equal(a, b), name
 
@@ -83,7 +83,7 @@ def test_followed_runs_are_resumed_bit_for_bit() -> None:
     whole = list(pr.solve(problem, TWO, derivatives=PATHS, policy=FOLLOWED))
     for numerics, policy in ((TWO, FOLLOWED), (pr.Numerics(threads=1), NONE)):
         rest = list(pr.solve(problem, numerics, whole[2].state, derivatives=PATHS, policy=policy))
-        assert [told(i) for i in rest] == [told(i) for i in whole[3:]]
+        assert [contents(i) for i in rest] == [contents(i) for i in whole[3:]]
 
 
 def test_the_next_increment_is_solved_before_one_is_reported() -> None:
@@ -115,7 +115,7 @@ def test_errors_come_after_what_went_well() -> None:
     assert str(errors[0]) == str(errors[1])
     one, other = (error.last for error in errors)
     assert isinstance(one, Increment) and isinstance(other, Increment)
-    assert told(one) == told(other) and other.state.derivatives.keys() == set(PATHS)
+    assert contents(one) == contents(other) and other.state.derivatives.keys() == set(PATHS)
 
 
 def test_derivatives_that_cannot_be_found_are_reported_in_their_turn(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -28,9 +28,9 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> str:
 def test_slopes_are_those_of_python_and_in_a_table_of_all_increments(case: str, tmp_path: Path) -> None:
     """Two measures by two parameters: as `pr.gradient` has them backwards, and forwards with a table whose last row they are."""
     asked = ["gradient", case, "--set", FEW, "--of", "die.force.y", "--of", "ring.left.x at y=0", "--by", MU, "--by", K]
-    told = CliRunner().invoke(app, [*asked, "--json"])
-    assert told.exit_code == 0, told.output
-    found = json.loads(told.stdout)
+    result = CliRunner().invoke(app, [*asked, "--json"])
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.stdout)
     expected = pr.gradient(ring(FEW), ["die.force.y", "ring.left.x at y=0"], [MU, K])
     force = found["measures"]["die.force.y"]
     assert (force["value"], force["unit"]) == (expected.values[0], "N")
@@ -38,13 +38,13 @@ def test_slopes_are_those_of_python_and_in_a_table_of_all_increments(case: str, 
     assert list(found["measures"]["ring.left.x at y=0"]["slopes"].values()) == expected.slopes[1].tolist()
     assert (found["followed"], found["parameters"]) == ("backwards", {MU: 0.1, K: 500.0})
     table = tmp_path / "new" / "slopes.csv"
-    told = CliRunner().invoke(app, [*asked, "--out", str(table)])
-    assert told.exit_code == 0, told.output
+    result = CliRunner().invoke(app, [*asked, "--out", str(table)])
+    assert result.exit_code == 0, result.output
     rows = list(csv.DictReader(table.read_text(encoding="utf-8").splitlines()))
     assert [row["step"] for row in rows] == ["press"] * len(rows)
     assert len(rows) >= 2
     assert float(rows[-1][f"d(die.force.y)/d({MU})"]) == pytest.approx(expected.slopes[0, 0], rel=1e-9)
-    assert f"slope {expected.slopes[0, 0]:.6g} at 0.1" in told.stdout
+    assert f"slope {expected.slopes[0, 0]:.6g} at 0.1" in result.stdout
 
 
 TABLE_OF_FRICTION = "friction={type: coulomb, mu: {kappa: [0, 0.1, 1], mu: [0.05, 0.15, 0.2]}}"
@@ -62,14 +62,14 @@ def test_what_cannot_go_backwards_goes_forwards(case: str, changes: list[str], o
     """Elements, friction and measures without a way back: the command says why, and has the slopes of the run forwards."""
     changes = [*changes, FEW]
     asked = ["gradient", case, "--of", of, "--by", by, *(w for c in changes for w in ("--set", c))]
-    told = CliRunner().invoke(app, [*asked, "--json"])
-    assert told.exit_code == 0, told.output
-    found = json.loads(told.stdout)
+    result = CliRunner().invoke(app, [*asked, "--json"])
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.stdout)
     assert found["followed"] == "forwards"
     last = list(pr.solve(ring(*changes), derivatives=[by]))[-1]
     assert found["measures"][of]["slopes"][by] == last.derivative(of)[by]
-    told = CliRunner().invoke(app, asked)
-    assert why in told.stderr
+    result = CliRunner().invoke(app, asked)
+    assert why in result.stderr
 
 
 def test_steps_are_parts_of_a_path_by_their_name() -> None:
@@ -97,6 +97,6 @@ def test_steps_are_parts_of_a_path_by_their_name() -> None:
 )
 def test_wrong_options_are_reported_before_anything_is_solved(case: str, options: list[str], words: str) -> None:
     """Measures, paths, steps and files that there are not: exit code 2 and a line."""
-    told = CliRunner().invoke(app, ["gradient", case, *options])
-    assert told.exit_code == 2, told.output
-    assert words in told.output.replace("\n", " ")
+    result = CliRunner().invoke(app, ["gradient", case, *options])
+    assert result.exit_code == 2, result.output
+    assert words in result.output.replace("\n", " ")

@@ -82,9 +82,9 @@ def test_a_tool_that_tips_over_is_reported_so(place):
         )  # fmt: skip
 
     words = rf"along a line through \({place:g}, 1\), .* reaches from \(\d+, 1\) to \(\d+, 1\)"
-    with pytest.raises(SolveError, match=words) as told:
+    with pytest.raises(SolveError, match=words) as failed:
         list(pr.solve(pressed(place), pr.Numerics(max_cutbacks=2)))
-    reason = told.value.reason
+    reason = failed.value.reason
     assert isinstance(reason, f.TipsOver)
     assert {reason.first, reason.last} == {(20.0, 1.0), (30.0, 1.0)}
     for stands in (pressed(25.0), pressed(place, 50.0 * (place - 25.0))):

@@ -31,7 +31,7 @@ def bore(*steps: pr.Step, **more) -> pr.Problem:
 CLOSE = pr.Step("close", by={"d.right": pr.Motion(x=-0.3)}, increments=16)
 
 
-def told(caplog) -> list[str]:
+def reported(caplog) -> list[str]:
     return [r.getMessage() for r in caplog.records if "line of symmetry" in r.getMessage()]
 
 
@@ -42,7 +42,7 @@ def test_a_line_of_symmetry_is_a_plane_written_by_hand(problem, step, name, axis
     """The same forces and places in every increment, no node beyond the line, and a word in the log; without it they go on."""
     with caplog.at_level(logging.INFO, "prensa"):
         found = list(pr.solve(problem(step)))
-    assert len(told(caplog)) == 1
+    assert len(reported(caplog)) == 1
     by_hand = list(pr.solve(problem(step, plane=True)))
     assert len(found) == len(by_hand)
     line, plane = f"symmetry_{'xy'[axis]}", "mirror" if axis else "mandrel"
@@ -59,7 +59,7 @@ def test_a_line_of_symmetry_is_a_plane_written_by_hand(problem, step, name, axis
     with contextlib.suppress(SolveError):
         for i in pr.solve(excepted):
             beyond = min(beyond, i.bodies[name].x[:, axis].min())
-    assert not told(caplog)
+    assert not reported(caplog)
     assert beyond < -1e-3
 
 
@@ -100,7 +100,7 @@ def test_nothing_is_added_where_nothing_comes_near(caplog):
         *_, other = pr.solve(tube(FLATTEN, plane=True))
     assert list(last.tools) == ["punch"]
     assert not any(t.startswith("symmetry_y") for t in other.tools)
-    assert not told(caplog)
+    assert not reported(caplog)
 
 
 def test_tools_do_not_leave_a_side_that_is_pressed_on_its_line():
