@@ -11,7 +11,7 @@ from prensa.checks.during.acceptance import least_corner
 from prensa.errors import SolveError
 from prensa.system.failure import LostSupport
 from prensa_bench.robustness.families import drawn
-from problems import pressed_block, stroke
+from problems import single_block, stroke, upset_block
 
 
 def test_a_strip_that_its_last_tool_has_left_is_refused():
@@ -23,16 +23,32 @@ def test_a_strip_that_its_last_tool_has_left_is_refused():
     assert isinstance(caught.value.reason, LostSupport)
 
 
-def test_no_corner_jumps_beyond_half_a_turn_within_an_increment():
-    """A stamp pressed in by four elements at once: the increment is cut until no element turns over in one."""
-    p = pressed_block(
-        stroke(-1.0, increments=1), tools={"t": pr.Stamp(width=3.0, fillet=0.2, touching="b.top")},
-        material=pr.J2(2e5, 0.3, pr.Linear(200.0, 600.0)), size=(10, 5), n=(40, 20), origin=(-5.0, 0.0),
-        friction=pr.Coulomb(0.3),
+SOFT = pr.J2(2e3, 0.3, pr.Linear(200.0, 600.0))
+
+
+def upset(increments: int) -> pr.Problem:
+    """A block that is pressed to a tenth of its height, its sides too in contact."""
+    return upset_block(
+        stroke(-1.82, increments=increments), material=SOFT, size=(2.0, 2.0), n=(2, 4), element="q4", friction=pr.Coulomb(0.3),
+        sides=("top", "right"),
     )  # fmt: skip
-    system = pr.discretise(p)
-    nodes = system.blocks[0].corners.T
-    corners = least_corner(system.X[nodes])
-    for inc in pr.solve(system):
-        before, corners = corners, least_corner(inc.bodies["b"].x[nodes])
-        assert not ((corners < -0.1) & (corners < before - 0.5)).any()
+
+
+def sheared(increments: int) -> pr.Problem:
+    """A block whose top goes aside by one and a half of its width."""
+    aside = pr.Step("shear", fixed={"b.top": pr.Fixed(x=-5.97, y=1.74)}, increments=increments)
+    return single_block(aside, material=SOFT, n=(2, 2), element="q8", fixed={"b.bottom": "xy"})
+
+
+@pytest.mark.parametrize("problem", [upset, sheared], ids=["a corner beyond 180°", "a plastic strain above 1"])
+def test_an_increment_that_is_far_too_long_is_not_taken_to_another_solution(problem):
+    """Asked for in one increment, forces are those of twenty: cut, where the equilibrium that Newton finds is another one.
+
+    Without the guard the upset block has 0.60 of its force and an element that turned over; the sheared one, with nothing told,
+    0.89.
+    """
+    (*_, one), (*_, many) = pr.solve(problem(1)), pr.solve(problem(20))
+    driven = [inc.force("t").y if inc.tools else inc.supports["b.top"].x for inc in (one, many)]
+    assert driven[0] == pytest.approx(driven[1], rel=0.05)
+    nodes = pr.discretise(problem(1)).blocks[0].corners.T
+    assert least_corner(one.bodies["b"].x[nodes]).min() > 0.0

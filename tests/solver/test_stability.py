@@ -119,6 +119,18 @@ def test_a_pushed_arch_ends_at_its_limit_point():
     assert "stabilise: auto" in str(caught.value)
 
 
+@pytest.mark.parametrize("increments", [1, 3])
+def test_a_push_far_beyond_the_limit_load_does_not_jump_over_it(increments):
+    """Newton's iteration finds the arch snapped through in so long an increment: stable, in balance, and nothing would be told."""
+    problem = shallow_arch(-100.0)
+    asked = replace(problem, steps=(replace(problem.steps[0], increments=increments),))
+    with pytest.raises(SolveError, match="limit point") as caught:
+        list(pr.solve(asked))
+    assert isinstance(caught.value.reason, failure.LimitPoint)
+    assert isinstance(caught.value.last, Increment)
+    assert 100.0 * caught.value.last.time == pytest.approx(18.603, abs=1e-3)  # the largest force of the arch when it is moved
+
+
 def test_a_stabilised_arch_snaps_through(caplog):
     """With viscous forces the pushed arch goes on to the far side, where it carries the force; their work is in the
     energy balance.

@@ -15,7 +15,7 @@ from prensa.friction.law import At, FrictionLaw, bounded
 from prensa.friction.point import Form, arrays, arrays_of, read, values_of
 from prensa.kernels.differentiate import forward, units
 from prensa.kernels.emit import Kind, Marks, Program, Rows, generated, puts
-from prensa.kernels.record import Node, absolute, answered, differs, given, many, root, sqrt, where
+from prensa.kernels.record import NO_ROOT, Node, absolute, answered, differs, given, many, root, sqrt, where
 from prensa.types import Array, Bytes, Flags
 
 OPEN, STUCK, SLIDING, DECIDE = 0, 1, 2, 3
@@ -225,7 +225,10 @@ def _hardening_root(
     law: FrictionLaw, at: At, size: Array, tau0: Array, p: Array, kappa: Array, k_t: Array, slip: Flags,
     held: Flags,
 ) -> tuple[Array, Array, Array, Array]:  # fmt: skip
-    """Safeguarded Newton for Δλ of all points at once; brackets as in `returned`."""
+    """Safeguarded Newton for Δλ of all points at once; brackets as in `returned`.
+
+    Δλ is NaN, and so is all that follows from it, where no root is found: the bound jumps.
+    """
     hi = size / k_t
     lo = np.zeros_like(hi)
     reach = 2.0 * np.maximum(size, np.abs(tau0)) / k_t
@@ -243,4 +246,6 @@ def _hardening_root(
         inside = (newton > lo) & (newton < hi)
         x = np.where(slip & (np.abs(f) > 0), np.where(inside, newton, 0.5 * (lo + hi)), x)
     tau, dtau_p, dtau_k = bounded(law, p, kappa + x, at)
-    return x, tau, dtau_p, dtau_k
+    missed = np.abs(size - k_t * x - tau)
+    found = missed <= NO_ROOT * np.maximum(size, np.abs(tau))
+    return np.where(found | ~slip, x, np.nan), tau, dtau_p, dtau_k

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from prensa.kernels.record import NO_ROOT
 from prensa.materials.flow_curve import FlowCurve, along, stress_at
 from prensa.materials.hencky_j2 import ON_SURFACE
 from prensa.types import Array, Flags
@@ -76,11 +77,13 @@ def _roots(curve: FlowCurve, start: Array, q: Array, jac: Array, G: float, dt: f
         f = trial - 3.0 * G * x - j * s
         step = f / (3.0 * G + j * ds)
         close = np.abs(step) <= LAST_STEP * np.abs(x)
-        done = close | (np.abs(f) <= LEFT_OVER * trial) | (hi - lo <= BRACKET * np.abs(x))
+        narrow, rest = hi - lo <= BRACKET * np.abs(x), np.abs(f)
+        # A bracket may close on a jump of the curve, which is no root.
+        done = close | (rest <= LEFT_OVER * trial) | (narrow & (rest <= NO_ROOT * np.maximum(trial, np.abs(j * s))))
         last = np.where(close, step, 0.0)
         root[rows], y[rows], slope[rows] = np.where(done, x + last, np.nan), s + ds * last, ds
         lo, hi = np.where(f > 0.0, x, lo), np.where(f > 0.0, hi, x)
-        go = ~done & np.isfinite(f)
+        go = ~done & ~narrow & np.isfinite(f)
         inside = (lo < x + step) & (x + step < hi)
         x = np.where(inside, x + step, 0.5 * (lo + hi))[go]
         rows, lo, hi = rows[go], lo[go], hi[go]
