@@ -12,6 +12,7 @@ import pytest
 import prensa as pr
 from prensa.materials.laws import J2, Hencky
 from prensa.materials.material import material_of
+from prensa.materials.return_map import return_map
 from prensa.model.schema import dump, loads
 from prensa.registry import DOORS, examples
 from prensa.testing import LawError, check_flow, check_material
@@ -134,6 +135,27 @@ class WrongCurve(pr.FlowCurve):
             case "shape":
                 return np.full((len(strain), 2), 100.0)
         return np.full_like(strain, np.nan)
+
+
+class Leap(pr.FlowCurve):
+    """A flow stress that jumps from 100 to 150 at a plastic strain of 1e-3, stated in NumPy."""
+
+    def stress(self, strain, rate):
+        return np.where(strain < 1e-3, 100.0, 150.0), np.zeros_like(strain)
+
+
+@pytest.mark.parametrize(("beyond", "on"), [(10.0, 100.0), (20.0, None), (80.0, 150.0)])
+def test_a_curve_that_jumps_past_the_stress_fails_there(beyond, on):
+    """Where q − 3GΔ lies within the jump no stress is on the curve: the point is flagged, others are as they were."""
+    K, G = 20000.0, 1e5 / 3.0 * 0.2
+    shear = (100.0 + beyond + 3.0 * G * (1e-3 if on != 100.0 else 0.0)) / (2.0 * np.sqrt(3.0) * G)
+    tau, dtau, eps_e, new = np.empty((1, 3)), np.empty((1, 3, 3)), np.empty((1, 3)), np.zeros((1, 2))
+    failed = np.zeros(1, dtype=bool)
+    eps = np.array([[shear, -shear, 0.0]])
+    return_map(eps, np.ones(1), np.zeros((1, 2)), 0, K, G, False, Leap(), 1.0, tau, dtau, eps_e, new, failed, True)
+    assert failed[0] == (on is None)
+    if on is not None:
+        assert np.sqrt(1.5 * (tau**2).sum()) == pytest.approx(on, rel=1e-13)
 
 
 @pytest.mark.parametrize(

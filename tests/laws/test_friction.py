@@ -135,6 +135,24 @@ def test_softening_too_fast_is_refused():
     assert np.isnan(out.dt_dg).any()
 
 
+class Leaping(pr.FrictionLaw):
+    """A bound that jumps from 1 to 2 at a slip of a half, stated in NumPy."""
+
+    hardens = True
+
+    def bound(self, p, kappa, at):
+        return np.where(kappa < 0.5, 1.0, 2.0) * p, np.where(kappa < 0.5, 1.0, 2.0), 0.0 * p
+
+
+@pytest.mark.parametrize(("trial", "traction"), [(1.2, 1.0), (2.0, np.nan), (2.8, 2.0)])
+def test_a_bound_that_jumps_past_the_traction_has_no_slip(trial, traction):
+    """Before and behind the jump a traction lies on the bound; between there is none: NaN, not the middle of the jump."""
+    one, touching = np.ones(1), np.array([True])
+    out = return_map(Leaping(), At(), np.array([[trial]]), np.zeros((1, 1)), one, touching, np.zeros(1), one)
+    assert out.t[0, 0] == pytest.approx(traction, rel=1e-14, nan_ok=True)
+    assert np.isnan(out.dt_dg).any() == np.isnan(traction)
+
+
 @pytest.mark.parametrize("name", ["constant", "linear", "exponential", "table"])
 def test_slip_that_is_held_is_smooth_where_the_pressure_goes_through_zero(name):
     """Derivatives take differences there: traction and slip at −p and p lie on a line, whether the law hardens or not."""

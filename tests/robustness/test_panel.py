@@ -9,7 +9,7 @@ import pytest
 
 from prensa.policy import Policy
 from prensa_bench.panel import table
-from prensa_bench.panel.__main__ import Store, main
+from prensa_bench.panel.__main__ import Store, guard_holds, main
 from prensa_bench.panel.composition import settings, without
 from prensa_bench.panel.mechanisms import GUARDS, MECHANISMS, SETS, TIMELY
 from prensa_bench.panel.problems import DRAWN_OF, FORMING_CASES, GROUPS, problems
@@ -56,6 +56,17 @@ def test_guards_name_a_test():
         file, *tests = m.guard.split("::")
         text = (ROOT / file).read_text(encoding="utf-8")
         assert tests and all(f"def {name.partition('[')[0]}(" in text for name in tests), m.name
+
+
+SLOW = {
+    "limit_points_of_friction": "an ironing up to the end of its path takes 3 to 10 s",
+}  # guards whose tests are not run without them here, and why not
+
+
+@pytest.mark.parametrize("name", [m.name for m in GUARDS if m.name not in SLOW])
+def test_the_test_of_a_guard_fails_without_it(name):
+    """A guard of which no input is known that goes wrong without it is none."""
+    assert guard_holds(name)
 
 
 SHORT = {"snap_through": "predictor", "strips 4": "contact_step", "slide_release 3": "finish"}  # problem: what is off

@@ -220,11 +220,6 @@ TIMELY = (
         "Finishing corrections go by the matrix at the iterate, with factors of the one before and GMRES.",
         (replaced(newton, newton._followed, _nothing), replaced(newton, newton._follows, _no)),
     ),
-    Mechanism(
-        "digits",
-        "Converged iterates are improved beyond the tolerance, since tools' forces are sums over all nodes.",
-        (replaced(Finish, Finish.fine, _within),),
-    ),
     # --------------------------------------------------------------------------------------------------- increments
     Mechanism(
         "bdf2",
@@ -240,11 +235,6 @@ TIMELY = (
         "cut_before_touch",
         "An increment in which a tool first touches a body ends there.",
         (replaced(time_stepping, time_stepping.first_touch, _uncut),),
-    ),
-    Mechanism(
-        "small_after_touch",
-        "Metals begin with a small increment after a first touch.",
-        (replaced(StepControl, StepControl._landed, _unlimited),),
     ),
     Mechanism(
         "strain_bound",
@@ -353,6 +343,18 @@ GUARDS = (
         "The time of a jump of forces within an increment is read off its work.",
         (replaced(time_stepping, time_stepping.jump_of, lambda *_: float("nan")),),
         guard="tests/checks/test_passages.py::test_means_of_drawing_are_nearer_to_those_of_many_increments_than_the_trapezoid",
+    ),
+    Mechanism(
+        "small_after_touch",
+        "Metals begin with a small increment after a first touch.",
+        (replaced(StepControl, StepControl._landed, _unlimited),),
+        guard="tests/solver/test_time_stepping.py::test_the_ledger_sees_a_flat_side_land",
+    ),
+    Mechanism(
+        "digits",
+        "Converged iterates are improved beyond the tolerance, since tools' forces are sums over all nodes.",
+        (replaced(Finish, Finish.fine, _within),),
+        guard="tests/solver/test_enough_digits.py::test_forces_between_tools_balance_beyond_the_tolerance",
     ),
     Mechanism(
         "penetration",
