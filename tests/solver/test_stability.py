@@ -121,7 +121,7 @@ def test_a_pushed_arch_ends_at_its_limit_point():
 
 @pytest.mark.parametrize("increments", [1, 3])
 def test_a_push_far_beyond_the_limit_load_does_not_jump_over_it(increments):
-    """Newton's iteration finds the arch snapped through in so long an increment: stable, in balance, and nothing would be told."""
+    """Newton's iteration finds the arch snapped through in so long an increment: stable, in balance, nothing told."""
     problem = shallow_arch(-100.0)
     asked = replace(problem, steps=(replace(problem.steps[0], increments=increments),))
     with pytest.raises(SolveError, match="limit point") as caught:

@@ -33,7 +33,7 @@ class FrictionTooSoft:
     contact: str
 
     def __str__(self) -> str:
-        return f"friction of {self.contact} softens too fast for its stiffness k_T"
+        return f"friction of {self.contact} softens too fast for its stiffness k_T, or its bound jumps"
 
 
 NotEvaluated = ElementFailed | FrictionTooSoft
