@@ -348,7 +348,7 @@ GUARDS = (
         "small_after_touch",
         "Metals begin with a small increment after a first touch.",
         (replaced(StepControl, StepControl._landed, _unlimited),),
-        guard="tests/solver/test_time_stepping.py::test_the_ledger_sees_a_flat_side_land",
+        guard="tests/solver/test_time_stepping.py::test_the_energy_balance_sees_a_flat_side_land",
     ),
     Mechanism(
         "digits",
