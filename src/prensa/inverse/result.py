@@ -19,7 +19,7 @@ from prensa.precision import DRAWN, FIRST_DIFFERENCE
 from prensa.sensitivity.parameters import with_values
 from prensa.types import Array
 
-CONFIDENCE = 0.95
+CONFIDENCE = 0.95  # of intervals
 UNUSUAL = 0.05  # probability below which residuals are not those of chance
 IDLE = 1e-3  # change of a channel over its error when a parameter doubles, below which that does not move it
 SLIP = 5  # residual over the error, and over those of the others, from which a reading is suspected

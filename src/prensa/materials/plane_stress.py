@@ -18,7 +18,7 @@ from prensa.layout import PLANE, TensorLayout
 from prensa.materials.protocol import At, Field, Flowing, Material, Out
 from prensa.types import Array
 
-MAX_ITERATIONS = 60
+MAX_ITERATIONS = 60  # for the stretch of the thickness; points that need more fail
 STRESS = 1e-14  # σ₃₃ over the largest in-plane stress that counts as zero …
 FLOOR = 1e-11  # … or that counts as zero when Newton no longer lowers it …
 STEP = 1e-15  # … or a correction that round-off of the strains makes

@@ -9,7 +9,7 @@ from prensa.materials.flow_curve import FlowCurve, along, stress_at
 from prensa.materials.hencky_j2 import ON_SURFACE
 from prensa.types import Array, Flags
 
-ITERATIONS = 200
+ITERATIONS = 200  # for a plastic increment, Newton steps and bisections; points that need more fail
 LAST_STEP = 1e-12  # Newton's last step, over the plastic increment
 LEFT_OVER = 2e-14  # over the trial stress: what is left is round-off
 BRACKET = 4e-16  # width of the bracket, over the increment

@@ -15,16 +15,16 @@ from typing import Any
 from prensa.errors import CaseError, Mark, Mistake
 from prensa.model.rows import Run, numbers, taken_out
 
-MAX_NESTING = 50
-COPIES = 100_000
+MAX_NESTING = 50  # levels of a file; cases have less than ten
+COPIES = 100_000  # values that aliases may stand for
 # What is read in a second at its slowest. Cases have some thousand characters and some hundred keys and values; rows of
 # numbers on lines of their own, '- [0, 1]', are cheap and come on top, enough for a mesh of seven thousand nodes.
-SIZE = 100_000
-VALUES = 8_000
+SIZE = 100_000  # characters besides rows of numbers; cases have some thousand
+VALUES = 8_000  # keys and values; cases have some hundred
 MISTAKES = 200
-NUMBERS = 40_000
+NUMBERS = 40_000  # numbers in rows
 MOVE_TO_FILES = "put a mesh into a file (.msh or .inp) and a table into a .csv file"
-WIDTH = 110
+WIDTH = 110  # characters of a line that is written
 
 _INT = re.compile(r"[-+]?[0-9]+")
 _RADIX = re.compile(r"0o[0-7]{1,20}|0x[0-9a-fA-F]{1,16}")

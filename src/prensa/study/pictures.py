@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_CURVES = 150
+MOST_CURVES = 150  # of a picture; of more some are drawn
 MOST_POINTS = 300  # of a curve
-MOST_PANELS = 6
+MOST_PANELS = 6  # of a picture
 IN_A_LEGEND = 8  # values that a legend can distinguish
 
 

@@ -14,7 +14,7 @@ from prensa.study.values import MOST_CASES, Factor, Scatter, Values
 
 Sampling = Literal["sobol", "lhs", "random"]
 SAMPLINGS: tuple[Sampling, ...] = ("sobol", "lhs", "random")
-DEFAULT_SAMPLES = 64
+DEFAULT_SAMPLES = 64  # cases of a scattered plan that does not say how many
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from prensa.mesh.mesh import corner_cells
 from prensa.types import Array, Flags, Index, Ints
 
 Slots = NDArray[np.uint8] | Ints
-CHUNK = 1024
+CHUNK = 1024  # elements that are evaluated together, whose arrays are reused by the next
 
 
 class Part(NamedTuple):

@@ -18,7 +18,7 @@ APART = 0.05  # distance of the two sides, in edge lengths of the slave, above w
 MORTAR_RULE = np.polynomial.legendre.leggauss(4)
 EDGE_END = 1e-9  # ξ from an end of a slave edge at which a projected node is that end
 BEYOND = 1e-6  # ξ that a foot may lie beyond the end of a master edge
-PROJECTIONS = 20
+PROJECTIONS = 20  # most steps for the foot of a point on an edge
 
 
 @dataclass(frozen=True)

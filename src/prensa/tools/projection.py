@@ -21,7 +21,7 @@ NAX, NAY, NBX, NBY = 13, 14, 15, 16  # mean normals of the corners at the ends
 SA, SB = 17, 18  # whether the corners at the ends are smooth
 S = 19  # surface coordinate of the piece's coordinate 0 (line), of its middle (arc)
 HALF = 20  # half the length of an arc
-COLUMNS = 21
+COLUMNS = 21  # numbers of a piece
 
 
 @njit(cache=True)
