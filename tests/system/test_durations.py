@@ -218,7 +218,7 @@ def test_derivatives_by_durations_and_strokes_are_those_of_differences():
     last = list(pr.solve(problem, derivatives=paths))[-1]
     found = last.derivative("t.force.y")
     times, text = [0.5, 1.0], dump(pr.Case(problem))
-    for path, size, at in zip(paths, (1e-4, 1e-4), (3.0, 20.0)):
+    for path, size, at in zip(paths, (1e-3, 1e-4), (3.0, 20.0)):  # forces have digits beyond 1e-10 that Newton leaves open
         sides = [
             list(pr.solve(loads(text, overrides=[f"{path}={at + s * size!r}"]).problem, times=times))[-1] for s in (1, -1)
         ]

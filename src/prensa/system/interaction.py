@@ -21,6 +21,7 @@ from prensa.contact.stencil import Stencils
 from prensa.contact.surface import Geometry, Surface
 from prensa.friction.law import At, FrictionLaw
 from prensa.model import problem as model
+from prensa.precision import NEGLIGIBLE
 from prensa.system.assembly import Block, Pattern
 from prensa.system.failure import NotEvaluated
 from prensa.system.schedule import StepPlan
@@ -166,11 +167,10 @@ class Context:
         """
         state, fixed = self.state, self.plan.fixed
         last = state.du[fixed]
-        size = float(last @ last)
-        if not size > 0.0:
+        if not np.abs(last).max(initial=0.0) > NEGLIGIBLE * np.abs(state.du).max(initial=0.0):  # forces drive, or nothing moved
             return self.dt
         way = self.plan.values(self.time) - state.u[fixed]
-        return max(float(way @ last) / size, 0.0) * state.dt_last
+        return max(float(way @ last) / float(last @ last), 0.0) * state.dt_last
 
     @property
     def ends_step(self) -> bool:
