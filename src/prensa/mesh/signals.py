@@ -10,7 +10,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 HANDLED = ("SIGINT", "SIGTERM", "SIGABRT", "SIGFPE", "SIGILL", "SIGSEGV", "SIGBUS")
+"""Signals whose handlers MMG replaces."""
 WAITING = (signal.SIGINT, signal.SIGTERM)
+"""Those that users and systems send, which wait for the end of a mesh."""
 ROOM = 512
 """Bytes for a ``struct sigaction``, which no system makes larger than 152."""
 

@@ -22,7 +22,7 @@ from prensa.linear.reduction import Reduced
 from prensa.policy import Policy
 from prensa.solver.equilibrium import Equilibrium
 from prensa.system.outcome import NewtonResult
-from prensa.system.system import Evaluation, System
+from prensa.system.system import System
 from prensa.types import Array, Flags
 
 
@@ -104,22 +104,19 @@ def modes_after(eq: Equilibrium, result: NewtonResult) -> Modes | None:
         return modes
     if factors.factored and (modes := softest_modes(eq.system, eq.reduced, eq.policy, exactly=True)) is not None:
         return modes
-    return modes_at(eq, result.u, result.lam, mode=False, known=result.evaluation)
+    return modes_at(eq, result.u, result.lam, mode=False)
 
 
-def modes_at(
-    eq: Equilibrium, u: Array, lam: Array, mode: bool = True, known: Evaluation | None = None
-) -> Modes | None:  # fmt: skip
+def modes_at(eq: Equilibrium, u: Array, lam: Array, mode: bool = True) -> Modes | None:
     """The modes of the matrix at the dofs u (ndof,) themselves: the last factors are of the iterate before, or of another.
 
-    ``mode``: whether the softest one is wanted where none is negative, too. ``known``: the evaluation at u, whose matrix is
-    taken where it has one.
+    ``mode``: whether the softest one is wanted where none is negative, too.
     """
-    e = known if known is not None and known.data is not None else eq.evaluate(u, lam)
+    e = eq.evaluate(u, lam)  # the matrix of a last iterate may be a secant, which is stiffer than the tangent
     if e.failed:
         return None
     try:
-        eq.reduced.solve(eq.reduced.matrix(e, -e.r, spent=e is not known), -e.r)
+        eq.reduced.solve(eq.reduced.matrix(e, -e.r, spent=True), -e.r)
     except SingularError:
         return None
     if eq.reduced.factorisation.positive and not mode:

@@ -21,6 +21,7 @@ from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh, MeshError, ordered_nodes
 from prensa.mesh.thin import thin_way_up
 from prensa.model import problem as model
+from prensa.model.crank import AXIS
 from prensa.registry import DOORS
 from prensa.system.assembly import Block, Pattern, Slots, make_pattern, slots_of
 from prensa.system.body_contact import body_contacts
@@ -128,7 +129,8 @@ def first_way(problem: model.Problem, tool: str) -> Array | None:
     """Unit vector (2,) of the first travel or push of a tool that a step gives; None if none does."""
     for step in problem.steps:
         if (crank := step.crank.get(tool)) is not None:
-            return np.array({"down": (0.0, -1.0), "up": (0.0, 1.0), "left": (-1.0, 0.0), "right": (1.0, 0.0)}[crank.toward])
+            axis, sign = AXIS[crank.toward]
+            return np.array([sign * (axis == "x"), sign * (axis == "y")])
         for kind in (step.move, step.by, step.velocity, step.push):
             way = np.array([_first_value(getattr(kind.get(tool), axis, None)) for axis in "xy"])
             if way.any():
