@@ -570,6 +570,14 @@ def import_deck(
         Path, typer.Argument(metavar="DECK", help="An Abaqus or CalculiX deck (.inp).", show_default=False)
     ],
     out: Annotated[Path | None, typer.Option(help="Write the case to this file; printed if not given.")] = None,
+    without: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="WHAT",
+            help="Leave something out that changes the answer and is not read, such as temperature; may be repeated.",
+            show_default=False,
+        ),
+    ] = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,
@@ -579,7 +587,7 @@ def import_deck(
         from prensa.errors import PrensaError
         from prensa.importers.imported import case_text
 
-        text, remarks = case_text(deck, out.parent if out else Path())
+        text, remarks = case_text(deck, out.parent if out else Path(), without or ())
         if out is not None and out.exists():
             raise PrensaError(f"{out} exists; name another file")
         for remark in remarks:

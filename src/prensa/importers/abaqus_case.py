@@ -5,17 +5,33 @@ A documented subset: what concerns the answer and is not read is refused with it
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass
-from itertools import islice, pairwise
+from dataclasses import replace
+from itertools import combinations, islice
 from pathlib import Path
 from typing import Any
 
-from prensa.importers.abaqus import Assembly, Keyword, Scope
-from prensa.importers.abaqus_steps import OF_STEPS, Steps
+from prensa.importers.abaqus import Assembly
+from prensa.importers.abaqus_keywords import Keyword, Scope
+from prensa.importers.abaqus_loads import Loads, even_traction
+from prensa.importers.abaqus_names import DeckNames, Section
+from prensa.importers.abaqus_places import outline
+from prensa.importers.abaqus_steps import OF_STEPS, Follower, Steps
 from prensa.importers.abaqus_tools import RigidTool, chain, segments
-from prensa.importers.abaqus_words import PASSED_OVER, REFUSED
-from prensa.importers.deck import LABELS, FileError, is_label
+from prensa.importers.abaqus_words import (
+    AS_STATIC,
+    KNOWN,
+    LEFT_OUT,
+    PASSED_OVER,
+    REFUSED,
+    REPORTED,
+    group_of,
+    may_be_left_out,
+    nearest,
+    refuse_unknown_parameters,
+    squeezed,
+)
+from prensa.importers.deck import LABELS, FileError
+from prensa.precision import DRAWN
 
 # Generalised plane strain (CPEG) has no counterpart: its letters after CPE match no element below.
 SPACE_OF = {
@@ -25,36 +41,39 @@ SPACE_OF = {
 # enhanced element.
 ELEMENT_OF = {
     "4": "q4_fbar", "4R": "q4_fbar", "4H": "q4_fbar", "4RH": "q4_fbar", "4I": "q4_enhanced", "4IH": "q4_enhanced",
-    "3": "t3", "6": "t6", "6M": "t6", "6H": "t6", "6MH": "t6", "8": "q8_full", "8R": "q8", "8H": "q8_full", "8RH": "q8",
+    "3": "t3", "3H": "t3", "6": "t6", "6M": "t6", "6H": "t6", "6MH": "t6",
+    "8": "q8_full", "8R": "q8", "8H": "q8_full", "8RH": "q8",
 }  # fmt: skip
 METRES = 1e9  # a modulus from which on a deck is taken to be in metres and newtons
 
 
-@dataclass
-class _Section:
-    scope: Scope
-    elset: str
-    material: str
-    line: int
-    name: str = ""
-    cells: frozenset[int] = frozenset()
+# Keywords between which *FRICTION and *SURFACE BEHAVIOR still belong to the interaction before.
+OF_INTERACTION = (
+    "SURFACE INTERACTION", "SURFACE BEHAVIOR", "FRICTION", "GAP CONDUCTANCE", "GAP HEAT GENERATION", "CONTACT DAMPING",
+)  # fmt: skip
 
 
 class _Reader:
-    """What has been read so far; one method for each keyword that matters."""
+    """What has been read so far; one method for each keyword that matters.
 
-    def __init__(self, text: str, path: str) -> None:
-        self.path, self.all = path, Assembly(text)
+    ``without``: what the user leaves out, names of `LEFT_OUT` and keywords that are unknown here.
+    """
+
+    def __init__(self, text: str, path: str, without: frozenset[str]) -> None:
+        self.path, self.all, self.without = path, Assembly(text), without
         self.deck = self.all.deck()
+        self.names = DeckNames(self.all, self.deck)
         self.paired: set[tuple[str, str]] = set()
         self.case: dict[str, Any] = {"name": Path(path).stem, "bodies": {}, "tools": {}, "contacts": [], "ties": [], "fixed": {}}
         self.remarks: list[str] = []
         self.materials: dict[str, dict[str, Any]] = {}
+        self.densities: dict[str, float] = {}
         self.material = ""
-        self.sections: list[_Section] = []
-        self.tools: dict[tuple[str, str], RigidTool] = {}
         self.frictions: dict[str, dict[str, Any] | None] = {}
-        self.interaction = ""
+        self.stiffness: dict[str, dict[str, float]] = {}
+        self.interaction: str | None = None
+        self.coupled: Keyword | None = None
+        self.structures: list[tuple[int, str, list[int]]] = []
         self.pairs: list[tuple[str, str, str, int, Scope]] = []
         self.ties: list[tuple[str, str, int, Scope]] = []
         self.everywhere: tuple[str, int] | None = None
@@ -63,14 +82,48 @@ class _Reader:
     def read(self) -> None:
         """All keywords, in their order."""
         for k, scope in self.all.order:
+            if k.name not in OF_INTERACTION:
+                self.interaction = None
+            if self._left_out(k, scope):
+                continue
+            refuse_unknown_parameters(k.name, k.parameters, k.line)
             if method := METHOD_OF.get(k.name):
                 getattr(self, method)(k, scope)
             elif k.name in OF_STEPS:
                 self.history.append((k, scope))
-            elif k.name in REFUSED:
-                raise FileError.at(k.line, f"*{k.name} is not read, and would change the answer: {REFUSED[k.name]}")
+            elif k.name in REPORTED:
+                self.remarks.append(f"line {k.line}: *{k.name} is not read: it has no effect in static steps")
             elif k.name not in PASSED_OVER:
-                self.remarks.append(f"line {k.line}: *{k.name} is not read")
+                raise self._unread(k)
+
+    def _left_out(self, k: Keyword, scope: Scope) -> bool:
+        """Pass over what the user leaves out; procedures without what makes them different are static steps."""
+        group = group_of(k.name) or k.name
+        if not ({group, squeezed(group)} & self.without):
+            return False
+        if k.name in AS_STATIC:
+            self.history.append((replace(k, name="STATIC", parameters={}), scope))
+            self.remarks.append(f"line {k.line}: *{k.name} is read as a static step (--without {group})")
+        else:
+            self.remarks.append(f"line {k.line}: *{k.name} is left out (--without {group})")
+        return True
+
+    def _unread(self, k: Keyword) -> FileError:
+        if k.name not in REFUSED:
+            near = nearest(k.name, KNOWN)
+            hint = f"did you mean *{near}?" if near else "nothing here is like it."
+            return FileError.at(
+                k.line, f"*{k.name} is not known; {hint} If nothing in the answer hangs on it: --without '{k.name.lower()}'"
+            )
+        group = group_of(k.name)
+        leave = f"--without {group} leaves it out" if group else f"--without leaves out: {may_be_left_out()}"
+        return FileError.at(k.line, f"*{k.name} is not read, and would change the answer: {REFUSED[k.name]} ({leave})")
+
+    def _only_without(self, group: str, line: int, what: str) -> None:
+        """Pass over something that the user leaves out, and refuse it otherwise."""
+        if group not in self.without:
+            raise FileError.at(line, f"{what} (--without {group} leaves it out)")
+        self.remarks.append(f"line {line}: {LEFT_OUT[group][0]} (--without {group})")
 
     # ------------------------------------------------------------------------------------------------------- model
     def heading(self, k: Keyword, scope: Scope) -> None:
@@ -86,7 +139,9 @@ class _Reader:
         # One case has one space: elements of two would be forces per thickness beside those of a whole circumference.
         if self.case.setdefault("space", space) != space:
             raise FileError.at(k.line, f"elements {kind} are of {space}, those before of {self.case['space']}")
-        if kind[3:] not in ELEMENT_OF:
+        if kind.endswith("T") and "temperature" not in self.without:
+            raise FileError.at(k.line, f"elements {kind} have a temperature, which is not read (--without temperature)")
+        if kind[3:].removesuffix("T") not in ELEMENT_OF:
             raise FileError.at(k.line, f"elements {kind} have no counterpart here; take {kind[:3]}4")
 
     def material_(self, k: Keyword, scope: Scope) -> None:
@@ -120,12 +175,33 @@ class _Reader:
         flow = {"type": "perfect", "s0": rows[0][1]} if len(rows) == 1 else {"type": "table", "points": [list(r) for r in rows]}
         self._of_material(k, {"type": "j2", "flow": flow})
 
+    def density(self, k: Keyword, scope: Scope) -> None:
+        self.densities[self.material] = k.number(k.rows[0], 0)
+
+    def hyperelastic(self, k: Keyword, scope: Scope) -> None:
+        if "NEO HOOKE" not in k.parameters:
+            raise FileError.at(k.line, "of hyperelastic materials NEO HOOKE is read; choose 'neo_hooke' or 'elastic' in the case")
+        row, *more = k.rows
+        c10, d1 = k.number(row, 0), k.number(row, 1, 0.0)
+        if more or d1 <= 0 or c10 <= 0:
+            raise FileError.at(k.line, "NEO HOOKE is read with one row of C10 and D1, both above 0: bodies are compressible here")
+        self._only_without("volume-law", k.line, "the volumetric energy (J − 1)²/D1 of NEO HOOKE is another one in 'neo_hooke'")
+        mu, bulk = 2.0 * c10, 2.0 / d1
+        nu = (3.0 * bulk - 2.0 * mu) / (6.0 * bulk + 2.0 * mu)
+        self._of_material(k, {"type": "neo_hooke", "E": 2.0 * mu * (1.0 + nu), "nu": nu})
+
+    def structure(self, k: Keyword, scope: Scope) -> None:
+        wanted = k.parameters.get("ELSET", "")
+        self.structures.append((k.line, k.name, self.all.elements_of(k.line, wanted, scope)))
+
     def solid_section(self, k: Keyword, scope: Scope) -> None:
         wanted = k.parameters.get("ELSET", "")
-        self.sections.append(_Section(scope, wanted, k.parameters.get("MATERIAL", "").upper(), k.line))
+        self.names.sections.append(Section(scope, wanted, k.parameters.get("MATERIAL", "").upper(), k.line))
         thickness = next((k.number(row, 0, 1.0) for _, row in k.data), 1.0)
-        if thickness != 1.0 and self.case.get("space") != "axisymmetric":
-            self.case["thickness"] = thickness
+        if self.case.get("space") != "axisymmetric" and self.case.setdefault("thickness", thickness) != thickness:
+            raise FileError.at(
+                k.line, f"a section of thickness {thickness:g} beside one of {self.case['thickness']:g}: a case has one thickness"
+            )
 
     # ------------------------------------------------------------------------------------------------------- tools
     def surface(self, k: Keyword, scope: Scope) -> None:
@@ -135,72 +211,140 @@ class _Reader:
             fillet = k.number([k.parameters.get("FILLET RADIUS", "")], 0, 0.0)
             if len(walk := [_moved(v, scope) for v in segments(k)]) < 2:
                 raise FileError.at(k.line, f"the rigid surface {name!r} has no segment: write START, then LINE or CIRCL")
-            self.tools[scope.name.upper(), name.upper()] = RigidTool(self._tool_name(name, scope), k.line, walk, fillet, True)
+            tool = RigidTool(self.names.tool_name(name, scope), k.line, walk, fillet, True)
+            self.names.tools[scope.name.upper(), name.upper()] = tool
         elif kind not in ("ELEMENT", "NODE"):
             raise FileError.at(k.line, f"a surface of type {kind} is not read; in the plane write SEGMENTS")
 
     def rigid_body(self, k: Keyword, scope: Scope) -> None:
+        if k.parameters.get("POSITION", "INPUT").upper() != "INPUT":
+            raise FileError.at(k.line, "POSITION=CENTER OF MASS is not read; write the reference node where it is to be")
+        reference = self.names.node(k.line, k.parameters.get("REF NODE", ""), scope)
+        wanted, labels = k.parameters.get("ELSET", ""), []
+        for name in ("TIE NSET", "PIN NSET", "NSET"):
+            if name in k.parameters and not (labels := self._rigid_by_nodes(k, scope, k.parameters[name])):
+                # Nodes of deformable elements follow the reference node; pinned ones differ in rotations alone.
+                self.names.follow(reference, Follower(k.line, k.parameters[name], scope, ""), "xyr")
+            wanted = wanted or k.parameters.get(name, "") if labels else wanted
         if "ANALYTICAL SURFACE" in k.parameters:
             instance, dot, name = k.parameters["ANALYTICAL SURFACE"].upper().rpartition(".")
             key = (instance if dot else scope.name.upper(), name)
-            if key not in self.tools:
+            if key not in self.names.tools:
                 raise FileError.at(k.line, f"there is no rigid surface {name!r} of TYPE=SEGMENTS before this line")
+        elif "ELSET" in k.parameters or labels:
+            key = self._chain(k, scope, wanted, labels or self.all.elements_of(k.line, wanted, scope))
         else:
-            key = self._chain(k, scope)
-        self.tools[key].reference = self._node(k.line, k.parameters.get("REF NODE", ""), scope)
+            return
+        self.names.tools[key].reference = reference
+        if "ROT NODE" in k.parameters:
+            turning = self.names.node(k.line, k.parameters["ROT NODE"], scope)
+            self.names.turning[turning] = self.names.tools[key].name
 
-    def _chain(self, k: Keyword, scope: Scope) -> tuple[str, str]:
-        """The tool that rigid line elements make."""
-        wanted = k.parameters.get("ELSET", "")
-        labels = self.all.elements_of(k.line, wanted, scope) if wanted else []
-        lines = [self.all.lines[e] for e in labels if e in self.all.lines]
-        if not lines or len(lines) < len(labels):
-            raise FileError.at(
-                k.line, "rigid bodies that are read are analytical surfaces (SEGMENTS) and chains of elements R2D2 or RAX2"
-            )
+    def _rigid_by_nodes(self, k: Keyword, scope: Scope, wanted: str) -> list[int]:
+        """Elements that a rigid set of nodes makes rigid: those with all their nodes in it, if no others have nodes of it."""
+        nodes = set(self.all.places.nodes(wanted, scope, k.line))
+        touched = [e for e, cell in self.all.cells.items() if not nodes.isdisjoint(cell)]
+        inside = [e for e in touched if nodes.issuperset(self.all.cells[e])]
+        if inside and len(inside) < len(touched):
+            raise FileError.at(k.line, f"{wanted!r} has all nodes of some elements and some of others; write ELSET=…")
+        return inside
+
+    def _chain(self, k: Keyword, scope: Scope, wanted: str, labels: list[int]) -> tuple[str, str]:
+        """The tool that rigid elements make: a chain of lines, or the outline of plane ones."""
+        lines = [pair for e in labels if e in self.all.lines for pair in zip(self.all.lines[e], self.all.lines[e][1:])]
+        cells = {e: self.all.cells[e] for e in labels if e in self.all.cells}
+        if bool(lines) == bool(cells):
+            raise FileError.at(k.line, "rigid bodies that are read are analytical surfaces (SEGMENTS), chains of line elements "
+                               "(R2D2, RAX2, …), or plane elements")  # fmt: skip
+        sides = [pair for s in outline(cells.values()) for pair in ([(s[0], s[2]), (s[2], s[1])] if len(s) == 3 else [s])]
+        middles = [self._middle(cell) for cell in cells.values()]
+        if self.case.get("space") == "axisymmetric":
+            # A tool goes on straight beyond its ends: with its side on the axis it would have a corner there.
+            far = max((abs(self.all.nodes[n][0]) for side in sides for n in side), default=0.0)
+            sides = [s for s in sides if any(abs(self.all.nodes[n][0]) > DRAWN * far for n in s)]
         where = next((s for s in self.all.instances.values() if s.offset == labels[0] // LABELS * LABELS), scope)
-        name = self._tool_name(wanted.rpartition(".")[2], where)
+        name = self.names.tool_name(wanted.rpartition(".")[2], where)
         key = (where.name.upper(), f"*{wanted.upper()}")
-        nodes = frozenset(n for e in lines for n in e)
-        self.tools[key] = RigidTool(name, k.line, chain(k, lines, self.all.nodes), None, False, nodes=nodes)
+        nodes = frozenset(n for e in (*lines, *cells.values()) for n in e)
+        vertices = chain(k, [*lines, *sides], self.all.nodes)
+        self.names.tools[key] = RigidTool(name, k.line, vertices, None, False, nodes=nodes, solid=middles)
+        self.names.rigid.update(labels)
         return key
 
-    def _tool_name(self, surface: str, scope: Scope) -> str:
-        """The part's name, the instance's where the part is placed twice, or the surface's in a deck without parts."""
-        twice = sum(s.part == scope.part for s in self.all.instances.values()) > 1
-        name = _plain((scope.name if twice else scope.part) or surface)
-        # A part may have several rigid surfaces: the second one is distinguished by its surface's name.
-        used = {t.name for t in self.tools.values()}
-        return name if name not in used else f"{name}_{_plain(surface)}"
+    def equation(self, k: Keyword, scope: Scope) -> None:
+        self.names.equation(k, scope)
+
+    def coupling(self, k: Keyword, scope: Scope) -> None:
+        if k.name == "COUPLING":
+            self.coupled = k
+            return
+        if k.name == "KINEMATIC COUPLING":
+            rows = [(row[0], row[1:]) for _, row in k.data]
+            reference = k.parameters.get("REF NODE", "")
+        elif self.coupled is not None:
+            rows = [(self.coupled.parameters.get("SURFACE", ""), row) for _, row in k.data] or [
+                (self.coupled.parameters.get("SURFACE", ""), ["1", "6"])
+            ]
+            reference = self.coupled.parameters.get("REF NODE", "")
+        else:
+            raise FileError.at(k.line, "*KINEMATIC belongs to no *COUPLING")
+        node = self.names.node(k.line, reference, scope)
+        for who, row in rows:
+            first = int(k.number(row, 0, 1))
+            last = int(k.number(row, 1, 6 if not row or not row[0] else first))
+            # Nodes away from the reference node move when it turns: its rotation has to be held.
+            components = "".join(c for n, c in ((1, "x"), (2, "y")) if first <= n <= last)
+            self.names.follow(node, Follower(k.line, who, scope, ""), components + ("r" if components else ""))
 
     # ---------------------------------------------------------------------------------------------------- contacts
     def surface_interaction(self, k: Keyword, scope: Scope) -> None:
         self.interaction = k.parameters.get("NAME", "").upper()
         self.frictions[self.interaction] = None
+        self.stiffness[self.interaction] = {}
+
+    def _interaction(self, k: Keyword) -> str:
+        if self.interaction is None:
+            raise FileError.at(k.line, f"*{k.name} belongs to no *SURFACE INTERACTION: write it right behind one")
+        return self.interaction
 
     def surface_behavior(self, k: Keyword, scope: Scope) -> None:
+        of = self._interaction(k)
         if "NO SEPARATION" in k.parameters:
             raise FileError.at(k.line, "NO SEPARATION is not read: contact here opens where it is pulled; take the word out")
         law = k.parameters.get("PRESSURE-OVERCLOSURE", "HARD").upper()
-        if law != "HARD":
-            self.remarks.append(f"line {k.line}: contact is hard here, not {law}; 'enforcement' chooses how it is enforced")
+        if law == "TIED":
+            raise FileError.at(k.line, "a contact that is TIED is not read; write *TIE")
+        if law == "LINEAR":
+            self.stiffness[of]["k_n"] = k.number(k.rows[0], 0)
+        elif law != "HARD":
+            self._only_without("softened-contact", k.line, f"PRESSURE-OVERCLOSURE={law} is not read; LINEAR and HARD are")
 
     def friction(self, k: Keyword, scope: Scope) -> None:
+        of = self._interaction(k)
         if "ROUGH" in k.parameters:
             raise FileError.at(k.line, "ROUGH is not read; write a friction coefficient that lets nothing slip, such as 10.")
         if k.parameters.get("DEPENDENCIES") or "EXPONENTIAL DECAY" in k.parameters or "USER" in k.parameters:
             raise FileError.at(k.line, "only one friction coefficient is read; other laws are in the guide to friction")
         data = [row for _, row in k.data]
-        if len(data) > 1 or any(any(row[1:]) for row in data):
+        if len(data) > 1:
             raise FileError.at(k.line, "a friction that depends on slip, pressure or temperature is not read; leave one number")
-        mu, most = k.number(data[0] if data else ["0"], 0, 0.0), k.number([k.parameters.get("TAUMAX", "")], 0, 0.0)
-        if most:
-            raise FileError.at(k.line, "TAUMAX is not read; write 'capped' friction with a shear factor into the case instead")
-        self.frictions[self.interaction] = {"type": "coulomb", "mu": mu} if mu else None
+        row = data[0] if data else ["0"]
+        mu, most = k.number(row, 0, 0.0), k.number([k.parameters.get("TAUMAX", "")], 0, 0.0)
+        # CalculiX has the stick slope behind the coefficient; a rate of slip of Abaqus says nothing in a table of one row.
+        if mu and len(row) == 2 and (slope := k.number(row, 1, 0.0)):
+            self.stiffness[of]["k_T"] = slope
+        law = {"type": "capped", "mu": mu, "m": 1.0, "k": most} if most else {"type": "coulomb", "mu": mu}
+        self.frictions[of] = law if mu else None
 
     def contact_pair(self, k: Keyword, scope: Scope) -> None:
         if "TIED" in k.parameters:
             raise FileError.at(k.line, "a contact that is TIED is not read; write *TIE")
+        if "SMALL SLIDING" in k.parameters:
+            self._only_without("small-sliding", k.line, "SMALL SLIDING is not read: contact here follows the sliding")
+        adjust = k.parameters.get("ADJUST")
+        # By zero only nodes inside of the master move, and an overlap at the start is reported in any case.
+        if adjust is not None and not _is_zero(adjust):
+            self._only_without("adjust", k.line, f"ADJUST={adjust} is not read: nodes here start where the mesh has them")
         for line, words in k.data:
             of = k.parameters.get("INTERACTION", k.parameters.get("CPSET", "")).upper()
             self.pairs.append((words[0], words[1] if len(words) > 1 else "", of, line, scope))
@@ -234,108 +378,89 @@ class _Reader:
             )
         self.remarks.append(f"line {k.line}: temperatures are not read; there is no heat here")
 
-    # ------------------------------------------------------------------------------------------------------- names
-    def _node(self, line: int, who: str, scope: Scope) -> int:
-        where, name = self.all.seen_from(line, who, scope)
-        members = where.node_sets.get(name)
-        if members and len(members) == 1 and members[0] in self.all.nodes:
-            return members[0]
-        if is_label(name) and int(name) + where.offset in self.all.nodes:
-            return int(name) + where.offset
-        raise FileError.at(line, f"{who!r} is no single node")
-
-    def _tool_at(self, line: int, who: str, scope: Scope) -> str | None:
-        """Name of the tool whose reference node this is."""
-        try:
-            node = self._node(line, who, scope)
-        except FileError:
-            return None
-        return next((t.name for t in self.tools.values() if t.reference == node), None)
-
-    def _boundary(self, line: int, who: str, scope: Scope) -> tuple[str, frozenset[int]]:
-        """A set's or surface's name in the mesh, and its nodes."""
-        where, name = self.all.seen_from(line, who, scope)
-        known = where.boundary_of.get(name)
-        if known is None:
-            raise FileError.at(line, f"{who!r} is no set of nodes or surface of this deck")
-        nodes = {n for side in where.surfaces.get(name, []) for n in side}
-        return known, frozenset(nodes or where.node_sets.get(name, []))
-
-    def _support(self, line: int, who: str, scope: Scope) -> list[str]:
-        """'body.boundary' of every body that has nodes of a set.
-
-        Raises
-        ------
-        FileError
-            If the set lies inside of a body, where nothing can be held.
-
-        """
-        name, nodes = self._boundary(line, who, scope)
-        found = []
-        for section in self._bodies():
-            mine = {n for e in section.cells for n in self.deck.cells[e]} & nodes
-            if not mine:
-                continue
-            # A node set becomes a boundary by its sides: a corner of which no side lies in the set would lose its support
-            # without a word.
-            sides, corners = _outline(self.deck.cells[e] for e in section.cells)
-            reached = {n for a, b, *_ in sides if a in mine and b in mine for n in (a, b)}
-            if len(mine) > 1 and (lost := (mine & corners) - reached):
-                raise FileError.at(
-                    line, f"node {min(lost) % LABELS} of {who!r} is on no side of {section.name!r} that lies in the set: "
-                    "supports and loads hold sides of the outline, or one node"
-                )  # fmt: skip
-            found.append(f"{section.name}.{name}")
-        if not found:
-            raise FileError.at(line, f"{who!r} belongs to none of the sections")
-        return found
-
-    def _bodies(self) -> list[_Section]:
-        """The sections, each with its name as a body and its cells; one that is alone has all cells of its part."""
-        if not self.sections:
-            raise FileError("the deck has no *SOLID SECTION: nothing says of what the elements are made")
-        if not self.sections[0].cells:
-            for s in self.sections:
-                own = s.scope if s.scope.cells else self.all.top
-                alone = sum(other.scope is s.scope for other in self.sections) == 1
-                labels = own.cells if alone and own.cells else self.all.elements_of(s.line, s.elset, s.scope)
-                s.cells = frozenset(labels) & self.deck.cells.keys()
-                of_part = self._tool_name("", s.scope) if alone and s.scope.part else ""
-                s.name = _plain(of_part or s.elset.rpartition(".")[2] or "body")
-            for s in self.sections:
-                if sum(other.name == s.name for other in self.sections) > 1:
-                    s.name = f"{_plain(s.scope.name)}_{s.name}"
-        return self.sections
-
     # ------------------------------------------------------------------------------------------------------ finish
     def finished(self) -> dict[str, Any]:
         """The case: names of bodies put before those of boundaries, once all is known."""
-        sections = self._bodies()
+        for line, name, labels in self.structures:
+            if not self.names.rigid.issuperset(labels):
+                raise FileError.at(line, f"*{name}: lines have no stiffness here; make them a rigid body, or take them out")
+        sections = self.names.bodies()
         for s in sections:
-            self.case["bodies"][s.name] = self._body(s, len(sections) > 1)
-        for slave, master, interaction, line, scope in self.pairs:
-            self._contact(slave, master, interaction, line, scope)
+            self.case["bodies"][s.name] = self._body(s)
+        self._contacts()
         for slave, master, line, scope in self.ties:
-            names = [self._support(line, who, scope) for who in (slave, master)]
-            self.case["ties"].append({"slave": names[0][0], "master": names[1][0]})
-        if self.everywhere:
-            interaction, line = self.everywhere
-            if self.pairs:
-                raise FileError.at(line, "general contact beside contact pairs is not read; write all as pairs")
-            if friction := self.frictions.get(interaction):
-                self.case["friction"] = friction
-        # A case without contacts has every tool against every body, which a deck without contact does not say.
-        elif not self.pairs and self.tools:
-            self.remarks.append("the deck has no contact; here every tool meets every body")
-        for tool in self.tools.values():
+            sides = [self.names.support(line, who, scope, [who]) for who in (slave, master)]
+            if any(len(side) > 1 for side in sides):
+                raise FileError.at(line, "a side of a tie belongs to several bodies; write a tie for each pair of them")
+            self.case["ties"].append({"slave": sides[0][0], "master": sides[1][0]})
+        self._joined(sections)
+        for tool in self.names.tools.values():
             self.case["tools"][tool.name] = self._tool(tool, sections)
-        steps = Steps(self._tool_at, self._support)
+        components = "y" if self.case.get("space") == "axisymmetric" else "xyr"
+        tools = [t.name for t in self.names.tools.values()]
+        loads = Loads(
+            lambda scope, rows: self.names.sides_pressed(scope, rows), self._volumes, self._forced,
+            lambda line, who, scope: self.all.places.nodes(who, scope, line),
+        )  # fmt: skip
+        steps = Steps(self.names, loads, tools, components, self.without)
         self.case["fixed"], self.case["steps"] = steps.read(self.history)
+        self.names.refuse_undriven()
+        self.remarks += steps.remarks
         # Abaqus is geometrically linear unless NLGEOM says otherwise; here finite strain is the default.
         if not steps.large:
             self.case["kinematics"] = "small"
         self._units()
+        if self.case.get("thickness") == 1.0:
+            del self.case["thickness"]  # the default
         return {key: self.case[key] for key in ORDER if self.case.get(key) not in (None, [], {})}
+
+    def _contacts(self) -> None:
+        for slave, master, interaction, line, scope in self.pairs:
+            self._contact(slave, master, interaction, line, scope)
+        if self.everywhere:
+            interaction, line = self.everywhere
+            if self.pairs:
+                raise FileError.at(line, "general contact beside contact pairs is not read; write all as pairs")
+            law = self._law(interaction, line)
+            if friction := law.pop("friction", None):
+                self.case["friction"] = friction
+            if law:
+                bodies, tools = self.names.bodies(), self.names.tools.values()
+                self.case["contacts"] = [{"surface": s.name, "against": t.name, **law} for s in bodies for t in tools]
+        elif not self.pairs:
+            # A case without contacts has every tool against every body, which a deck without contact does not say.
+            self.case["no_contact"] = [
+                {"surface": s.name, "against": t.name} for s in self.names.bodies() for t in self.names.tools.values()
+            ]
+
+    def _law(self, interaction: str, line: int) -> dict[str, Any]:
+        """Friction and enforcement of an interaction, as a contact has them."""
+        if interaction and interaction not in self.frictions:
+            raise FileError.at(line, f"there is no *SURFACE INTERACTION {interaction!r}")
+        out: dict[str, Any] = {}
+        if friction := self.frictions.get(interaction):
+            out["friction"] = friction
+        if stiffness := self.stiffness.get(interaction):
+            out["enforcement"] = {"type": "penalty", **stiffness}
+        return out
+
+    def _volumes(self, line: int, who: str, scope: Scope) -> list[tuple[str, float | None]]:
+        """Bodies of an element set, with the density of their material."""
+        material = {s.name: s.material for s in self.names.bodies()}
+        return [(name, self.densities.get(material[name])) for name in self.names.volumes(line, who, scope)]
+
+    def _forced(self, line: int, forces: dict[int, float]) -> list[tuple[str, float]]:
+        """Boundary and traction that forces on nodes are."""
+        nodes = frozenset(forces)
+        name = self.names.group(line, nodes)
+        owners = [s for s in self.names.bodies() if any(nodes.intersection(self.deck.cells[e]) for e in s.cells)]
+        if len(owners) != 1:
+            raise FileError.at(line, "these nodes belong to several bodies, or to none that deforms; write *DSLOAD")
+        depth = None if self.case.get("space") == "axisymmetric" else self.case.get("thickness", 1.0)
+        sides = [side for side in outline(self.deck.cells[e] for e in owners[0].cells) if nodes.issuperset(side[:2])]
+        if whole := next((side for side in sides if not nodes.issuperset(side)), None):
+            forces = forces | {whole[2]: 0.0}
+        return [(f"{owners[0].name}.{name}", even_traction(line, forces, sides, self.all.nodes, depth))]
 
     def _units(self) -> None:
         # Decks have no units: no metal has 1e9 MPa, and every metal has more than 1e9 Pa.
@@ -344,14 +469,15 @@ class _Reader:
             self.case["units"] = {"length": "m", "force": "N"}
             self.remarks.append(f"units are taken to be m and N, because a modulus is {stiffest:g}; say so if they are not")
 
-    def _body(self, s: _Section, several: bool) -> dict[str, Any]:
+    def _body(self, s: Section) -> dict[str, Any]:
         if s.material not in self.materials or "E" not in self.materials[s.material]:
             raise FileError.at(s.line, f"the section's material {s.material!r} has no *ELASTIC before")
         mesh: dict[str, Any] = {"type": "file", "path": self.path}
-        if several or self.deck.exclusive:
-            part = next((n for n, cells in self.deck.parts.items() if set(cells) == s.cells), None)
-            mesh["part"] = part or s.scope.part_of.get(s.elset.upper(), s.elset)
-        elements = {ELEMENT_OF[kind[3:]] for e in s.cells if SPACE_OF.get((kind := self.deck.kinds[e])[:3])}
+        if s.cells != self.deck.cells.keys() or self.deck.exclusive:
+            whole = next((n for n, cells in self.deck.parts.items() if set(cells) == s.cells), None)
+            parts = [o.scope.part_of.get(o.elset.upper(), o.elset) for o in (s, *s.joined)]
+            mesh["part"] = whole or (parts if s.joined else parts[0])
+        elements = {ELEMENT_OF[kind[3:].removesuffix("T")] for e in s.cells if SPACE_OF.get((kind := self.deck.kinds[e])[:3])}
         if not elements:
             raise FileError.at(s.line, f"the section {s.elset!r} has no elements CPE, CPS or CAX")
         element = min(elements)
@@ -372,28 +498,52 @@ class _Reader:
         if tool is None:
             tool, slave = self._tool_of(slave, line, scope), master
         if tool is None:
-            raise FileError.at(line, f"{master!r} is no analytical rigid surface: contact is between bodies and rigid tools")
-        for surface in self._support(line, slave, scope):
+            raise FileError.at(
+                line, f"{master!r} is no analytical rigid surface, nor one of a rigid body: contact is between bodies and rigid "
+                "tools; make the stiffer one rigid (*RIGID BODY, ELSET=…), or join them by *TIE"
+            )  # fmt: skip
+        law = self._law(interaction, line)
+        for surface in self.names.support(line, slave, scope, [slave]):
             tool.surfaces.append(surface)
-            contact: dict[str, Any] = {"surface": surface, "against": tool.name}
             if (surface, tool.name) in self.paired:
                 raise FileError.at(line, f"the contact of {slave!r} and {master!r} is written before; keep one")
             self.paired.add((surface, tool.name))
-            if friction := self.frictions.get(interaction):
-                contact["friction"] = friction
-            self.case["contacts"].append(contact)
+            self.case["contacts"].append({"surface": surface, "against": tool.name, **law})
+
+    def _joined(self, sections: list[Section]) -> None:
+        """Tie bodies that have nodes in common, as sections of several materials in one mesh have."""
+        nodes = {s.name: {n for e in s.cells for n in self.deck.cells[e]} for s in sections}
+        single: list[tuple[Section, Section, int]] = []
+        at: dict[int, list[set[str]]] = {}  # node → groups of bodies that ties join there
+        for a, b in combinations(sections, 2):
+            common = frozenset(nodes[a.name] & nodes[b.name])
+            sides = [s for s in outline(self.deck.cells[e] for e in a.cells) if common.issuperset(s[:2])]
+            on_sides = {n for side in sides for n in side}
+            single += [(a, b, n) for n in sorted(common - on_sides)]
+            if sides:
+                name = self.all.places.name(common)
+                self.case["ties"].append({"slave": f"{b.name}.{name}", "master": f"{a.name}.{name}"})
+            for n in on_sides:
+                groups = at.setdefault(n, [])
+                touching = [g for g in groups if g & {a.name, b.name}]
+                at[n] = [g for g in groups if g not in touching] + [{a.name, b.name}.union(*touching)]
+        for a, b, n in single:
+            if not any({a.name, b.name} <= group for group in at.get(n, ())):
+                raise FileError.at(
+                    b.line, f"{a.name!r} and {b.name!r} have node {n % LABELS} in common, and no side there: that is no tie"
+                )  # fmt: skip
 
     def _tool_of(self, who: str, line: int, scope: Scope) -> RigidTool | None:
         """The tool to which a surface belongs."""
         instance, dot, name = who.upper().rpartition(".")
-        for (where, surface), tool in self.tools.items():
+        for (where, surface), tool in self.names.tools.items():
             if surface == name.strip('"') and (not dot or where == instance.strip('"')):
                 return tool
         where_, key = self.all.seen_from(line, who, scope)
         nodes = {n for side in where_.surfaces.get(key, ()) for n in side} | set(where_.node_sets.get(key, ()))
-        return next((t for t in self.tools.values() if nodes and nodes <= t.nodes), None)
+        return next((t for t in self.names.tools.values() if nodes and nodes <= t.nodes), None)
 
-    def _tool(self, tool: RigidTool, sections: list[_Section]) -> dict[str, Any]:
+    def _tool(self, tool: RigidTool, sections: list[Section]) -> dict[str, Any]:
         """A profile in the frame of its reference node, walked so that the surfaces it is to meet are outside."""
         if tool.reference is None:
             raise FileError.at(tool.line, f"the rigid surface {tool.name!r} has no *RIGID BODY with a reference node")
@@ -427,53 +577,50 @@ class _Reader:
         return sum(p[0] for p in places) / len(places), sum(p[1] for p in places) / len(places)
 
 
-def _outline(cells: Any) -> tuple[list[tuple[int, ...]], set[int]]:
-    """Sides (ends) of cells that belong to one cell only, and the corners of all."""
-    count: dict[frozenset[int], int] = {}
-    ends: dict[frozenset[int], tuple[int, int]] = {}
-    corners: set[int] = set()
-    for cell in cells:
-        corner = cell[: 3 if len(cell) in (3, 6) else 4]
-        corners.update(corner)
-        for a, b in pairwise((*corner, corner[0])):
-            key = frozenset((a, b))
-            count[key], ends[key] = count.get(key, 0) + 1, (a, b)
-    return [ends[key] for key, n in count.items() if n == 1], corners
-
-
 def _moved(vertex: Any, scope: Scope) -> Any:
     if isinstance(vertex, dict):
         return {"through": scope.moved(*vertex["through"]), "to": scope.moved(*vertex["to"])}
     return scope.moved(*vertex)
 
 
-def _plain(name: str) -> str:
-    """A name as bodies and tools may have it."""
-    return re.sub(r"[^\w-]+", "_", name)
+def _is_zero(word: str) -> bool:
+    try:
+        return float(word) == 0.0
+    except ValueError:
+        return False
 
 
 ORDER = (
-    "name", "units", "space", "thickness", "kinematics", "friction", "bodies", "tools", "contacts", "ties", "fixed", "steps",
+    "name", "units", "space", "thickness", "kinematics", "friction", "bodies", "tools", "contacts", "no_contact", "ties", "fixed",
+    "steps",
 )  # fmt: skip
 METHOD_OF = {
     "HEADING": "heading", "ELEMENT": "element", "MATERIAL": "material_", "ELASTIC": "elastic", "PLASTIC": "plastic",
+    "DENSITY": "density", "HYPERELASTIC": "hyperelastic", "EQUATION": "equation", "COUPLING": "coupling",
+    "KINEMATIC": "coupling", "KINEMATIC COUPLING": "coupling", "BEAM SECTION": "structure", "BEAM GENERAL SECTION": "structure",
+    "SHELL SECTION": "structure", "SHELL GENERAL SECTION": "structure", "MEMBRANE SECTION": "structure",
     "SOLID SECTION": "solid_section", "SURFACE": "surface", "RIGID BODY": "rigid_body",
     "SURFACE INTERACTION": "surface_interaction", "SURFACE BEHAVIOR": "surface_behavior", "FRICTION": "friction",
     "CONTACT PAIR": "contact_pair", "CONTACT INCLUSIONS": "inclusions", "CONTACT PROPERTY ASSIGNMENT": "property_assignment",
     "TIE": "tie", "INITIAL CONDITIONS": "initial_conditions",
 }  # fmt: skip
 
-def case_of(text: str, path: str) -> tuple[dict[str, Any], list[str]]:
+def case_of(text: str, path: str, without: frozenset[str] = frozenset()) -> tuple[dict[str, Any], list[str]]:
     """The case that a deck describes, as a case file has it, and remarks about what was passed over.
 
-    path: of the deck, as the case is to name it for the mesh.
+    path: of the deck, as the case is to name it for the mesh. without: what to leave out, names of `LEFT_OUT` or keywords that
+    are unknown here.
 
     Raises
     ------
     FileError
-        For what concerns the answer and is not read, with its line.
+        For what concerns the answer and is not read, with its line; for something that cannot be left out.
 
     """
-    reader = _Reader(text, path)
+    without = frozenset(squeezed(w) if w.lower() not in LEFT_OUT else w.lower() for w in without)
+    reader = _Reader(text, path, without)
+    unknown = {squeezed(k.name) for k, _ in reader.all.order if k.name not in KNOWN}
+    if wrong := sorted(without - LEFT_OUT.keys() - unknown):
+        raise FileError(f"--without {wrong[0].lower()!r}: this cannot be left out; what can is: {may_be_left_out()}")
     reader.read()
     return reader.finished(), reader.remarks

@@ -2,30 +2,71 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Container
+from dataclasses import dataclass
 from math import nan
-from typing import Any
+from typing import Any, Protocol
 
-from prensa.importers.abaqus import Keyword, Scope
+from prensa.importers.abaqus import Assembly
+from prensa.importers.abaqus_keywords import Keyword, Scope
+from prensa.importers.abaqus_loads import Loads
+from prensa.importers.abaqus_places import rows_alike
 from prensa.importers.deck import FileError, is_label
 
-OF_STEPS = ("AMPLITUDE", "STEP", "STATIC", "BOUNDARY", "CLOAD", "DSLOAD")
-HELD_BY = {"XSYMM": "x", "YSYMM": "y", "ENCASTRE": "xyr", "PINNED": "xy"}
+OF_STEPS = ("AMPLITUDE", "STEP", "STATIC", "BOUNDARY", "CLOAD", "DLOAD", "DSLOAD")
+# Of the words for supports those that say nothing in the plane are empty; the antisymmetric ones hold what lies in it.
+HELD_BY = {
+    "XSYMM": "x", "YSYMM": "y", "ZSYMM": "", "XASYMM": "y", "YASYMM": "x", "ZASYMM": "xyr", "ENCASTRE": "xyr", "PINNED": "xy",
+}  # fmt: skip
 KEY_OF = {"x": "x", "y": "y", "r": "rz"}
 FORCE_OF = {"x": "x", "y": "y", "r": "m"}
 
 
+@dataclass
+class Follower:
+    """Boundaries (with their ``scope`` and ``who`` in the deck) that follow a node along ``c``, ``factor`` times its motion."""
+
+    line: int
+    who: str
+    scope: Scope
+    c: str
+    factor: float = 1.0
+    driven: bool = False
+
+
+class Names(Protocol):
+    """What a reader of cases knows about the names of a deck."""
+
+    all: Assembly
+
+    def tool_at(self, line: int, who: str, scope: Scope) -> tuple[str, bool] | None:
+        """The tool of a reference node, and whether the node has its rotation as a displacement (``ROT NODE``)."""
+        ...
+
+    def support(self, line: int, who: str, scope: Scope, rows: list[str]) -> list[str]:
+        """The boundaries that a set is, of all bodies that have nodes of it; ``rows``: all numbers of a group of nodes."""
+        ...
+
+    def followers(self, line: int, who: str, scope: Scope) -> list[Follower]:
+        """What follows the nodes of a set."""
+        ...
+
+    def in_body(self, line: int, who: str, scope: Scope) -> bool:
+        """Whether a set has nodes of bodies."""
+        ...
+
+
 class Steps:
-    """What happens, step by step: ``tool_at`` the tool of a reference node, ``support`` the boundaries that a set is.
+    """What happens, step by step.
 
     A deck says in every step what changes; with ``OP=NEW`` all that holds from then on. What held before is known here, so
-    that what is not said again can be released. ``large``: whether displacements are, in any step.
+    that what is not said again can be released. ``large``: whether displacements are, in any step. ``components``: what tools
+    can do; those that a deck neither prescribes nor pushes are free, and are named in ``remarks``.
     """
 
-    def __init__(
-        self, tool_at: Callable[[int, str, Scope], str | None], support: Callable[[int, str, Scope], list[str]]
-    ) -> None:
-        self.tool_at, self.support = tool_at, support
+    def __init__(self, names: Names, loads: Loads, tools: list[str], components: str, without: Container[str]) -> None:
+        self.names_of, self.loads, self.tools, self.components, self.without = names, loads, tools, components, without
+        self.remarks: list[str] = []
         self.large = False
         self.fixed: dict[str, dict[str, Any]] = {}
         self.steps: list[dict[str, Any]] = []
@@ -36,7 +77,6 @@ class Steps:
         self.held: dict[tuple[str, str], float] = {}  # (boundary, component) → displacement
         self.places: dict[tuple[str, str], float] = {}  # (tool, component) → displacement
         self.pushed: dict[tuple[str, str], float] = {}
-        self.pressed: dict[str, float] = {}
         self.stale: dict[str, set[Any]] = {}  # keyword with OP=NEW → what it has not said again
 
     def read(self, history: list[tuple[Keyword, Scope]]) -> tuple[dict[str, Any], list[dict[str, Any]]]:
@@ -51,12 +91,12 @@ class Steps:
         for k, scope in history:
             method = {
                 "AMPLITUDE": self._amplitude, "STEP": self._begin, "STATIC": self._static, "BOUNDARY": self._boundary,
-                "CLOAD": self._cload, "DSLOAD": self._dsload,
+                "CLOAD": self._cload, "DLOAD": self._dload, "DSLOAD": self._dsload,
             }[k.name]  # fmt: skip
             method(k, scope)
         self._close()
         for step in self.steps:
-            for part in ("fixed", "loads", "move", "velocity", "push"):
+            for part in ("fixed", "loads", "body_force", "move", "velocity", "push"):
                 if part in step and not step[part]:
                     del step[part]
             if "fixed" in step:
@@ -69,6 +109,9 @@ class Steps:
 
     def _amplitude(self, k: Keyword, scope: Scope) -> None:
         kind, value = k.parameters.get("DEFINITION", "TABULAR").upper(), k.parameters.get("VALUE", "RELATIVE").upper()
+        if kind == "SMOOTH STEP" and "inertia" in self.without:
+            self.remarks.append(f"line {k.line}: SMOOTH STEP is there against inertia: straight between its points here")
+            kind = "TABULAR"
         if kind != "TABULAR" or value != "RELATIVE":
             raise FileError.at(k.line, f"an amplitude {kind}, {value} is not read; write a table of times and factors (TABULAR)")
         numbers = [k.number(row, n) for row in k.rows for n, w in enumerate(row) if w]
@@ -101,23 +144,35 @@ class Steps:
             # A tool that got a motion in this step is no longer pushed, and needs no force of zero.
             if self.pushed.pop((name, c), None) and (name, c) not in self.places:
                 step["push"].setdefault(name, {})[FORCE_OF[c]] = 0.0
-        for name in self.stale.pop("DSLOAD", ()):
-            del self.pressed[name]
-            step["loads"][name] = {"pressure": 0.0}
+        self.loads.close(step)
+        if len(self.steps) == 1:
+            self._free(step)
         self.passed += self.duration
+
+    def _free(self, step: dict[str, Any]) -> None:
+        """What the deck neither prescribes nor pushes of a tool is free; here it would be held."""
+        for name in self.tools:
+            for c in self.components:
+                if (name, c) not in self.places and (name, c) not in self.pushed:
+                    step["push"].setdefault(name, {})[FORCE_OF[c]] = 0.0
+                    self.pushed[name, c] = 0.0
+                    how = "turn" if c == "r" else f"move along {c}"
+                    self.remarks.append(f"{name} is free to {how}, since the deck prescribes nothing there")
 
     def _begin(self, k: Keyword, scope: Scope) -> None:
         self._close()
         name = k.parameters.get("NAME", f"step {len(self.steps) + 1}")
         if "PERTURBATION" in k.parameters:
             raise FileError.at(k.line, "a step of PERTURBATION is not read; write a general one")
+        if k.parameters.get("AMPLITUDE", "RAMP").upper() != "RAMP":
+            raise FileError.at(k.line, "AMPLITUDE=STEP of a step is not read: here loads grow along it; write RAMP")
         self.large = self.large or k.parameters.get("NLGEOM", "NO").upper() != "NO"
         if name in self.names:
             other = self.names[name]
             raise FileError.at(k.line, f"two steps are called {name!r}, the other in line {other}; give each its own name")
         self.names[name] = k.line
         self.duration = 1.0
-        self.steps.append({"name": name, "move": {}, "velocity": {}, "push": {}, "fixed": {}, "loads": {}})
+        self.steps.append({"name": name, "move": {}, "velocity": {}, "push": {}, "fixed": {}, "loads": {}, "body_force": {}})
 
     def _static(self, k: Keyword, scope: Scope) -> None:
         if self._step is None:
@@ -145,27 +200,69 @@ class Steps:
     def _boundary(self, k: Keyword, scope: Scope) -> None:
         if self._step is not None and k.parameters.get("OP", "MOD").upper() == "NEW":
             self.stale.setdefault("BOUNDARY", {*self.held, *self.places})
-        for line, words in k.data:
-            self._row(k, scope, line, words)
+        for rows in rows_alike(k, scope, self.names_of.all):
+            mine = [(line, row) for line, row in rows if not self._of_tool(k, scope, line, row)]
+            if mine:
+                self._row(k, scope, *mine[0], [row[0] for _, row in mine])
 
-    def _row(self, k: Keyword, scope: Scope, line: int, words: list[str]) -> None:
-        dofs, value = _components(k, line, words)
+    def _of_tool(self, k: Keyword, scope: Scope, line: int, words: list[str]) -> bool:
+        """Take a row of *BOUNDARY if it is of a tool."""
+        found = self.names_of.tool_at(line, words[0], scope)
+        if found is None:
+            return False
+        dofs, value = self._components(k, line, words, found[1])
+        for c in dofs:
+            self._tool(k, found[0], c, value, self._velocity(k, line, value))
+        return True
+
+    def _velocity(self, k: Keyword, line: int, value: float) -> bool:
+        """Whether a row is a velocity.
+
+        Raises
+        ------
+        FileError
+            If it is something else than that or a displacement, or one that has no counterpart.
+
+        """
         kind = k.parameters.get("TYPE", "DISPLACEMENT").upper()
         if kind not in ("DISPLACEMENT", "VELOCITY"):
             raise FileError.at(line, f"a boundary condition of type {kind} is not read")
         if kind == "VELOCITY" and value and ("AMPLITUDE" in k.parameters or self._step is None):
             raise FileError.at(line, "a velocity with an amplitude, or before the first step, is not read; write displacements")
-        tool = self.tool_at(line, words[0], scope)
-        if tool is not None:
-            for c in dofs:
-                self._tool(k, tool, c, value, kind == "VELOCITY")
-            return
-        if kind == "VELOCITY" and value:
+        return kind == "VELOCITY"
+
+    def _row(self, k: Keyword, scope: Scope, line: int, words: list[str], group: list[str]) -> None:
+        dofs, value = self._components(k, line, words, False)
+        if self._velocity(k, line, value) and value:
             raise FileError.at(line, "velocities are read of reference nodes of rigid bodies; write displacements of sides")
-        if in_plane := dofs.replace("r", ""):
-            for name in self.support(line, words[0], scope):
+        following = [f for who in group for f in self.names_of.followers(line, who, scope)]
+        for f in following:
+            if f.c in dofs:
+                f.driven = True
+                if f.c == "r" and value:
+                    raise FileError.at(line, "sides that turn with a node are not read; press them with a rigid body")
+                for name in self.names_of.support(f.line, f.who, f.scope, [f.who]) if f.c != "r" else ():
+                    self._side(k, name, f.c, f.factor * value)
+        in_plane = dofs.replace("r", "")
+        if in_plane and (not following or any(self.names_of.in_body(line, who, scope) for who in group)):
+            for name in self.names_of.support(line, words[0], scope, group):
                 for c in in_plane:
                     self._side(k, name, c, value)
+
+    def _components(self, k: Keyword, line: int, words: list[str], turning: bool) -> tuple[str, float]:
+        """Components x, y and r (rotation in the plane) of a row of *BOUNDARY, and its value."""
+        named = words[1].upper() if len(words) > 1 else ""
+        if named in HELD_BY:
+            return ("r" if "r" in HELD_BY[named] else "") if turning else HELD_BY[named], 0.0
+        first = _whole(line, named or "1")
+        last = _whole(line, words[2]) if len(words) > 2 and words[2] else first
+        if {0, 8, 9, 11}.intersection(range(first, last + 1)) and not (last > first > 0):
+            if "temperature" not in self.without or first not in (0, 11):
+                raise FileError.at(line, f"degree of freedom {first} is no displacement, and would change the answer; "
+                                   "a temperature may be left out: --without temperature")  # fmt: skip
+            return "", 0.0
+        known = ((3, "r"),) if turning else ((1, "x"), (2, "y"), (6, "r"))
+        return "".join(c for n, c in known if first <= n <= last), k.number(words, 3, 0.0)
 
     def _tool(self, k: Keyword, tool: str, c: str, value: float, velocity: bool) -> None:
         self.stale.get("BOUNDARY", set()).discard((tool, c))
@@ -208,28 +305,42 @@ class Steps:
             raise FileError.at(k.line, "*CLOAD stands outside of any *STEP")
         if k.parameters.get("OP", "MOD").upper() == "NEW":
             self.stale.setdefault("CLOAD", set(self.pushed))
+        self.loads.renewed(k)
+        others: list[tuple[int, list[str]]] = []
         for line, words in k.data:
-            tool = self.tool_at(line, words[0], scope)
-            if tool is None:
-                raise FileError.at(line, "forces are read on reference nodes of rigid bodies only; use *DSLOAD")
-            c = {1: "x", 2: "y", 6: "r"}.get(_whole(line, words[1] if len(words) > 1 else ""))
+            found = self.names_of.tool_at(line, words[0], scope)
+            number = _whole(line, words[1] if len(words) > 1 else "")
+            if found is None:
+                if number not in (1, 2):
+                    raise FileError.at(line, f"of forces on nodes of bodies degrees of freedom 1 and 2 are read, not {number}")
+                others.append((line, words))
+                continue
+            tool, turning = found
+            c = ({3: "r"} if turning else {1: "x", 2: "y", 6: "r"}).get(number)
+            if c is None and k.number(words, 2):
+                raise FileError.at(line, f"a force along degree of freedom {number} of a rigid body is not in the plane")
             if c is not None:
                 value = k.number(words, 2)
                 self.stale.get("CLOAD", set()).discard((tool, c))
                 self._step["push"].setdefault(tool, {})[FORCE_OF[c]] = self._table(k, value) or value
                 self.pushed[tool, c] = value
+        if others:
+            self.loads.cload(k, scope, self._step, others, self._table)
+
+    def _dload(self, k: Keyword, scope: Scope) -> None:
+        if self._step is None:
+            raise FileError.at(k.line, "*DLOAD stands outside of any *STEP")
+        self.loads.renewed(k)
+        self.loads.dload(k, scope, self._step, self._table)
 
     def _dsload(self, k: Keyword, scope: Scope) -> None:
-        if k.parameters.get("OP", "MOD").upper() == "NEW":
-            self.stale.setdefault("DSLOAD", set(self.pressed))
+        self.loads.renewed(k)
         for line, words in k.data:
             if words[1:2] not in (["P"], ["p"]) or self._step is None:
                 raise FileError.at(line, "of loads on surfaces pressure (P) in a step is read")
             value = k.number(words, 2)
-            for name in self.support(line, words[0], scope):
-                self.stale.get("DSLOAD", set()).discard(name)
-                self._step["loads"][name] = {"pressure": self._table(k, value) or value}
-                self.pressed[name] = value
+            for name in self.names_of.support(line, words[0], scope, [words[0]]):
+                self.loads.press(k, self._step, name, value, self._table(k, value))
 
     def _table(self, k: Keyword, value: float) -> list[list[float]] | None:
         """The amplitude of a value in the time of the case, which counts steps; none if it has none."""
@@ -252,16 +363,6 @@ def _at(rows: list[tuple[float, float]], t: float) -> tuple[float, float]:
     after = [r for r in rows if r[0] >= t] or [rows[-1]]
     (t0, a0), (t1, a1) = before[-1], after[0]
     return t, a0 if t1 <= t0 else a0 + (a1 - a0) * (t - t0) / (t1 - t0)
-
-
-def _components(k: Keyword, line: int, words: list[str]) -> tuple[str, float]:
-    """Components x, y and r (rotation in the plane) of a row of *BOUNDARY, and its value."""
-    named = words[1].upper() if len(words) > 1 else ""
-    if named in HELD_BY:
-        return HELD_BY[named], 0.0
-    first = _whole(line, named or "1")
-    last = _whole(line, words[2]) if len(words) > 2 and words[2] else first
-    return "".join(c for n, c in ((1, "x"), (2, "y"), (6, "r")) if first <= n <= last), k.number(words, 3, 0.0)
 
 
 def _whole(line: int, word: str) -> int:

@@ -8,7 +8,7 @@ from itertools import pairwise
 from math import atan2, cos, hypot, isfinite, pi, sin
 from typing import Any
 
-from prensa.importers.abaqus import Keyword
+from prensa.importers.abaqus_keywords import Keyword
 from prensa.importers.deck import FileError
 from prensa.precision import DRAWN, NEGLIGIBLE
 
@@ -19,7 +19,8 @@ PIECES_OF_ARC = 12  # straight pieces of an arc, to find on which side of it a b
 class RigidTool:
     """A rigid surface: ``vertices`` places, or arcs ``{through, to}``; ``reference`` the label of its reference node.
 
-    ``sided``: whether the file says on which side the bodies are (on the left of the walk); ``nodes`` of its elements, if any.
+    ``sided``: whether the file says on which side the bodies are (on the left of the walk); ``nodes`` of its elements, if any;
+    ``solid``: middles of the plane elements of which it is the outline.
     """
 
     name: str
@@ -30,6 +31,7 @@ class RigidTool:
     reference: int | None = None
     nodes: frozenset[int] = frozenset()
     surfaces: list[str] = field(default_factory=list)
+    solid: list[tuple[float, float]] = field(default_factory=list)
 
     @property
     def closed(self) -> bool:
@@ -46,6 +48,8 @@ class RigidTool:
         # By the rule of Abaqus bodies are on the left of the walk; a surface drawn the wrong way round still makes the tool
         # that was meant, since the bodies decide where there are any.
         inside = _share_on_the_left(self.vertices, bodies) if bodies else 1.0 if self.sided else 0.0
+        if self.solid:
+            inside = 1.0 - _share_on_the_left(self.vertices, self.solid)
         vertices = _reversed(self.vertices) if inside > 0.5 or (inside == 0.5 and self.sided) else self.vertices
         if self.closed:  # to the digit
             last = vertices[-1]
@@ -100,7 +104,8 @@ def chain(k: Keyword, elements: list[tuple[int, ...]], nodes: dict[int, tuple[fl
         beside.setdefault(b, []).append(a)
     # A closed chain has no end and is walked from any of its nodes.
     ends = [n for n, others in beside.items() if len(others) == 1]
-    at = ends[0] if ends else next(iter(beside))
+    # The lowest of the leftmost nodes is a corner, and not one on a straight side.
+    at = ends[0] if ends else min(beside, key=lambda n: nodes.get(n, (0.0, 0.0, 0.0)))
     walked, before = [at], None
     while following := [n for n in beside[at] if n != before]:
         before, at = at, following[0]
@@ -108,7 +113,7 @@ def chain(k: Keyword, elements: list[tuple[int, ...]], nodes: dict[int, tuple[fl
         if at == walked[0] or len(walked) > len(beside):
             break
     if len(ends) not in (0, 2) or len(set(walked)) != len(beside) or any(n not in nodes for n in walked):
-        raise FileError.at(k.line, "the elements of this rigid body make no single chain; write a rigid body for each chain")
+        raise FileError.at(k.line, "the elements of this rigid body make no single chain; write a rigid body for each")
     places = [nodes[n][:2] for n in walked]
     kept = [places[0]]
     for p, after in pairwise(places[1:]):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,10 @@ CASE_OPENING = """\
 """
 
 
-def case_text(deck: Path, folder: Path) -> tuple[str, list[str]]:
+def case_text(deck: Path, folder: Path, without: Sequence[str] = ()) -> tuple[str, list[str]]:
     """YAML of the case that a deck describes, to stand in a folder, and remarks about what was passed over.
+
+    without: what is to be left out although the answer depends on it, names of `prensa.importers.abaqus_words.LEFT_OUT`.
 
     Raises
     ------
@@ -34,7 +37,7 @@ def case_text(deck: Path, folder: Path) -> tuple[str, list[str]]:
     except OSError as error:
         raise PrensaError(f"{deck} cannot be read: {error.strerror}") from None
     try:
-        case, remarks = case_of(text, Path(os.path.relpath(deck, folder)).as_posix())
+        case, remarks = case_of(text, Path(os.path.relpath(deck, folder)).as_posix(), frozenset(without))
     except FileError as error:
         raise PrensaError(f"{deck}: {error}") from None
     writer: Any = YAML(typ="safe", pure=True)

@@ -1,0 +1,165 @@
+"""Keywords of Abaqus and CalculiX decks with their data lines, and the scopes (part instances, assembly) in which they stand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from math import cos, hypot, inf, isfinite, radians, sin
+
+from prensa.importers.abaqus_words import keyword, parameter
+from prensa.importers.deck import FileError
+from prensa.precision import DRAWN
+
+
+@dataclass(slots=True)
+class Keyword:
+    """``*NAME, KEY=value, …`` and its data lines."""
+
+    name: str
+    parameters: dict[str, str]
+    line: int
+    lines: Sequence[tuple[int, str]] = ()
+
+    @property
+    def data(self) -> Iterator[tuple[int, list[str]]]:
+        """Numbers of the data lines and their words, split when asked for: a wrong line ends the reading."""
+        for number, line in self.lines:
+            yield number, [w.strip().strip('"') for w in line.rstrip(",").split(",")]
+
+    def numbers(self) -> list[int]:
+        """All data as whole numbers."""
+        out: list[int] = []
+        for line, words in self.data:
+            try:
+                out += [int(w) for w in words]
+            except ValueError:
+                raise FileError.at(line, f"{', '.join(words)[:60]!r} is not a list of whole numbers") from None
+        return out
+
+    @property
+    def rows(self) -> list[list[str]]:
+        """The words of the data lines of a keyword that needs some.
+
+        Raises
+        ------
+        FileError
+            If there is none.
+
+        """
+        rows = [row for _, row in self.data]
+        if not rows:
+            raise FileError.at(self.line, f"*{self.name} has no data line")
+        return rows
+
+    def number(self, row: list[str], place: int, default: float | None = None) -> float:
+        """The number at a place of a data line, or the default where there is none.
+
+        Raises
+        ------
+        FileError
+            If it is no finite number, or none and there is no default.
+
+        """
+        if len(row) <= place or not row[place]:
+            if default is None:
+                raise FileError.at(self.line, f"*{self.name} has no value number {place + 1}")
+            return default
+        try:
+            value = float(row[place].upper().replace("D", "E"))
+        except ValueError:
+            value = inf
+        if not isfinite(value):
+            raise FileError.at(self.line, f"{row[place][:60]!r} of *{self.name} is no number")
+        return value
+
+
+@dataclass
+class Scope:
+    """What an instance of a part defines, or the assembly (``name`` empty; also a deck without parts).
+
+    Names are in capitals, labels those of the whole deck: ``offset`` + the file's own. ``spelling``: names as written;
+    ``boundary_of``, ``part_of``: names of its sets and surfaces in the `Deck`.
+    """
+
+    name: str = ""
+    part: str = ""
+    offset: int = 0
+    line: int = 0
+    placed: list[tuple[int, list[str]]] = field(default_factory=list)
+    nodes: list[int] = field(default_factory=list)
+    cells: list[int] = field(default_factory=list)
+    node_sets: dict[str, list[int]] = field(default_factory=dict)
+    element_sets: dict[str, list[int]] = field(default_factory=dict)
+    surfaces: dict[str, list[tuple[int, ...]]] = field(default_factory=dict)
+    spelling: dict[str, str] = field(default_factory=dict)
+    boundary_of: dict[str, str] = field(default_factory=dict)
+    part_of: dict[str, str] = field(default_factory=dict)
+
+    def moved(self, x: float, y: float) -> tuple[float, float]:
+        """A place of the part, where the instance has it: translated, then turned about an axis along z.
+
+        Raises
+        ------
+        FileError
+            If it is turned out of its plane.
+
+        """
+        for number, (line, words) in enumerate(self.placed):
+            try:
+                v = [float(w.upper().replace("D", "E")) if w else 0.0 for w in words]
+            except ValueError:
+                raise FileError.at(line, f"{', '.join(words)[:60]!r} does not place an instance") from None
+            if number == 0 and len(v) <= 3:
+                x, y = x + v[0], y + (v[1] if len(v) > 1 else 0.0)
+            elif len(v) == 7 and number < 2:
+                if v[6] and hypot(v[3] - v[0], v[4] - v[1]) > DRAWN * abs(v[5] - v[2]):
+                    raise FileError.at(line, "the instance is turned out of the plane of x and y; draw its part in that plane")
+                # Abaqus turns by the right-hand rule about the axis from the first point to the second: one along −z turns
+                # clockwise.
+                angle = radians(v[6]) * (1.0 if v[5] >= v[2] else -1.0)
+                c, s, dx, dy = cos(angle), sin(angle), x - v[0], y - v[1]
+                x, y = v[0] + c * dx - s * dy, v[1] + s * dx + c * dy
+            else:
+                raise FileError.at(line, f"{', '.join(words)[:60]!r} is not a translation (3) or two points and an angle (7)")
+        return x, y
+
+
+def _parameters(text: str) -> dict[str, str]:
+    """The values of a keyword line, by their names in capitals."""
+    pairs = (word.partition("=") for word in text.split(","))
+    # Abaqus takes no notice of case in names: they are compared in capitals and shown as they were written.
+    return {parameter(name): value.strip().strip('"') for name, _, value in pairs if name.strip()}
+
+
+def _keyword(text: str, line: int) -> Keyword:
+    """A keyword line without its data."""
+    name, comma, rest = text[1:].partition(",")
+    return Keyword(keyword(name), _parameters(rest) if comma else {}, line)
+
+
+def keywords(text: str) -> Iterator[Keyword]:
+    """Keyword lines of a deck with their data lines; comments are left out, lines that go on are joined."""
+    current: Keyword | None = None
+    lines: list[tuple[int, str]] = []
+    joined = ""
+    for number, raw in enumerate(text.splitlines(), 1):
+        line = raw.strip()
+        if not line or line.startswith("**"):
+            continue
+        if joined or line.startswith("*"):
+            if joined and line.startswith("*"):  # a comma too many at the end of a line: the next keyword is one of its own
+                if current is not None:
+                    yield current
+                current, joined = _keyword(joined, number - 1), ""
+            joined += line
+            if joined.endswith(","):
+                continue  # a keyword line goes on after a comma
+            if current is not None:
+                yield current
+            current, joined = _keyword(joined, number), ""
+        elif current is not None:
+            if not current.lines:
+                current.lines = lines = []
+            lines.append((number, line))
+    if current is not None:
+        yield current

@@ -1,0 +1,193 @@
+"""Loads on bodies in Abaqus decks: pressures on sides, forces per volume, nodal forces that are those of an even traction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from math import hypot, pi, sqrt
+from typing import Any
+
+from prensa.importers.abaqus_keywords import Keyword, Scope
+from prensa.importers.abaqus_places import Side, faces_alike, is_face
+from prensa.importers.deck import LABELS, FileError
+from prensa.precision import DRAWN
+
+OF_VOLUME = {"BX": (1.0, 0.0), "BY": (0.0, 1.0), "BR": (1.0, 0.0), "BZ": (0.0, 1.0)}
+# Places and weights of three Gauss points between −1 and 1: exact for the quadratic sides and their radius.
+GAUSS = ((-sqrt(0.6), 5 / 9), (0.0, 8 / 9), (sqrt(0.6), 5 / 9))
+REMEDY = (
+    "nodal forces are read on reference nodes of rigid bodies, and where together they are an even traction on sides; "
+    "write the traction as *DSLOAD, or press with a rigid surface"
+)
+
+
+@dataclass
+class Loads:
+    """Loads of a step: what a deck leaves as it is holds on, ``OP=NEW`` takes away what it does not say again.
+
+    ``faces`` names the boundaries that rows of sides of elements are, ``volumes`` the bodies of an element set with their
+    density, ``forced`` the boundaries and the traction that nodal forces are, ``nodes`` those of a set or number.
+    """
+
+    faces: Callable[[Scope, list[tuple[int, list[str]]]], list[str]]
+    volumes: Callable[[int, str, Scope], list[tuple[str, float | None]]]
+    forced: Callable[[int, dict[int, float]], list[tuple[str, float]]]
+    nodes: Callable[[int, str, Scope], list[int]]
+    pressed: dict[tuple[str, str], float] = field(default_factory=dict)  # (keyword, boundary) → pressure
+    pulled: dict[tuple[str, int], float] = field(default_factory=dict)  # (boundary, component) → traction
+    per_volume: dict[tuple[str, str], list[Any]] = field(default_factory=dict)  # (body, kind of load) → x, y
+    on_nodes: dict[tuple[int, int], str] = field(default_factory=dict)  # (node, component) → boundary of its force
+    stale: dict[str, set[Any]] = field(default_factory=dict)
+
+    def renewed(self, k: Keyword) -> None:
+        """Note what a keyword with OP=NEW has to say again."""
+        if k.parameters.get("OP", "MOD").upper() != "NEW":
+            return
+        holding: set[tuple[Any, ...]] = {("p", *key) for key in self.pressed if key[0] == k.name}
+        holding |= {("v", *key) for key in self.per_volume} if k.name == "DLOAD" else set()
+        holding |= {("t", *key) for key in self.pulled} if k.name == "CLOAD" else set()
+        self.stale.setdefault(k.name, holding)
+
+    def said(self, k: Keyword, *what: Any) -> None:
+        """Note that it has said something again."""
+        self.stale.get(k.name, set()).discard(what)
+
+    def close(self, step: dict[str, Any]) -> None:
+        """End a step: loads that OP=NEW has not said again go to zero."""
+        for kind, *key in (what for whats in self.stale.values() for what in whats):
+            if kind == "p":
+                del self.pressed[key[0], key[1]]
+                step["loads"][key[1]] = {"pressure": 0.0}
+            elif kind == "v":
+                del self.per_volume[key[0], key[1]]
+                self._sum(step, key[0], 0)
+            else:
+                self.pulled[key[0], key[1]] = 0.0
+                self._traction(step, key[0], key[1], 0.0)
+                del self.pulled[key[0], key[1]]
+        self.stale = {}
+
+    def press(self, k: Keyword, step: dict[str, Any], boundary: str, value: float, table: list[list[float]] | None) -> None:
+        """A pressure on a boundary."""
+        self.said(k, "p", k.name, boundary)
+        step["loads"][boundary] = {"pressure": table or value}
+        self.pressed[k.name, boundary] = value
+
+    def dload(self, k: Keyword, scope: Scope, step: dict[str, Any], table: Callable[[Keyword, float], Any]) -> None:
+        """Pressures on sides of elements, gravity and forces per volume.
+
+        Raises
+        ------
+        FileError
+            For loads of other kinds, with their line.
+
+        """
+        for rows in faces_alike(k):
+            value = k.number(rows[0][1], 2)
+            for name in self.faces(scope, rows):
+                self.press(k, step, name, value, table(k, value))
+        for line, row in k.data:
+            kind = row[1].upper() if len(row) > 1 else ""
+            if is_face(kind):
+                continue
+            if kind != "GRAV" and kind not in OF_VOLUME:
+                raise FileError.at(line, f"of *DLOAD pressures P1 … P4, GRAV, BX and BY are read, not {kind or 'nothing'!r}")
+            for body, density in self.volumes(line, row[0], scope):
+                if kind == "GRAV" and density is None:
+                    raise FileError.at(line, f"gravity on {body!r}, whose material has no *DENSITY")
+                way = (k.number(row, 3, 0.0), k.number(row, 4, 0.0)) if kind == "GRAV" else OF_VOLUME[kind]
+                if kind == "GRAV" and k.number(row, 5, 0.0):
+                    raise FileError.at(line, "gravity points out of the plane of x and y")
+                size = k.number(row, 2) * (density or 0.0 if kind == "GRAV" else 1.0) / (hypot(*way) or 1.0)
+                self.said(k, "v", body, kind)
+                self.per_volume[body, kind] = [table(k, size * w) or size * w + 0.0 for w in way]
+                self._sum(step, body, line)
+
+    def _sum(self, step: dict[str, Any], body: str, line: int) -> None:
+        parts = [value for (of, _), value in self.per_volume.items() if of == body]
+        total: list[Any] = [0.0, 0.0]
+        for c in (0, 1):
+            acting = [p[c] for p in parts if p[c]]
+            if len(acting) > 1 and not all(isinstance(a, float) for a in acting):
+                raise FileError.at(line, f"two forces per volume on {body!r}, one with an amplitude: write them as one")
+            total[c] = acting[0] if len(acting) == 1 else sum(acting)
+        step["body_force"][body] = total
+
+    def cload(
+        self, k: Keyword, scope: Scope, step: dict[str, Any], rows: list[tuple[int, list[str]]],
+        table: Callable[[Keyword, float], Any],
+    ) -> None:  # fmt: skip
+        """Forces on nodes of bodies, where together they are an even traction."""
+        for c, dof in enumerate("12"):
+            forces: dict[int, float] = {}
+            mine = [(line, row) for line, row in rows if row[1:2] == [dof]]
+            for line, row in mine:
+                nodes = self.nodes(line, row[0], scope)
+                if not nodes:
+                    raise FileError.at(line, f"{row[0]!r} is no node or set of nodes of this deck")
+                if twice := next((n for n in nodes if n in forces), None):
+                    raise FileError.at(line, f"node {twice % LABELS} has two forces along {'xy'[c]}; write their sum")
+                forces |= dict.fromkeys(nodes, k.number(row, 2))
+            for name, traction in self.forced(mine[0][0], forces) if mine else ():
+                for n in forces:
+                    other = self.on_nodes.setdefault((n, c), name)
+                    if other != name and self.pulled.get((other, c)):
+                        raise FileError.at(
+                            mine[0][0], f"node {n % LABELS} has a force along {'xy'[c]} already, together with other nodes; "
+                            "write the forces of all of them again, each time under one keyword"
+                        )  # fmt: skip
+                    self.on_nodes[n, c] = name
+                self.said(k, "t", name, c)
+                self.pulled[name, c] = traction
+                self._traction(step, name, c, table(k, traction) or traction)
+
+    def _traction(self, step: dict[str, Any], name: str, c: int, value: Any) -> None:
+        now = step["loads"].setdefault(name, {"traction": [self.pulled.get((name, i), 0.0) for i in (0, 1)]})
+        now["traction"][c] = value
+
+
+def even_traction(
+    line: int, forces: dict[int, float], sides: Iterable[Side], nodes: dict[int, tuple[float, float, float]], depth: float | None
+) -> float:
+    """Traction of which nodal forces are the consistent ones.
+
+    line: where they stand. forces: by node. sides: of which the nodes are these. depth: thickness, None around an axis (forces
+    are then of the whole circumference).
+
+    Raises
+    ------
+    FileError
+        If they are those of no even traction.
+
+    """
+    weights = dict.fromkeys(forces, 0.0)
+    for side in sides:
+        for n, w in _shares(side, nodes, depth).items():
+            weights[n] += w
+    area = sum(weights.values())
+    traction = sum(forces.values()) / area if area else 0.0
+    worst = max(forces, key=lambda n: abs(forces[n] - traction * weights[n]))
+    largest = max(abs(f) for f in forces.values())
+    if not area or abs(forces[worst] - traction * weights[worst]) > DRAWN * largest:
+        share = traction * weights[worst]
+        even = f"it carries {forces[worst]:g}, of an even traction {share:g}" if area else "it is on no side"
+        raise FileError.at(line, f"the force on node {worst % LABELS}: {even}; {REMEDY}")
+    return traction
+
+
+def _shares(side: Side, nodes: dict[int, tuple[float, float, float]], depth: float | None) -> dict[int, float]:
+    """Area of a side that each of its nodes carries under an even traction."""
+    share = dict.fromkeys(side, 0.0)
+    shapes: tuple[float, ...]
+    slopes: tuple[float, ...]
+    for s, weight in GAUSS:
+        if len(side) == 3:
+            shapes, slopes = (s * (s - 1) / 2, s * (s + 1) / 2, 1 - s * s), (s - 0.5, s + 0.5, -2 * s)
+        else:
+            shapes, slopes = ((1 - s) / 2, (1 + s) / 2), (-0.5, 0.5)
+        dx, dy = (sum(g * nodes[n][i] for g, n in zip(slopes, side)) for i in (0, 1))
+        radius = sum(g * nodes[n][0] for g, n in zip(shapes, side))
+        area = weight * hypot(dx, dy) * (2 * pi * radius if depth is None else depth)
+        for g, n in zip(shapes, side):
+            share[n] += g * area
+    return share

@@ -1,0 +1,310 @@
+"""What names and numbers of an Abaqus deck are in the case: bodies, tools, boundaries of bodies, what follows a node."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import dataclass, field, replace
+
+from prensa.importers.abaqus import Assembly
+from prensa.importers.abaqus_keywords import Keyword, Scope
+from prensa.importers.abaqus_places import equations, outline, point
+from prensa.importers.abaqus_steps import Follower
+from prensa.importers.abaqus_tools import RigidTool
+from prensa.importers.deck import LABELS, Deck, FileError, is_label
+
+
+@dataclass
+class Section:
+    """Elements of one material: ``name`` as a body, ``cells`` its elements, once all rigid bodies are known.
+
+    ``joined``: sections of the same material that have nodes in common with it, and make one body with it.
+    """
+
+    scope: Scope
+    elset: str
+    material: str
+    line: int
+    name: str = ""
+    cells: frozenset[int] = frozenset()
+    joined: list[Section] = field(default_factory=list)
+
+
+@dataclass
+class DeckNames:
+    """Sections, rigid bodies and what follows prescribed nodes; see `prensa.importers.abaqus_steps.Names`.
+
+    ``rigid``: elements of rigid bodies; ``turning``: nodes whose displacements are the rotation of a tool (``ROT NODE``).
+    """
+
+    all: Assembly
+    deck: Deck
+    sections: list[Section] = field(default_factory=list)
+    tools: dict[tuple[str, str], RigidTool] = field(default_factory=dict)
+    rigid: set[int] = field(default_factory=set)
+    turning: dict[int, str] = field(default_factory=dict)
+    following: dict[int, list[Follower]] = field(default_factory=dict)
+    sorted: bool = False
+    under: dict[frozenset[int], str] = field(default_factory=dict)  # side under pressure → its boundary
+
+    # -------------------------------------------------------------------------------------------------------- nodes
+    def node(self, line: int, who: str, scope: Scope) -> int:
+        """The single node of a set or number.
+
+        Raises
+        ------
+        FileError
+            If there is none, or several.
+
+        """
+        where, name = self.all.seen_from(line, who, scope)
+        members = where.node_sets.get(name)
+        if members and len(members) == 1 and members[0] in self.all.nodes:
+            return members[0]
+        if is_label(name) and int(name) + where.offset in self.all.nodes:
+            return int(name) + where.offset
+        raise FileError.at(line, f"{who!r} is no single node")
+
+    def tool_at(self, line: int, who: str, scope: Scope) -> tuple[str, bool] | None:
+        """The tool of a reference node, and whether the node has its rotation as a displacement (``ROT NODE``)."""
+        try:
+            node = self.node(line, who, scope)
+        except FileError:
+            return None
+        if node in self.turning:
+            return self.turning[node], True
+        return next(((t.name, False) for t in self.tools.values() if t.reference == node), None)
+
+    def in_body(self, line: int, who: str, scope: Scope) -> bool:
+        """Whether a set has nodes of elements."""
+        return not self.all.places.of_cells.isdisjoint(self.all.places.nodes(who, scope, line))
+
+    def boundary(self, line: int, who: str, scope: Scope) -> tuple[str, frozenset[int]]:
+        """A set's or surface's name in the mesh, and its nodes.
+
+        Raises
+        ------
+        FileError
+            If it is neither.
+
+        """
+        where, name = self.all.seen_from(line, who, scope)
+        known = where.boundary_of.get(name)
+        if known is None:
+            raise FileError.at(line, f"{who!r} is no set of nodes or surface of this deck")
+        nodes = {n for side in where.surfaces.get(name, []) for n in side}
+        return known, frozenset(nodes or where.node_sets.get(name, []))
+
+    def support(self, line: int, who: str, scope: Scope, rows: list[str]) -> list[str]:
+        """'body.boundary' of every body that has nodes of a set, or of the nodes whose numbers are ``rows``.
+
+        Raises
+        ------
+        FileError
+            If the set lies inside of a body, where nothing can be held.
+
+        """
+        where, name = self.all.seen_from(line, who, scope)
+        if name in where.boundary_of or not is_label(name):
+            known, nodes = self.boundary(line, who, scope)
+        else:
+            nodes = frozenset(n for w in rows for n in self.all.places.nodes(w, scope, line))
+            known = self.group(line, nodes)
+        by_sides = bool(where.surfaces.get(name))
+        found = [b for s in self.bodies() for b in self._of_body(line, who, s, known, nodes, by_sides)]
+        if not found:
+            if nodes & {n for e in self.rigid for n in self.all.cells.get(e, ())}:
+                raise FileError.at(line, f"{who!r} belongs to a rigid body: support or push its reference node")
+            raise FileError.at(line, f"{who!r} belongs to none of the sections")
+        return found
+
+    def group(self, line: int, nodes: frozenset[int]) -> str:
+        """Name in the mesh of a group of nodes.
+
+        Raises
+        ------
+        FileError
+            If there is no such node.
+
+        """
+        if not nodes & self.all.places.of_cells:
+            raise FileError.at(line, "this number is no node of the elements of this deck")
+        if nodes & self.all.places.of_cells not in self.all.places.groups:
+            raise FileError.at(line, "nodes of rigid bodies stand beside those of others; write a keyword for each")
+        return self.all.places.name(nodes)
+
+    def _of_body(self, line: int, who: str, s: Section, name: str, nodes: frozenset[int], by_sides: bool) -> list[str]:
+        """Names by which one body has the nodes: that of the set where it has sides, and those of single nodes."""
+        cells = [self.deck.cells[e] for e in s.cells]
+        mine = {n for cell in cells for n in cell} & nodes
+        if not mine:
+            return []
+        if len(mine) == 1:
+            return [f"{s.name}.{name}"]
+        # A node set becomes a boundary by its sides: a node of which no side lies in the set would lose its support without a
+        # word, unless it is a point by itself. A surface has its sides by their ends.
+        sides = [side for side in outline(cells) if mine.issuperset(side[:2])]
+        if not by_sides and (open_ := [side for side in sides if not mine.issuperset(side)]):
+            raise FileError.at(
+                line, f"node {open_[0][2] % LABELS} between two nodes of {who!r} is not in it: sides are held whole here"
+            )  # fmt: skip
+        alone = mine - {n for side in sides for n in side}
+        if lost := sorted(n for n in alone if point(n) not in self.deck.points):
+            raise FileError.at(
+                line, f"node {lost[0] % LABELS} of {who!r} is on no side of {s.name!r} that lies in the set: "
+                "supports and loads hold sides of the outline, or one node"
+            )  # fmt: skip
+        return [*([f"{s.name}.{name}"] if sides else []), *(f"{s.name}.{point(n)}" for n in sorted(alone))]
+
+    # ------------------------------------------------------------------------------------------------------- bodies
+    def bodies(self) -> list[Section]:
+        """The sections that are not rigid, each with its name as a body and its cells; one that is alone has all of its part.
+
+        Raises
+        ------
+        FileError
+            If there is none, or one is rigid in part.
+
+        """
+        if not self.sections:
+            raise FileError("the deck has no *SOLID SECTION: nothing says of what the elements are made")
+        if not self.sorted:
+            self.sorted = True
+            for s in self.sections:
+                self._sort(s)
+            self.sections = self._together([s for s in self.sections if not s.cells or not s.cells <= self.rigid])
+            names = Counter(s.name for s in self.sections)
+            for s in self.sections:
+                if names[s.name] > 1:
+                    s.name = f"{plain(s.scope.name)}_{s.name}"
+            if not self.sections:
+                raise FileError("all elements of the deck are rigid: there is no body")
+        return self.sections
+
+    def _together(self, sections: list[Section]) -> list[Section]:
+        """Sections with those of the same material that share nodes with them made one."""
+        out: list[Section] = []
+        for s in sections:
+            nodes = {n for e in s.cells for n in self.deck.cells[e]}
+            alike = [
+                o for o in out if o.material == s.material and any(nodes.intersection(self.deck.cells[e]) for e in o.cells)
+            ]
+            for o in alike[1:]:
+                out.remove(o)
+            if alike:
+                first, more = alike[0], [*alike[1:], s]
+                first.joined += [j for o in more for j in (replace(o, joined=[]), *o.joined)]
+                first.cells = first.cells.union(*(o.cells for o in more))
+            else:
+                out.append(s)
+        return out
+
+    def _sort(self, s: Section) -> None:
+        own = s.scope if s.scope.cells else self.all.top
+        alone = sum(other.scope is s.scope for other in self.sections) == 1
+        labels = own.cells if alone and own.cells and not self.rigid else self.all.elements_of(s.line, s.elset, s.scope)
+        s.cells = frozenset(labels) & self.deck.cells.keys()
+        if (both := s.cells & self.rigid) and not s.cells <= self.rigid:
+            raise FileError.at(s.line, f"element {min(both) % LABELS} of the section {s.elset!r} is rigid, others are not")
+        of_part = self.tool_name("", s.scope) if alone and s.scope.part else ""
+        s.name = plain(of_part or s.elset.rpartition(".")[2] or "body")
+
+    def tool_name(self, surface: str, scope: Scope) -> str:
+        """The part's name, the instance's where the part is placed twice, or the surface's in a deck without parts."""
+        twice = sum(s.part == scope.part for s in self.all.instances.values()) > 1
+        name = plain((scope.name if twice else scope.part) or surface)
+        # A part may have several rigid surfaces: the second one is distinguished by its surface's name.
+        used = {t.name for t in self.tools.values()}
+        return name if name not in used else f"{name}_{plain(surface)}"
+
+    def sides_pressed(self, scope: Scope, rows: list[tuple[int, list[str]]]) -> list[str]:
+        """'body.boundary' of the sides of elements that rows of *DLOAD press on.
+
+        Raises
+        ------
+        FileError
+            If one lies inside of a body, or was loaded together with others before.
+
+        """
+        sides = self.all.places.sides(scope, rows)
+        line, name = rows[0][0], self.all.places.faces[frozenset(frozenset(s[:2]) for s in sides)]
+        left = {frozenset(s[:2]) for s in sides}
+        for side in left:
+            if self.under.setdefault(side, name) != name:
+                raise FileError.at(line, "sides stand here with others than before; write them in the groups of the first time")
+        found = []
+        for s in self.bodies():
+            free = {frozenset(side[:2]) for side in outline(self.deck.cells[e] for e in s.cells)} & left
+            left = left - free
+            found += [f"{s.name}.{name}"] if free else []
+        if left:
+            raise FileError.at(line, f"the side of nodes {' and '.join(str(n % LABELS) for n in sorted(min(left, key=sorted)))} "
+                               "lies inside of a body, or on none")  # fmt: skip
+        return found
+
+    def volumes(self, line: int, who: str, scope: Scope) -> list[str]:
+        """The bodies that an element set is; all of them without a name.
+
+        Raises
+        ------
+        FileError
+            If it is a part of a body, or none.
+
+        """
+        bodies = self.bodies()
+        if not who:
+            return [s.name for s in bodies]
+        cells = set(self.all.elements_of(line, who, scope)) & self.deck.cells.keys()
+        found = [s for s in bodies if s.cells & cells]
+        if part := next((s for s in found if not s.cells <= cells), None):
+            raise FileError.at(line, f"{who!r} is a part of {part.name!r}: forces per volume act on whole bodies here")
+        if not found and not cells <= self.rigid:
+            raise FileError.at(line, f"{who!r} is none of the sections")
+        return [s.name for s in found]
+
+    # ---------------------------------------------------------------------------------------------------- followers
+    def followers(self, line: int, who: str, scope: Scope) -> list[Follower]:
+        """What follows the nodes of a set."""
+        return [f for n in self.all.places.nodes(who, scope, line) for f in self.following.get(n, ())]
+
+    def follow(self, node: int, follower: Follower, components: str) -> None:
+        """Let boundaries follow a node along components."""
+        self.following.setdefault(node, []).extend(replace(follower, c=c) for c in components)
+
+    def equation(self, k: Keyword, scope: Scope) -> None:
+        """Two terms along one component: the set of the first follows the node of the second.
+
+        Raises
+        ------
+        FileError
+            For equations of another kind.
+
+        """
+        for line, terms in equations(k):
+            if len(terms) != 2 or terms[0][1] != terms[1][1] or not terms[0][2]:
+                raise FileError.at(
+                    line, "of equations those of two terms along one component are read: nodes that follow one that is "
+                    "prescribed; hold or move the nodes by *BOUNDARY instead"
+                )  # fmt: skip
+            (who, dof, a), (master, _, b) = terms
+            if c := {"1": "x", "2": "y"}.get(dof):
+                self.follow(self.node(line, master, scope), Follower(line, who, scope, c, -b / a), c)
+
+    def refuse_undriven(self) -> None:
+        """Refuse followers of nodes that nothing prescribes: they would be left free.
+
+        Raises
+        ------
+        FileError
+            With the line at which they are made to follow.
+
+        """
+        for node, followers in self.following.items():
+            if free := next((f for f in followers if not f.driven), None):
+                how = "does not turn: hold its rotation (6, 6)" if free.c == "r" else f"has a prescribed motion along {free.c}"
+                raise FileError.at(free.line, f"{free.who!r} follows node {node % LABELS}: read where that {how} by *BOUNDARY")
+
+
+def plain(name: str) -> str:
+    """A name as bodies and tools may have it."""
+    return re.sub(r"[^\w-]+", "_", name)
