@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from math import hypot, pi, sqrt
+from math import hypot, pi
 from typing import Any
+
+from numpy.polynomial.legendre import leggauss
 
 from prensa.importers.abaqus_keywords import Keyword, Scope
 from prensa.importers.abaqus_places import Side, faces_alike, is_face
@@ -13,8 +15,6 @@ from prensa.importers.deck import LABELS, FileError
 from prensa.precision import DRAWN
 
 OF_VOLUME = {"BX": (1.0, 0.0), "BY": (0.0, 1.0), "BR": (1.0, 0.0), "BZ": (0.0, 1.0)}
-# Places and weights of three Gauss points between −1 and 1: exact for the quadratic sides and their radius.
-GAUSS = ((-sqrt(0.6), 5 / 9), (0.0, 8 / 9), (sqrt(0.6), 5 / 9))
 REMEDY = (
     "nodal forces are read on reference nodes of rigid bodies, and where together they are an even traction on sides; "
     "write the traction as *DSLOAD, or press with a rigid surface"
@@ -180,7 +180,8 @@ def _shares(side: Side, nodes: dict[int, tuple[float, float, float]], depth: flo
     share = dict.fromkeys(side, 0.0)
     shapes: tuple[float, ...]
     slopes: tuple[float, ...]
-    for s, weight in GAUSS:
+    # Three Gauss points are exact for straight quadratic sides and their radius.
+    for s, weight in zip(*leggauss(3)):
         if len(side) == 3:
             shapes, slopes = (s * (s - 1) / 2, s * (s + 1) / 2, 1 - s * s), (s - 0.5, s + 0.5, -2 * s)
         else:

@@ -35,7 +35,7 @@ PASSED_OVER = frozenset((
 ))  # fmt: skip
 
 # Of no effect in static steps; said, since whoever wrote it meant something.
-REPORTED = frozenset(("DAMPING", "GLOBAL DAMPING", "MASS DAMPING"))
+NAMED = frozenset(("DAMPING", "GLOBAL DAMPING", "MASS DAMPING"))
 
 _BEHAVIOUR = "materials are elastic, or elastic-plastic with isotropic hardening; choose one of these in the case"
 _PROCEDURE = "only *STATIC steps are; here everything is slow, so write a static step with the same motions"
@@ -100,7 +100,7 @@ READ = frozenset((
     "COUPLING", "KINEMATIC", "KINEMATIC COUPLING", "AMPLITUDE", "STEP", "STATIC", "BOUNDARY", "CLOAD", "DLOAD", "DSLOAD",
 ))  # fmt: skip
 
-KNOWN = READ | PASSED_OVER | REPORTED | frozenset(REFUSED) | MESH | GENERATING
+KNOWN = READ | PASSED_OVER | NAMED | frozenset(REFUSED) | MESH | GENERATING
 
 LEFT_OUT: dict[str, tuple[str, frozenset[str]]] = {
     "adjust": (
@@ -136,7 +136,7 @@ AS_STATIC = frozenset(
 """Procedures that are read as static ones where what makes them different is left out."""
 
 _NAMES = {"NAME"}
-PARAMETERS: dict[str, set[str]] = {
+PARAMETERS_OF: dict[str, set[str]] = {
     "NODE": {"NSET", "SYSTEM"}, "ELEMENT": {"TYPE", "ELSET"},
     "NSET": {"NSET", "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"},
     "ELSET": {"ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"},
@@ -144,8 +144,8 @@ PARAMETERS: dict[str, set[str]] = {
                 "NO OFFSET", "NO THICK", "SCALE THICK", "PROPERTY"},
     "PART": _NAMES, "ASSEMBLY": _NAMES, "INSTANCE": {"NAME", "PART"},
     "MATERIAL": {"NAME", "RTOL", "SRATE FACTOR", "STRAIN RATE REGULARIZATION"},
-    "ELASTIC": {"TYPE", "MODULI", "DEPENDENCIES"}, "PLASTIC": {"HARDENING", "DATA TYPE", "RATE", "DEPENDENCIES"}, "DENSITY": set(),
-    "HYPERELASTIC": {"NEO HOOKE", "MODULI"},
+    "ELASTIC": {"TYPE", "MODULI", "DEPENDENCIES"}, "PLASTIC": {"HARDENING", "DATA TYPE", "RATE", "DEPENDENCIES"},
+    "DENSITY": set(), "HYPERELASTIC": {"NEO HOOKE", "MODULI"},
     "SOLID SECTION": {"ELSET", "MATERIAL", "CONTROLS", "ORIENTATION", "OFFSET", "STACK DIRECTION"},
     "RIGID BODY": {"REF NODE", "ROT NODE", "ELSET", "NSET", "ANALYTICAL SURFACE", "TIE NSET", "PIN NSET", "POSITION",
                    "ISOTHERMAL"},
@@ -153,8 +153,8 @@ PARAMETERS: dict[str, set[str]] = {
     "SURFACE BEHAVIOR": {"PRESSURE-OVERCLOSURE", "NO SEPARATION", "AUGMENTED LAGRANGE", "PENALTY", "DIRECT"},
     "FRICTION": {"SLIP TOLERANCE", "ELASTIC SLIP", "LAGRANGE", "TAUMAX", "ROUGH", "DEPENDENCIES", "EXPONENTIAL DECAY", "USER"},
     "CONTACT PAIR": {"INTERACTION", "TYPE", "ADJUST", "SMALL SLIDING", "TIED", "CPSET", "MECHANICAL CONSTRAINT", "WEIGHT",
-                     "TRACKING", "EXTENSION ZONE", "SMOOTH", "NO THICKNESS", "SUPPLEMENTARY CONSTRAINTS", "MINIMUM DISTANCE", "OP", "HCRIT",
-                     "SLIDING TRANSITION"},
+                     "TRACKING", "EXTENSION ZONE", "SMOOTH", "NO THICKNESS", "SUPPLEMENTARY CONSTRAINTS", "MINIMUM DISTANCE",
+                     "OP", "HCRIT", "SLIDING TRANSITION"},
     "CONTACT INCLUSIONS": {"ALL EXTERIOR", "ALL ELEMENT BASED"}, "CONTACT PROPERTY ASSIGNMENT": set(),
     "TIE": {"NAME", "ADJUST", "POSITION TOLERANCE", "TYPE", "NO ROTATION", "NO THICKNESS", "CONSTRAINT RATIO"},
     "INITIAL CONDITIONS": {"TYPE"}, "EQUATION": set(), "COUPLING": {"CONSTRAINT NAME", "REF NODE", "SURFACE", "INFLUENCE RADIUS"},
@@ -175,7 +175,7 @@ def squeezed(name: str) -> str:
 
 
 _SPELLED = {squeezed(name): name for name in KNOWN}
-_PARAMETERS = {squeezed(name): name for names in PARAMETERS.values() for name in names}
+_PARAMETERS = {squeezed(name): name for names in PARAMETERS_OF.values() for name in names}
 
 
 def keyword(name: str) -> str:
@@ -203,8 +203,8 @@ def refuse_unknown_parameters(name: str, parameters: dict[str, str], line: int) 
         With the line and the nearest parameter.
 
     """
-    if name in PARAMETERS and (unknown := [p for p in parameters if p and p not in PARAMETERS[name]]):
-        near = nearest(unknown[0], PARAMETERS[name])
+    if name in PARAMETERS_OF and (unknown := [p for p in parameters if p and p not in PARAMETERS_OF[name]]):
+        near = nearest(unknown[0], PARAMETERS_OF[name])
         hint = f"did you mean {near}?" if near else "take it out if nothing in the answer hangs on it"
         raise FileError.at(line, f"{unknown[0]} of *{name} is not read; {hint}")
 
