@@ -21,9 +21,9 @@ from prensa.importers.abaqus_words import (
     AS_STATIC,
     KNOWN,
     LEFT_OUT,
-    NAMED,
     PASSED_OVER,
     REFUSED,
+    WITHOUT_EFFECT,
     group_of,
     may_be_left_out,
     nearest,
@@ -91,7 +91,7 @@ class _Reader:
                 getattr(self, method)(k, scope)
             elif k.name in OF_STEPS:
                 self.history.append((k, scope))
-            elif k.name in NAMED:
+            elif k.name in WITHOUT_EFFECT:
                 self.remarks.append(f"line {k.line}: *{k.name} is not read: it has no effect in static steps")
             elif k.name not in PASSED_OVER:
                 raise self._unread(k)

@@ -35,7 +35,7 @@ PASSED_OVER = frozenset((
 ))  # fmt: skip
 
 # Of no effect in static steps; said, since whoever wrote it meant something.
-NAMED = frozenset(("DAMPING", "GLOBAL DAMPING", "MASS DAMPING"))
+WITHOUT_EFFECT = frozenset(("DAMPING", "GLOBAL DAMPING", "MASS DAMPING"))
 
 _BEHAVIOUR = "materials are elastic, or elastic-plastic with isotropic hardening; choose one of these in the case"
 _PROCEDURE = "only *STATIC steps are; here everything is slow, so write a static step with the same motions"
@@ -100,7 +100,7 @@ READ = frozenset((
     "COUPLING", "KINEMATIC", "KINEMATIC COUPLING", "AMPLITUDE", "STEP", "STATIC", "BOUNDARY", "CLOAD", "DLOAD", "DSLOAD",
 ))  # fmt: skip
 
-KNOWN = READ | PASSED_OVER | NAMED | frozenset(REFUSED) | MESH | GENERATING
+KNOWN = READ | PASSED_OVER | WITHOUT_EFFECT | frozenset(REFUSED) | MESH | GENERATING
 
 LEFT_OUT: dict[str, tuple[str, frozenset[str]]] = {
     "adjust": (
