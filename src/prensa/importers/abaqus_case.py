@@ -16,7 +16,7 @@ from prensa.importers.abaqus_loads import Loads, even_traction
 from prensa.importers.abaqus_names import DeckNames, Section
 from prensa.importers.abaqus_places import outline
 from prensa.importers.abaqus_steps import OF_STEPS, Follower, Steps
-from prensa.importers.abaqus_tools import RigidTool, chain, segments
+from prensa.importers.abaqus_tools import RigidTool, segments
 from prensa.importers.abaqus_words import (
     AS_STATIC,
     KNOWN,
@@ -31,7 +31,6 @@ from prensa.importers.abaqus_words import (
     squeezed,
 )
 from prensa.importers.deck import LABELS, FileError
-from prensa.precision import DRAWN
 
 # Generalised plane strain (CPEG) has no counterpart: its letters after CPE match no element below.
 SPACE_OF = {
@@ -258,16 +257,13 @@ class _Reader:
                                "(R2D2, RAX2, …), or plane elements")  # fmt: skip
         sides = [pair for s in outline(cells.values()) for pair in ([(s[0], s[2]), (s[2], s[1])] if len(s) == 3 else [s])]
         middles = [self._middle(cell) for cell in cells.values()]
-        if self.case.get("space") == "axisymmetric":
-            # A tool goes on straight beyond its ends: with its side on the axis it would have a corner there.
-            far = max((abs(self.all.nodes[n][0]) for side in sides for n in side), default=0.0)
-            sides = [s for s in sides if any(abs(self.all.nodes[n][0]) > DRAWN * far for n in s)]
         where = next((s for s in self.all.instances.values() if s.offset == labels[0] // LABELS * LABELS), scope)
         name = self.names.tool_name(wanted.rpartition(".")[2], where)
         key = (where.name.upper(), f"*{wanted.upper()}")
         nodes = frozenset(n for e in (*lines, *cells.values()) for n in e)
-        vertices = chain(k, [*lines, *sides], self.all.nodes)
-        self.names.tools[key] = RigidTool(name, k.line, vertices, None, False, nodes=nodes, solid=middles)
+        tool = RigidTool(name, k.line, [], None, False, nodes=nodes, solid=middles, edges=[*lines, *sides])
+        tool.draw(self.all.nodes, [])  # to say at once that they make no chain
+        self.names.tools[key] = tool
         self.names.rigid.update(labels)
         return key
 
@@ -394,7 +390,10 @@ class _Reader:
                 raise FileError.at(line, "a side of a tie belongs to several bodies; write a tie for each pair of them")
             self.case["ties"].append({"slave": sides[0][0], "master": sides[1][0]})
         self._joined(sections)
+        axis = [(0, 0.0)] if self.case.get("space") == "axisymmetric" else []
+        symmetry = axis + self.names.lines_of_symmetry(self.history)
         for tool in self.names.tools.values():
+            tool.draw(self.all.nodes, symmetry)
             self.case["tools"][tool.name] = self._tool(tool, sections)
         components = "y" if self.case.get("space") == "axisymmetric" else "xyr"
         tools = [t.name for t in self.names.tools.values()]

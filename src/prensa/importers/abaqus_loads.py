@@ -181,7 +181,7 @@ def _shares(side: Side, nodes: dict[int, tuple[float, float, float]], depth: flo
     shapes: tuple[float, ...]
     slopes: tuple[float, ...]
     # Three Gauss points are exact for straight quadratic sides and their radius.
-    for s, weight in zip(*leggauss(3)):
+    for s, weight in zip(*(x.tolist() for x in leggauss(3))):
         if len(side) == 3:
             shapes, slopes = (s * (s - 1) / 2, s * (s + 1) / 2, 1 - s * s), (s - 0.5, s + 0.5, -2 * s)
         else:

@@ -9,9 +9,10 @@ from dataclasses import dataclass, field, replace
 from prensa.importers.abaqus import Assembly
 from prensa.importers.abaqus_keywords import Keyword, Scope
 from prensa.importers.abaqus_places import equations, outline, point
-from prensa.importers.abaqus_steps import Follower
+from prensa.importers.abaqus_steps import Follower, still
 from prensa.importers.abaqus_tools import RigidTool
 from prensa.importers.deck import LABELS, Deck, FileError, is_label
+from prensa.precision import DRAWN
 
 
 @dataclass
@@ -261,6 +262,27 @@ class DeckNames:
         if not found and not cells <= self.rigid:
             raise FileError.at(line, f"{who!r} is none of the sections")
         return [s.name for s in found]
+
+    def lines_of_symmetry(self, history: list[tuple[Keyword, Scope]]) -> list[tuple[int, float]]:
+        """Coordinate (0, 1) and its value of straight sides held along their normal, beyond which no body is."""
+        held: tuple[set[int], set[int]] = (set(), set())
+        for k, scope in history:
+            for line, row in k.data if k.name == "BOUNDARY" else ():
+                nodes = self.all.places.nodes(row[0], scope, line)
+                for c in still(k, row):
+                    held[c].update(nodes)
+        found: set[tuple[int, float]] = set()
+        places = self.all.nodes
+        cells = [self.deck.cells[e] for s in self.bodies() for e in s.cells]
+        used = {n for cell in cells for n in cell if n in places}
+        for i in (0, 1):
+            low, high = min(places[n][i] for n in used), max(places[n][i] for n in used)
+            for side in outline(cells):
+                at = [places[n][i] for n in side if n in used]
+                for end in (low, high):
+                    if held[i].issuperset(side) and all(abs(x - end) <= DRAWN * (high - low) for x in at):
+                        found.add((i, end))
+        return sorted(found)
 
     # ---------------------------------------------------------------------------------------------------- followers
     def followers(self, line: int, who: str, scope: Scope) -> list[Follower]:

@@ -365,6 +365,17 @@ def _at(rows: list[tuple[float, float]], t: float) -> tuple[float, float]:
     return t, a0 if t1 <= t0 else a0 + (a1 - a0) * (t - t0) / (t1 - t0)
 
 
+def still(k: Keyword, row: list[str]) -> list[int]:
+    """Coordinates (0, 1) along which a row of *BOUNDARY holds at zero; none if it is no such row."""
+    named = row[1].upper() if len(row) > 1 else "1"
+    if named in HELD_BY:
+        return [i for i, c in enumerate("xy") if c in HELD_BY[named]]
+    last = row[2] if len(row) > 2 and row[2] else named
+    if not (is_label(named) and is_label(last)) or k.number(row, 3, 0.0):
+        return []
+    return [i for i in (0, 1) if int(named) <= i + 1 <= int(last)]
+
+
 def _whole(line: int, word: str) -> int:
     if not is_label(word):
         raise FileError.at(line, f"{word[:60]!r} is no number of a degree of freedom, nor one of {', '.join(HELD_BY)}")

@@ -20,7 +20,8 @@ class RigidTool:
     """A rigid surface: ``vertices`` places, or arcs ``{through, to}``; ``reference`` the label of its reference node.
 
     ``sided``: whether the file says on which side the bodies are (on the left of the walk); ``nodes`` of its elements, if any;
-    ``solid``: middles of the plane elements of which it is the outline.
+    ``solid``: middles of the plane elements of which it is the outline; ``edges``: pairs of nodes of the elements, of which
+    the vertices are made once it is known which of them lie on a line of symmetry.
     """
 
     name: str
@@ -32,6 +33,7 @@ class RigidTool:
     nodes: frozenset[int] = frozenset()
     surfaces: list[str] = field(default_factory=list)
     solid: list[tuple[float, float]] = field(default_factory=list)
+    edges: list[tuple[int, ...]] = field(default_factory=list)
 
     @property
     def closed(self) -> bool:
@@ -39,6 +41,27 @@ class RigidTool:
         ends = _ends(self.vertices)
         size = max(hypot(x - ends[0][0], y - ends[0][1]) for x, y in ends)
         return len(ends) > 2 and hypot(ends[-1][0] - ends[0][0], ends[-1][1] - ends[0][1]) <= DRAWN * size
+
+    def draw(self, nodes: dict[int, tuple[float, float, float]], symmetry: list[tuple[int, float]]) -> None:
+        """Make the vertices of edges, without those that lie on lines of symmetry (coordinate, its value).
+
+        A tool goes on straight beyond its ends, as its other half does; a corner on the line would be rounded.
+
+        Raises
+        ------
+        FileError
+            If the edges make no single chain.
+
+        """
+        if not self.edges:
+            return
+        used = [nodes[n] for edge in self.edges for n in edge if n in nodes]
+        size = max((max(x[i] for x in used) - min(x[i] for x in used) for i in (0, 1)), default=0.0)
+
+        def on(edge: tuple[int, ...]) -> bool:
+            return any(all(n in nodes and abs(nodes[n][i] - c) <= DRAWN * size for n in edge) for i, c in symmetry)
+
+        self.vertices = chain(self.line, [e for e in self.edges if not on(e)] or self.edges, nodes)
 
     def walk(self, bodies: list[tuple[float, float]]) -> list[Any]:
         """Vertices with the tool on the left: bodies, by the middles of their elements, on the right.
@@ -89,8 +112,8 @@ def segments(k: Keyword) -> Iterator[Any]:
             raise FileError.at(line, f"{', '.join(words)[:60]!r} is not START x, y; LINE x, y or CIRCL x, y, centre x, centre y")
 
 
-def chain(k: Keyword, elements: list[tuple[int, ...]], nodes: dict[int, tuple[float, float, float]]) -> list[Any]:
-    """Vertices of the chain that line elements make, those on a straight line left out.
+def chain(line: int, elements: list[tuple[int, ...]], nodes: dict[int, tuple[float, float, float]]) -> list[Any]:
+    """Vertices of the chain that line elements make, those on a straight line left out; line: of the file, for messages.
 
     Raises
     ------
@@ -113,7 +136,7 @@ def chain(k: Keyword, elements: list[tuple[int, ...]], nodes: dict[int, tuple[fl
         if at == walked[0] or len(walked) > len(beside):
             break
     if len(ends) not in (0, 2) or len(set(walked)) != len(beside) or any(n not in nodes for n in walked):
-        raise FileError.at(k.line, "the elements of this rigid body make no single chain; write a rigid body for each")
+        raise FileError.at(line, "the elements of this rigid body make no single chain; write a rigid body for each")
     places = [nodes[n][:2] for n in walked]
     kept = [places[0]]
     for p, after in pairwise(places[1:]):
