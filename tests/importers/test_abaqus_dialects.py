@@ -243,6 +243,18 @@ def nodal_forces(wide: int, kind: str, traction: float, thick: float) -> np.ndar
     return np.round(out, 7)
 
 
+def test_tractions_of_surfaces_are_dead_loads(tmp_path):
+    """A vector and a shear along a straight side; refused where they would turn, cross the side, or meet a pressure."""
+    text = BLOCK + SMALL + "*BOUNDARY\nBOT, 1, 2\n*DSLOAD\nSTOP, {}\n*END STEP\n"
+    for row, want in (("TRVEC, 2., 3., -4., 0.", (1.2, -1.6)), ("TRSHR, 2., -3., 0., 0.", (-2.0, 0.0))):
+        inc = end(read(tmp_path, text.format(row))[0])
+        assert reaction(inc, "E1") == pytest.approx(-W * np.array(want), rel=1e-9, abs=1e-9)
+    refused(tmp_path, text.format("TRSHR, 2., -3., 1., 0."), "a traction TRSHR is read along")
+    refused(tmp_path, text.format("TRVEC, 2., 1., 0., 0.").replace("*STEP", "*STEP, NLGEOM"), "with NLGEOM=NO or FOLLOWER=NO")
+    refused(tmp_path, text.format("P, 1.\n*DSLOAD\nSTOP, TRVEC, 2., 1., 0., 0."), "'E1.STOP' has a pressure and a traction")
+    refused(tmp_path, text.format("HP, 1., 0., 3."), "not 'HP'")
+
+
 def test_gravity_and_forces_per_volume_are_weights(tmp_path):
     """The supports carry density times g times volume; a second load along x; a load without density is refused."""
     text = BLOCK.replace("*ELASTIC", "*DENSITY\n2e-3,\n*ELASTIC") + SMALL + "*BOUNDARY\nBOT, 1, 2\n"
@@ -395,8 +407,9 @@ def test_sections_that_share_nodes_hold_together(tmp_path, second):
 
 def test_sections_of_two_thicknesses_are_refused(tmp_path):
     """A case has one."""
-    text = BLOCK.replace("*SOLID SECTION, ELSET=E1, MATERIAL=M\n1.\n", "*ELSET, ELSET=A\n1, 2, 3, 4\n*ELSET, ELSET=B\n5, 6, 7, 8\n"
-                         "*SOLID SECTION, ELSET=A, MATERIAL=M\n1.\n*SOLID SECTION, ELSET=B, MATERIAL=M\n2.\n")  # fmt: skip
+    two = "*ELSET, ELSET=A\n1, 2, 3, 4\n*ELSET, ELSET=B\n5, 6, 7, 8\n*SOLID SECTION, ELSET=A, MATERIAL=M\n1.\n"
+    two += "*SOLID SECTION, ELSET=B, MATERIAL=M\n2.\n"
+    text = BLOCK.replace("*SOLID SECTION, ELSET=E1, MATERIAL=M\n1.\n", two)
     refused(tmp_path, text + STEP + "*END STEP\n", "a section of thickness 2 beside one of 1")
 
 
@@ -428,7 +441,10 @@ def test_elements_of_two_kinds_make_one_body_of_triangles(tmp_path):
     assert b.reaction[b.X[:, 0] < 1e-9, 0].sum() == pytest.approx(-1000.0 / 0.91 * 0.01 * 2.0, rel=1e-9)
 
 
-@pytest.mark.parametrize("text", [PRESSED, MIXED, mesh("CAX8R") + "*NSET, NSET=LOW\n1, 2, 3\n", mesh("CPS4", 3, 3, 40)])
+QUADRATIC = mesh("CAX8R") + "*NSET, NSET=LOW\n1, 2, 3\n"
+
+
+@pytest.mark.parametrize("text", [PRESSED, MIXED, QUADRATIC, mesh("CPS4", 3, 3, 40)])
 def test_meshio_reads_the_same_nodes_elements_and_sets(tmp_path, text):
     """An independent reader, under the names of elements that it knows (none of plane strain or axisymmetric ones)."""
     known = text.partition("*SURFACE")[0].partition("*SOLID")[0]

@@ -380,6 +380,8 @@ class _Reader:
         for line, name, labels in self.structures:
             if not self.names.rigid.issuperset(labels):
                 raise FileError.at(line, f"*{name}: lines have no stiffness here; make them a rigid body, or take them out")
+        if not any(k.name == "STEP" for k, _ in self.history):
+            raise FileError("the deck has no *STEP, so it says nothing of what happens; 'mesh: {type: file}' reads its mesh")
         sections = self.names.bodies()
         for s in sections:
             self.case["bodies"][s.name] = self._body(s)

@@ -35,6 +35,7 @@ class Loads:
     nodes: Callable[[int, str, Scope], list[int]]
     pressed: dict[tuple[str, str], float] = field(default_factory=dict)  # (keyword, boundary) → pressure
     pulled: dict[tuple[str, int], float] = field(default_factory=dict)  # (boundary, component) → traction
+    pulled_by: dict[tuple[str, int], str] = field(default_factory=dict)  # the same → keyword
     per_volume: dict[tuple[str, str], list[Any]] = field(default_factory=dict)  # (body, kind of load) → x, y
     on_nodes: dict[tuple[int, int], str] = field(default_factory=dict)  # (node, component) → boundary of its force
     stale: dict[str, set[Any]] = field(default_factory=dict)
@@ -45,7 +46,7 @@ class Loads:
             return
         holding: set[tuple[Any, ...]] = {("p", *key) for key in self.pressed if key[0] == k.name}
         holding |= {("v", *key) for key in self.per_volume} if k.name == "DLOAD" else set()
-        holding |= {("t", *key) for key in self.pulled} if k.name == "CLOAD" else set()
+        holding |= {("t", *key) for key, by in self.pulled_by.items() if by == k.name and key in self.pulled}
         self.stale.setdefault(k.name, holding)
 
     def said(self, k: Keyword, *what: Any) -> None:
@@ -69,9 +70,27 @@ class Loads:
 
     def press(self, k: Keyword, step: dict[str, Any], boundary: str, value: float, table: list[list[float]] | None) -> None:
         """A pressure on a boundary."""
+        self._one_kind(k, boundary, any(key[0] == boundary and t for key, t in self.pulled.items()))
         self.said(k, "p", k.name, boundary)
         step["loads"][boundary] = {"pressure": table or value}
         self.pressed[k.name, boundary] = value
+
+    def _one_kind(self, k: Keyword, boundary: str, other: bool) -> None:
+        if other:
+            raise FileError.at(
+                k.line, f"{boundary!r} has a pressure and a traction: a side has one of them here; write both as *DSLOAD, TRVEC"
+            )
+
+    def pull(
+        self, k: Keyword, step: dict[str, Any], boundary: str, values: Iterable[tuple[int, float]],
+        table: Callable[[Keyword, float], Any],
+    ) -> None:  # fmt: skip
+        """A traction on a boundary, by its components (0, 1)."""
+        for c, value in values:
+            self._one_kind(k, boundary, any(key[1] == boundary and p for key, p in self.pressed.items()))
+            self.said(k, "t", boundary, c)
+            self.pulled[boundary, c], self.pulled_by[boundary, c] = value, k.name
+            self._traction(step, boundary, c, table(k, value) or value)
 
     def dload(self, k: Keyword, scope: Scope, step: dict[str, Any], table: Callable[[Keyword, float], Any]) -> None:
         """Pressures on sides of elements, gravity and forces per volume.
@@ -137,9 +156,7 @@ class Loads:
                             "write the forces of all of them again, each time under one keyword"
                         )  # fmt: skip
                     self.on_nodes[n, c] = name
-                self.said(k, "t", name, c)
-                self.pulled[name, c] = traction
-                self._traction(step, name, c, table(k, traction) or traction)
+                self.pull(k, step, name, [(c, traction)], table)
 
     def _traction(self, step: dict[str, Any], name: str, c: int, value: Any) -> None:
         now = step["loads"].setdefault(name, {"traction": [self.pulled.get((name, i), 0.0) for i in (0, 1)]})

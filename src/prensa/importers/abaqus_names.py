@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from dataclasses import dataclass, field, replace
+from math import hypot
 
 from prensa.importers.abaqus import Assembly
 from prensa.importers.abaqus_keywords import Keyword, Scope
@@ -79,6 +80,14 @@ class DeckNames:
     def in_body(self, line: int, who: str, scope: Scope) -> bool:
         """Whether a set has nodes of elements."""
         return not self.all.places.of_cells.isdisjoint(self.all.places.nodes(who, scope, line))
+
+    def along(self, line: int, who: str, scope: Scope, way: tuple[float, float]) -> bool:
+        """Whether all sides of a surface are parallel to a direction."""
+        where, name = self.all.seen_from(line, who, scope)
+        at = self.all.nodes
+        ends = [(at[a], at[b]) for a, b, *_ in where.surfaces.get(name, ())]
+        crossed = [abs((q[0] - p[0]) * way[1] - (q[1] - p[1]) * way[0]) / hypot(q[0] - p[0], q[1] - p[1]) for p, q in ends]
+        return bool(crossed) and max(crossed) <= DRAWN * hypot(*way)
 
     def boundary(self, line: int, who: str, scope: Scope) -> tuple[str, frozenset[int]]:
         """A set's or surface's name in the mesh, and its nodes.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container
 from dataclasses import dataclass
-from math import nan
+from math import hypot, nan
 from typing import Any, Protocol
 
 from prensa.importers.abaqus import Assembly
@@ -53,6 +53,10 @@ class Names(Protocol):
 
     def in_body(self, line: int, who: str, scope: Scope) -> bool:
         """Whether a set has nodes of bodies."""
+        ...
+
+    def along(self, line: int, who: str, scope: Scope, way: tuple[float, float]) -> bool:
+        """Whether all sides of a surface are parallel to a direction."""
         ...
 
 
@@ -334,13 +338,28 @@ class Steps:
         self.loads.dload(k, scope, self._step, self._table)
 
     def _dsload(self, k: Keyword, scope: Scope) -> None:
+        if self._step is None:
+            raise FileError.at(k.line, "*DSLOAD stands outside of any *STEP")
         self.loads.renewed(k)
         for line, words in k.data:
-            if words[1:2] not in (["P"], ["p"]) or self._step is None:
-                raise FileError.at(line, "of loads on surfaces pressure (P) in a step is read")
-            value = k.number(words, 2)
-            for name in self.names_of.support(line, words[0], scope, [words[0]]):
-                self.loads.press(k, self._step, name, value, self._table(k, value))
+            kind, value = words[1].upper() if len(words) > 1 else "", k.number(words, 2)
+            names = self.names_of.support(line, words[0], scope, [words[0]])
+            if kind == "P":
+                for name in names:
+                    self.loads.press(k, self._step, name, value, self._table(k, value))
+            elif kind in ("TRVEC", "TRSHR"):
+                way = (k.number(words, 3, 0.0), k.number(words, 4, 0.0))
+                turning = k.parameters.get("FOLLOWER", "YES").upper() != "NO" and self.large
+                along = kind == "TRVEC" or self.names_of.along(line, words[0], scope, way)
+                if turning or not along or k.number(words, 5, 0.0) or not any(way):
+                    raise FileError.at(
+                        line, f"a traction {kind} is read along a direction in the plane, with NLGEOM=NO or FOLLOWER=NO; "
+                        "a shear (TRSHR) on straight sides, along them"
+                    )  # fmt: skip
+                for name in names:
+                    self.loads.pull(k, self._step, name, enumerate(value * w / hypot(*way) for w in way), self._table)
+            else:
+                raise FileError.at(line, f"of loads on surfaces pressure (P) and tractions (TRVEC, TRSHR) are read, not {kind!r}")
 
     def _table(self, k: Keyword, value: float) -> list[list[float]] | None:
         """The amplitude of a value in the time of the case, which counts steps; none if it has none."""

@@ -164,7 +164,7 @@ PARAMETERS_OF: dict[str, set[str]] = {
     "STATIC": {"DIRECT", "STABILIZE", "ALLSDTOL", "CONTINUE", "RIKS", "SOLVER", "LONG TERM"},
     "BOUNDARY": {"OP", "AMPLITUDE", "TYPE", "FIXED", "LOAD CASE", "REGION TYPE"},
     "CLOAD": {"OP", "AMPLITUDE", "LOAD CASE", "REGION TYPE"}, "DLOAD": {"OP", "AMPLITUDE", "LOAD CASE", "REGION TYPE"},
-    "DSLOAD": {"OP", "AMPLITUDE", "LOAD CASE", "REGION TYPE"},
+    "DSLOAD": {"OP", "AMPLITUDE", "FOLLOWER", "LOAD CASE", "REGION TYPE"},
 }  # fmt: skip
 """Parameters of the keywords that are read: those read themselves and those without effect here. Others are refused."""
 
