@@ -397,7 +397,8 @@ def test_sections_that_share_nodes_hold_together(tmp_path, second):
     text = mesh().replace("ELSET=E1", "ELSET=ALL") + SETS.replace("*SOLID SECTION, ELSET=E1, MATERIAL=M\n1.\n", "")
     text += "*ELSET, ELSET=LOW, GENERATE\n1, 4\n*ELSET, ELSET=HIGH, GENERATE\n5, 8\n*MATERIAL, NAME=M\n*ELASTIC\n1000., 0.\n"
     text += "*MATERIAL, NAME=N\n*ELASTIC\n3000., 0.\n*SOLID SECTION, ELSET=LOW, MATERIAL=M\n"
-    text += f"*SOLID SECTION, ELSET=HIGH, MATERIAL={second}\n" + SMALL + "*BOUNDARY\nBOT, 2, 2\n1, 1, 1\nTOP, 2, 2, 0.04\n*END STEP\n"
+    text += f"*SOLID SECTION, ELSET=HIGH, MATERIAL={second}\n" + SMALL
+    text += "*BOUNDARY\nBOT, 2, 2\n1, 1, 1\nTOP, 2, 2, 0.04\n*END STEP\n"
     problem, _ = read(tmp_path, text)
     assert len(problem.bodies) == (1 if second == "M" else 2) and len(problem.ties) == len(problem.bodies) - 1
     above = 1000.0 if second == "M" else 3000.0

@@ -21,6 +21,7 @@ from prensa.importers.abaqus_words import (
     AS_STATIC,
     KNOWN,
     LEFT_OUT,
+    PARAMETERS_OF,
     PASSED_OVER,
     REFUSED,
     WITHOUT_EFFECT,
@@ -101,7 +102,8 @@ class _Reader:
         if not ({group, squeezed(group)} & self.without):
             return False
         if k.name in AS_STATIC:
-            self.history.append((replace(k, name="STATIC", parameters={}), scope))
+            kept = {p: value for p, value in k.parameters.items() if p in PARAMETERS_OF["STATIC"]}
+            self.history.append((replace(k, name="STATIC", parameters=kept), scope))
             self.remarks.append(f"line {k.line}: *{k.name} is read as a static step (--without {group})")
         else:
             self.remarks.append(f"line {k.line}: *{k.name} is left out (--without {group})")
@@ -150,10 +152,10 @@ class _Reader:
     def elastic(self, k: Keyword, scope: Scope) -> None:
         if not k.parameters.get("TYPE", "ISOTROPIC").upper().startswith("ISO"):
             raise FileError.at(k.line, "only isotropic elasticity is read")
-        row, *more = k.rows
-        if more:
+        values = [(k.number(row, 0), k.number(row, 1)) for row in k.rows]
+        if len(set(values)) > 1:
             raise FileError.at(k.line, "an elasticity that depends on temperature or fields is not read; leave one row")
-        self._of_material(k, {"E": k.number(row, 0), "nu": k.number(row, 1)})
+        self._of_material(k, dict(zip(("E", "nu"), values[0])))
 
     def _of_material(self, k: Keyword, properties: dict[str, Any]) -> None:
         if self.material not in self.materials:

@@ -27,8 +27,8 @@ PASSED_OVER = frozenset((
     "CONTACT FORMULATION", "CONTACT STABILIZATION", "SURFACE PROPERTY ASSIGNMENT", "CONTACT INITIALIZATION ASSIGNMENT",
     "ORIENTATION", "DISTRIBUTION", "DISTRIBUTION TABLE", "DEPVAR", "USER OUTPUT VARIABLES", "PHYSICAL CONSTANTS",
     "WAVEFRONT MINIMIZATION",
-    # what materials say of heat: without a step that changes temperatures nothing follows from it
-    "EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT", "LATENT HEAT", "INELASTIC HEAT FRACTION", "GAP CONDUCTANCE",
+    # what materials say of heat and fields: nothing follows from it as long as no other datum depends on them (refused)
+    "USER DEFINED FIELD", "EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT", "LATENT HEAT", "INELASTIC HEAT FRACTION", "GAP CONDUCTANCE",
     "GAP HEAT GENERATION",
     # of inertia, which no static step has: it is a word of its own in a step that has
     "MASS", "ROTARY INERTIA",
@@ -54,7 +54,7 @@ REFUSED = (
         "POROUS ELASTIC", "PERMEABILITY", "NO COMPRESSION", "NO TENSION",
         "POTENTIAL", "CYCLIC HARDENING", "POROUS METAL PLASTICITY", "VOID NUCLEATION", "DAMAGE INITIATION", "DAMAGE EVOLUTION",
         "SHEAR FAILURE", "TENSILE FAILURE", "FAIL STRESS", "FAIL STRAIN", "CRUSHABLE FOAM", "DEFORMATION PLASTICITY", "CONCRETE",
-        "CONCRETE DAMAGED PLASTICITY", "BRITTLE CRACKING", "EOS", "USER DEFINED FIELD", "HYPOELASTIC", "LOW DENSITY FOAM",
+        "CONCRETE DAMAGED PLASTICITY", "BRITTLE CRACKING", "EOS", "HYPOELASTIC", "LOW DENSITY FOAM",
         "COHESIVE BEHAVIOR", "MULLINS EFFECT", "PLASTIC AXIAL", "ANNEAL TEMPERATURE", "RATIOS", "JOINT ELASTICITY",
     ), _BEHAVIOUR)
     | dict.fromkeys((
@@ -116,8 +116,8 @@ LEFT_OUT: dict[str, tuple[str, frozenset[str]]] = {
         frozenset(("DYNAMIC", "BULK VISCOSITY", "FIXED MASS SCALING", "VARIABLE MASS SCALING")),
     ),
     "rate": (
-        "creep and viscosity; *VISCO steps become static ones",
-        frozenset(("CREEP", "VISCOELASTIC", "VISCOUS", "RATE DEPENDENT", "VISCO", "CONTACT DAMPING")),
+        "creep, swelling and viscosity; *VISCO steps become static ones",
+        frozenset(("CREEP", "SWELLING", "VISCOELASTIC", "VISCOUS", "RATE DEPENDENT", "VISCO", "CONTACT DAMPING")),
     ),
     "small-sliding": ("contact that keeps its first place on the master surface", frozenset()),
     "softened-contact": ("pressures over overlap that are no straight line; contact is hard then", frozenset()),
