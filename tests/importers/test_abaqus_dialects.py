@@ -186,6 +186,23 @@ def test_what_a_deck_does_not_prescribe_of_a_tool_is_free(tmp_path):
     assert not read(tmp_path, PRESSED)[0].steps[0].push
 
 
+def test_a_set_with_reference_nodes_in_it_holds_tools_and_bodies(tmp_path):
+    """A tool's node in a set of the body's; two tools in one set; a motion before the first step is refused."""
+    text = PRESSED.replace("900, 1, 1\n", "").replace("BOT, 1, 2", "BOT, 2, 2\nLEFT, 1, 1")
+    held, said = read(tmp_path, text.replace("11, 5\n", "11, 5\n*NSET, NSET=LEFT\n900\n", 1))
+    assert "free" not in said and not held.steps[0].push
+    free, said = read(tmp_path, text)
+    assert "FLAT is free to move along x" in said and free.steps[0].push["FLAT"].x == 0.0
+    low = "*NODE, NSET=TWO\n910, 0., 0.\n*NSET, NSET=TWO\n900\n"
+    low += "*SURFACE, NAME=LOW, TYPE=SEGMENTS\nSTART, -40., 0.\nLINE, 40., 0.\n*RIGID BODY, ANALYTICAL SURFACE=LOW, REF NODE=910\n"
+    both = "TWO, 1, 1\nTWO, 6, 6\n910, 2, 2\n"
+    two, said = read(tmp_path, PRESSED.replace(DRY, low + DRY).replace("900, 1, 1\n900, 6, 6\n", both))
+    assert len(two.tools) == 2 and "free" not in said and two.steps[0].move["FLAT"].y == -0.1
+    refused(tmp_path, PRESSED.replace("*STEP", "*BOUNDARY\n900, 2, 2, -0.1\n*STEP"), "before the first step: write it into")
+    later = PRESSED.replace(PAIR, "") + STEP + PAIR + "*END STEP\n"
+    refused(tmp_path, later, "a contact that begins in a later step")
+
+
 def test_a_deck_without_contact_has_none(tmp_path):
     """A tool that moves through the body without a contact pair meets nothing."""
     problem, _ = read(tmp_path, PRESSED.replace(PAIR, ""))

@@ -337,6 +337,8 @@ class _Reader:
     def contact_pair(self, k: Keyword, scope: Scope) -> None:
         if "TIED" in k.parameters:
             raise FileError.at(k.line, "a contact that is TIED is not read; write *TIE")
+        if sum(before.name == "STEP" for before, _ in self.history) > 1:
+            raise FileError.at(k.line, "a contact that begins in a later step is not read; contacts here are there at once")
         if "SMALL SLIDING" in k.parameters:
             self._only_without("small-sliding", k.line, "SMALL SLIDING is not read: contact here follows the sliding")
         adjust = k.parameters.get("ADJUST")
@@ -449,6 +451,8 @@ class _Reader:
 
     def _volumes(self, line: int, who: str, scope: Scope) -> list[tuple[str, float | None]]:
         """Bodies of an element set, with the density of their material."""
+        if not who and (mass := next((k for k, _ in self.all.order if k.name == "MASS"), None)):
+            raise FileError.at(line, f"a load on all elements, *MASS of line {mass.line} among them: name the set of the body")
         material = {s.name: s.material for s in self.names.bodies()}
         return [(name, self.densities.get(material[name])) for name in self.names.volumes(line, who, scope)]
 

@@ -67,15 +67,11 @@ class DeckNames:
             return int(name) + where.offset
         raise FileError.at(line, f"{who!r} is no single node")
 
-    def tool_at(self, line: int, who: str, scope: Scope) -> tuple[str, bool] | None:
-        """The tool of a reference node, and whether the node has its rotation as a displacement (``ROT NODE``)."""
-        try:
-            node = self.node(line, who, scope)
-        except FileError:
-            return None
-        if node in self.turning:
-            return self.turning[node], True
-        return next(((t.name, False) for t in self.tools.values() if t.reference == node), None)
+    def tools_at(self, line: int, who: str, scope: Scope) -> tuple[list[tuple[str, bool]], bool]:
+        """Tools of the reference nodes of a set, each with whether it is their ``ROT NODE``; whether there are other nodes."""
+        nodes = self.all.places.nodes(who, scope, line)
+        of = {t.reference: (t.name, False) for t in self.tools.values()} | {n: (t, True) for n, t in self.turning.items()}
+        return [of[n] for n in nodes if n in of], not nodes or any(n not in of for n in nodes)
 
     def in_body(self, line: int, who: str, scope: Scope) -> bool:
         """Whether a set has nodes of elements."""

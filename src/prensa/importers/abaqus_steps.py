@@ -39,8 +39,8 @@ class Names(Protocol):
 
     all: Assembly
 
-    def tool_at(self, line: int, who: str, scope: Scope) -> tuple[str, bool] | None:
-        """The tool of a reference node, and whether the node has its rotation as a displacement (``ROT NODE``)."""
+    def tools_at(self, line: int, who: str, scope: Scope) -> tuple[list[tuple[str, bool]], bool]:
+        """Tools of the reference nodes of a set, each with whether it is their ``ROT NODE``; whether there are other nodes."""
         ...
 
     def support(self, line: int, who: str, scope: Scope, rows: list[str]) -> list[str]:
@@ -210,14 +210,15 @@ class Steps:
                 self._row(k, scope, *mine[0], [row[0] for _, row in mine])
 
     def _of_tool(self, k: Keyword, scope: Scope, line: int, words: list[str]) -> bool:
-        """Take a row of *BOUNDARY if it is of a tool."""
-        found = self.names_of.tool_at(line, words[0], scope)
-        if found is None:
-            return False
-        dofs, value = self._components(k, line, words, found[1])
-        for c in dofs:
-            self._tool(k, found[0], c, value, self._velocity(k, line, value))
-        return True
+        """Take a row of *BOUNDARY for the tools in it; whether that is all."""
+        found, others = self.names_of.tools_at(line, words[0], scope)
+        for tool, turning in found:
+            dofs, value = self._components(k, line, words, turning)
+            if value and self._step is None:
+                raise FileError.at(line, "a motion of a rigid body before the first step: write it into the step")
+            for c in dofs:
+                self._tool(k, tool, c, value, self._velocity(k, line, value))
+        return not others
 
     def _velocity(self, k: Keyword, line: int, value: float) -> bool:
         """Whether a row is a velocity.
@@ -312,22 +313,20 @@ class Steps:
         self.loads.renewed(k)
         others: list[tuple[int, list[str]]] = []
         for line, words in k.data:
-            found = self.names_of.tool_at(line, words[0], scope)
-            number = _whole(line, words[1] if len(words) > 1 else "")
-            if found is None:
-                if number not in (1, 2):
-                    raise FileError.at(line, f"of forces on nodes of bodies degrees of freedom 1 and 2 are read, not {number}")
+            found, remain = self.names_of.tools_at(line, words[0], scope)
+            number, value = _whole(line, words[1] if len(words) > 1 else ""), k.number(words, 2)
+            if remain:
+                if number not in (1, 2) or found:
+                    raise FileError.at(line, "of forces on nodes of bodies degrees of freedom 1 and 2 are read, no tool beside them")
                 others.append((line, words))
-                continue
-            tool, turning = found
-            c = ({3: "r"} if turning else {1: "x", 2: "y", 6: "r"}).get(number)
-            if c is None and k.number(words, 2):
-                raise FileError.at(line, f"a force along degree of freedom {number} of a rigid body is not in the plane")
-            if c is not None:
-                value = k.number(words, 2)
-                self.stale.get("CLOAD", set()).discard((tool, c))
-                self._step["push"].setdefault(tool, {})[FORCE_OF[c]] = self._table(k, value) or value
-                self.pushed[tool, c] = value
+            for tool, turning in found:
+                c = ({3: "r"} if turning else {1: "x", 2: "y", 6: "r"}).get(number)
+                if c is None and value:
+                    raise FileError.at(line, f"a force along degree of freedom {number} of a rigid body is not in the plane")
+                if c is not None:
+                    self.stale.get("CLOAD", set()).discard((tool, c))
+                    self._step["push"].setdefault(tool, {})[FORCE_OF[c]] = self._table(k, value) or value
+                    self.pushed[tool, c] = value
         if others:
             self.loads.cload(k, scope, self._step, others, self._table)
 

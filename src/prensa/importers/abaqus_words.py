@@ -28,8 +28,8 @@ PASSED_OVER = frozenset((
     "ORIENTATION", "DISTRIBUTION", "DISTRIBUTION TABLE", "DEPVAR", "USER OUTPUT VARIABLES", "PHYSICAL CONSTANTS",
     "WAVEFRONT MINIMIZATION",
     # what materials say of heat and fields: nothing follows from it as long as no other datum depends on them (refused)
-    "USER DEFINED FIELD", "EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT", "LATENT HEAT", "INELASTIC HEAT FRACTION", "GAP CONDUCTANCE",
-    "GAP HEAT GENERATION",
+    "USER DEFINED FIELD", "EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT", "LATENT HEAT", "INELASTIC HEAT FRACTION",
+    "GAP CONDUCTANCE", "GAP HEAT GENERATION",
     # of inertia, which no static step has: it is a word of its own in a step that has
     "MASS", "ROTARY INERTIA",
 ))  # fmt: skip
