@@ -13,6 +13,8 @@ from typer.testing import CliRunner
 import prensa as pr
 from prensa.cli import app
 from prensa.importers import abaqus
+from prensa.importers.abaqus_case import case_of
+from prensa.importers.deck import FileError
 from prensa.model.schema import load
 
 W, H, NX, NY = 8.0, 4.0, 4, 2
@@ -135,6 +137,23 @@ def test_what_hangs_on_an_unknown_word_does_not_fall_away(tmp_path, change, mess
     refused(tmp_path, PRESSED.replace(*change, 1), message)
 
 
+def test_a_letter_too_few_in_any_keyword_or_parameter_is_refused(tmp_path):
+    """Each word of keyword lines in turn, the last letter dropped: none falls away."""
+    words = 0
+    for text in (PRESSED, PREPOMAX.format(mesh=(mesh() + mesh("CPE4", 2, 1, 901, -4.0, 4.0, (16.0, 3.0))).strip())):
+        case_of(text, "job.inp")
+        lines = text.splitlines()
+        for i, line in enumerate(lines):
+            if not line.startswith("*") or line.startswith("**"):
+                continue
+            for name in [part.partition("=")[0].rstrip() for part in line.split(",")]:
+                slip = "\n".join([*lines[:i], line.replace(name, name[:-1], 1), *lines[i + 1 :]])
+                with pytest.raises(FileError, match=r"line \d+|no plane elements"):
+                    case_of(slip, "job.inp")
+                words += 1
+    assert words > 80
+
+
 def test_what_the_user_names_is_left_out_and_said(tmp_path):
     """One option for each thing; what cannot be left out is answered with the list."""
     text = PRESSED.replace("TYPE=CPE4,", "TYPE=CPE4T,").replace("*CONTACT PAIR, ", "*CONTACT PAIR, ADJUST=0.1, ")
@@ -194,7 +213,8 @@ def test_a_set_with_reference_nodes_in_it_holds_tools_and_bodies(tmp_path):
     free, said = read(tmp_path, text)
     assert "FLAT is free to move along x" in said and free.steps[0].push["FLAT"].x == 0.0
     low = "*NODE, NSET=TWO\n910, 0., 0.\n*NSET, NSET=TWO\n900\n"
-    low += "*SURFACE, NAME=LOW, TYPE=SEGMENTS\nSTART, -40., 0.\nLINE, 40., 0.\n*RIGID BODY, ANALYTICAL SURFACE=LOW, REF NODE=910\n"
+    low += "*SURFACE, NAME=LOW, TYPE=SEGMENTS\nSTART, -40., 0.\nLINE, 40., 0.\n"
+    low += "*RIGID BODY, ANALYTICAL SURFACE=LOW, REF NODE=910\n"
     both = "TWO, 1, 1\nTWO, 6, 6\n910, 2, 2\n"
     two, said = read(tmp_path, PRESSED.replace(DRY, low + DRY).replace("900, 1, 1\n900, 6, 6\n", both))
     assert len(two.tools) == 2 and "free" not in said and two.steps[0].move["FLAT"].y == -0.1

@@ -280,7 +280,7 @@ class DeckNames:
         places = self.all.nodes
         cells = [self.deck.cells[e] for s in self.bodies() for e in s.cells]
         used = {n for cell in cells for n in cell if n in places}
-        for i in (0, 1):
+        for i in (0, 1) if used else ():  # cells without nodes are reported with the mesh
             low, high = min(places[n][i] for n in used), max(places[n][i] for n in used)
             for side in outline(cells):
                 at = [places[n][i] for n in side if n in used]

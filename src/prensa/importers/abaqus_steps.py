@@ -317,7 +317,7 @@ class Steps:
             number, value = _whole(line, words[1] if len(words) > 1 else ""), k.number(words, 2)
             if remain:
                 if number not in (1, 2) or found:
-                    raise FileError.at(line, "of forces on nodes of bodies degrees of freedom 1 and 2 are read, no tool beside them")
+                    raise FileError.at(line, "of forces on nodes of bodies those along 1 and 2 are read, without tools beside")
                 others.append((line, words))
             for tool, turning in found:
                 c = ({3: "r"} if turning else {1: "x", 2: "y", 6: "r"}).get(number)

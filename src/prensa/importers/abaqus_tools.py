@@ -56,7 +56,7 @@ class RigidTool:
         if not self.edges:
             return
         used = [nodes[n] for edge in self.edges for n in edge if n in nodes]
-        size = max((max(x[i] for x in used) - min(x[i] for x in used) for i in (0, 1)), default=0.0)
+        size = max(max(x[i] for x in used) - min(x[i] for x in used) for i in (0, 1)) if used else 0.0
 
         def on(edge: tuple[int, ...]) -> bool:
             return any(all(n in nodes and abs(nodes[n][i] - c) <= DRAWN * size for n in edge) for i, c in symmetry)
