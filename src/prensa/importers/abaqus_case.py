@@ -460,11 +460,11 @@ class _Reader:
         """Boundary and traction that forces on nodes are."""
         nodes = frozenset(forces)
         name = self.names.group(line, nodes)
-        owners = [s for s in self.names.bodies() if any(nodes.intersection(self.deck.cells[e]) for e in s.cells)]
+        owners = [s for s in self.names.bodies() if s.nodes & nodes]
         if len(owners) != 1:
             raise FileError.at(line, "these nodes belong to several bodies, or to none that deforms; write *DSLOAD")
         depth = None if self.case.get("space") == "axisymmetric" else self.case.get("thickness", 1.0)
-        sides = [side for side in outline(self.deck.cells[e] for e in owners[0].cells) if nodes.issuperset(side[:2])]
+        sides = [side for side in owners[0].free if nodes.issuperset(side[:2])]
         if whole := next((side for side in sides if not nodes.issuperset(side)), None):
             forces = forces | {whole[2]: 0.0}
         return [(f"{owners[0].name}.{name}", even_traction(line, forces, sides, self.all.nodes, depth))]
@@ -519,12 +519,11 @@ class _Reader:
 
     def _joined(self, sections: list[Section]) -> None:
         """Tie bodies that have nodes in common, as sections of several materials in one mesh have."""
-        nodes = {s.name: {n for e in s.cells for n in self.deck.cells[e]} for s in sections}
         single: list[tuple[Section, Section, int]] = []
         at: dict[int, list[set[str]]] = {}  # node → groups of bodies that ties join there
         for a, b in combinations(sections, 2):
-            common = frozenset(nodes[a.name] & nodes[b.name])
-            sides = [s for s in outline(self.deck.cells[e] for e in a.cells) if common.issuperset(s[:2])]
+            common = a.nodes & b.nodes
+            sides = [side for side in a.free if common.issuperset(side[:2])]
             on_sides = {n for side in sides for n in side}
             single += [(a, b, n) for n in sorted(common - on_sides)]
             if sides:

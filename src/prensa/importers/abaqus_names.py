@@ -9,7 +9,7 @@ from math import hypot
 
 from prensa.importers.abaqus import Assembly
 from prensa.importers.abaqus_keywords import Keyword, Scope
-from prensa.importers.abaqus_places import equations, outline, point
+from prensa.importers.abaqus_places import Side, equations, outline, point
 from prensa.importers.abaqus_steps import Follower, still
 from prensa.importers.abaqus_tools import RigidTool
 from prensa.importers.deck import LABELS, Deck, FileError, is_label
@@ -20,7 +20,8 @@ from prensa.precision import DRAWN
 class Section:
     """Elements of one material: ``name`` as a body, ``cells`` its elements, once all rigid bodies are known.
 
-    ``joined``: sections of the same material that have nodes in common with it, and make one body with it.
+    ``joined``: sections of the same material that have nodes in common with it, and make one body with it. ``nodes``: of its
+    elements; ``free``: sides on the outline.
     """
 
     scope: Scope
@@ -30,6 +31,8 @@ class Section:
     name: str = ""
     cells: frozenset[int] = frozenset()
     joined: list[Section] = field(default_factory=list)
+    nodes: frozenset[int] = frozenset()
+    free: list[Side] = field(default_factory=list)
 
 
 @dataclass
@@ -141,15 +144,14 @@ class DeckNames:
 
     def _of_body(self, line: int, who: str, s: Section, name: str, nodes: frozenset[int], by_sides: bool) -> list[str]:
         """Names by which one body has the nodes: that of the set where it has sides, and those of single nodes."""
-        cells = [self.deck.cells[e] for e in s.cells]
-        mine = {n for cell in cells for n in cell} & nodes
+        mine = s.nodes & nodes
         if not mine:
             return []
         if len(mine) == 1:
             return [f"{s.name}.{name}"]
         # A node set becomes a boundary by its sides: a node of which no side lies in the set would lose its support without a
         # word, unless it is a point by itself. A surface has its sides by their ends.
-        sides = [side for side in outline(cells) if mine.issuperset(side[:2])]
+        sides = [side for side in s.free if mine.issuperset(side[:2])]
         if not by_sides and (open_ := [side for side in sides if not mine.issuperset(side)]):
             raise FileError.at(
                 line, f"node {open_[0][2] % LABELS} between two nodes of {who!r} is not in it: sides are held whole here"
@@ -181,6 +183,8 @@ class DeckNames:
             self.sections = self._together([s for s in self.sections if not s.cells or not s.cells <= self.rigid])
             names = Counter(s.name for s in self.sections)
             for s in self.sections:
+                cells = [self.deck.cells[e] for e in s.cells]
+                s.nodes, s.free = frozenset(n for cell in cells for n in cell), outline(cells)
                 if names[s.name] > 1:
                     s.name = f"{plain(s.scope.name)}_{s.name}"
             if not self.sections:
@@ -240,7 +244,7 @@ class DeckNames:
                 raise FileError.at(line, "sides stand here with others than before; write them in the groups of the first time")
         found = []
         for s in self.bodies():
-            free = {frozenset(side[:2]) for side in outline(self.deck.cells[e] for e in s.cells)} & left
+            free = {key for side in s.free if (key := frozenset(side[:2])) in left}
             left = left - free
             found += [f"{s.name}.{name}"] if free else []
         if left:
@@ -278,11 +282,10 @@ class DeckNames:
                     held[c].update(nodes)
         found: set[tuple[int, float]] = set()
         places = self.all.nodes
-        cells = [self.deck.cells[e] for s in self.bodies() for e in s.cells]
-        used = {n for cell in cells for n in cell if n in places}
+        used = {n for s in self.bodies() for n in s.nodes if n in places}
         for i in (0, 1) if used else ():  # cells without nodes are reported with the mesh
             low, high = min(places[n][i] for n in used), max(places[n][i] for n in used)
-            for side in outline(cells):
+            for side in (side for s in self.bodies() for side in s.free):
                 at = [places[n][i] for n in side if n in used]
                 for end in (low, high):
                     if held[i].issuperset(side) and all(abs(x - end) <= DRAWN * (high - low) for x in at):

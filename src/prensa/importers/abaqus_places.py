@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from itertools import combinations, groupby, pairwise
+from itertools import combinations, pairwise
 from typing import Protocol
 
 from prensa.importers.abaqus_keywords import Keyword, Scope
@@ -64,6 +64,10 @@ class Places:
 
     def __post_init__(self) -> None:
         self.of_cells = {n for cell in self.all.cells.values() for n in cell}
+        self.sides_at: dict[int, list[Side]] = {}
+        for cell in self.all.cells.values():
+            for side in sides_of(cell):
+                self.sides_at.setdefault(side[0], []).append(side)
         for scope in (self.all.top, *self.all.instances.values()):
             for key, nodes in scope.node_sets.items():
                 if group := frozenset(nodes) & self.of_cells:
@@ -122,7 +126,7 @@ class Places:
             self.groups[group] = point(*group) if len(group) == 1 else f"nodes-of-line-{k.line}-{len(self.groups)}"
             self.deck.points[self.groups[group]] = sorted(group)
         # A node of the group that is on no side of it is a point: one that is alone, or the node in the middle of a side.
-        on_sides = {n for cell in self.all.cells.values() for side in sides_of(cell) if group.issuperset(side) for n in side}
+        on_sides = {n for a in group for side in self.sides_at.get(a, ()) if group.issuperset(side) for n in side}
         for n in group - on_sides:
             self.deck.points.setdefault(point(n), [n])
 
@@ -176,29 +180,23 @@ def equations(k: Keyword) -> Iterator[tuple[int, list[tuple[str, str, float]]]]:
         yield line, [(who, dof, k.number([a], 0)) for who, dof, a in zip(terms[::3], terms[1::3], terms[2::3], strict=True)]
 
 
-def rows_alike(k: Keyword, scope: Scope, all_: Content) -> Iterator[list[tuple[int, list[str]]]]:
-    """Rows of *BOUNDARY that stand together: single nodes of elements, by number, with the same components and value."""
-
-    def alike(item: tuple[int, list[str]]) -> tuple[object, ...]:
-        line, row = item
+def rows_alike(k: Keyword, scope: Scope, all_: Content) -> list[list[tuple[int, list[str]]]]:
+    """Rows of *BOUNDARY: those of single nodes by number with the same components and value together, others each alone."""
+    out: dict[tuple[str, ...] | int, list[tuple[int, list[str]]]] = {}
+    for line, row in k.data:
         where, name = all_.seen_from(line, row[0], scope)
         numbered = name not in where.node_sets and is_label(name)
-        return (numbered, *(tuple(row[1:]) if numbered else (line,)))
-
-    for _, rows in groupby(k.data, alike):
-        yield list(rows)
+        out.setdefault(tuple(row[1:]) if numbered else line, []).append((line, row))
+    return list(out.values())
 
 
-def faces_alike(k: Keyword) -> Iterator[list[tuple[int, list[str]]]]:
-    """Rows of *DLOAD that stand together and are pressures of one value on sides of elements."""
-
-    def alike(item: tuple[int, list[str]]) -> tuple[str, ...] | None:
-        row = item[1]
-        return tuple(row[2:]) if len(row) > 1 and is_face(row[1]) else None
-
-    for key, rows in groupby(k.data, alike):
-        if key is not None:
-            yield list(rows)
+def faces_alike(k: Keyword) -> list[list[tuple[int, list[str]]]]:
+    """Rows of *DLOAD that are pressures on sides of elements, those of one value together."""
+    out: dict[tuple[str, ...], list[tuple[int, list[str]]]] = {}
+    for line, row in k.data:
+        if len(row) > 1 and is_face(row[1]):
+            out.setdefault(tuple(row[2:]), []).append((line, row))
+    return list(out.values())
 
 
 def is_face(load: str) -> bool:
