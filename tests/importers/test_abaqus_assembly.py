@@ -207,6 +207,19 @@ def test_a_deck_of_parts_and_instances_gives_the_forces_of_the_case_by_hand(tmp_
     assert ours == pytest.approx(want, rel=1e-8, abs=1e-6) and max(ours) > 3e4 and abs(ours[-1]) < 1e-6
 
 
+def test_numbers_of_an_instance_are_its_own(tmp_path):
+    """Supports by the numbers of an instance's nodes, loads by those of its elements: the same as by sets."""
+    step = PRESS.replace("*Boundary\n", "*Dload\nBillet-1.4, P2, 20.\nBillet-1.8, P2, 20.\n*Boundary\n")
+    rows = "".join(f"Billet-1.{n}, 2, 2\n" for n in range(1, NX + 2))
+    ours = imported(tmp_path, deck(steps=step).replace("Set-1, YSYMM\n", rows))
+    side = "*Elset, elset=_Side_S2, internal, instance=Billet-1\n4, 8\n*Surface, type=ELEMENT, name=Side\n_Side_S2, S2\n"
+    by_sets = PRESS.replace("*Boundary\n", "*Dsload\nSide, P, 20.\n*Boundary\n")
+    other = tmp_path / "sets"
+    other.mkdir()
+    (*_, a), (*_, b) = pr.solve(ours), pr.solve(imported(other, deck(steps=by_sets, more=side)))
+    assert a.force("Punch").y == pytest.approx(b.force("Punch").y, rel=1e-8) and b.force("Punch").y > 3e4
+
+
 def test_a_chain_of_rigid_elements_in_general_contact_is_the_same_tool(tmp_path):
     """A discrete rigid part (RAX2), rigid body and contact written in the assembly; the whole outline meets it."""
     part = (

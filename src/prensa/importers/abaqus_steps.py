@@ -170,7 +170,10 @@ class Steps:
             raise FileError.at(k.line, "a step of PERTURBATION is not read; write a general one")
         if k.parameters.get("AMPLITUDE", "RAMP").upper() != "RAMP":
             raise FileError.at(k.line, "AMPLITUDE=STEP of a step is not read: here loads grow along it; write RAMP")
-        self.large = self.large or k.parameters.get("NLGEOM", "NO").upper() != "NO"
+        large = self.large or k.parameters.get("NLGEOM", "NO").upper() != "NO"
+        if large and not self.large and self.steps:
+            raise FileError.at(k.line, "NLGEOM begins in a later step: a case has one kinematics; write it into the first step")
+        self.large = large
         if name in self.names:
             other = self.names[name]
             raise FileError.at(k.line, f"two steps are called {name!r}, the other in line {other}; give each its own name")
