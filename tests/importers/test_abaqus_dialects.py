@@ -474,6 +474,9 @@ MIXED = (
 def test_elements_of_two_kinds_make_one_body_of_triangles(tmp_path):
     """CPE4 and CPE3 stretched evenly: the closed form; quadratic and linear ones together are refused."""
     text = MIXED + ELASTIC + SMALL + "*BOUNDARY\nLEFT, 1, 1\n1, 2, 2\nRIGHT, 1, 1, 0.04\n*END STEP\n"
+    quadratic = "*NODE\n7, 3., 0.\n8, 4., 1.\n9, 3., 1.\n*ELEMENT, TYPE=CPE6, ELSET=TRIS\n2, 2, 3, 6, 7, 8, 9\n"
+    both = text.replace("*ELEMENT, TYPE=CPE3, ELSET=TRIS\n2, 2, 3, 6\n3, 2, 6, 5\n", quadratic)
+    refused(tmp_path, both, "'ALL' has linear and quadratic elements; mesh it with one order")
     problem, said = read(tmp_path, text)
     assert problem.bodies["ALL"].element == "t6" and "triangles and quadrilaterals" in said
     b = end(problem).bodies["ALL"]

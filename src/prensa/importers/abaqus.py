@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from prensa.importers.abaqus_keywords import Keyword, Scope, keywords
 from prensa.importers.abaqus_places import Places
-from prensa.importers.abaqus_words import GENERATING, KNOWN, nearest
+from prensa.importers.abaqus_words import GENERATING, KNOWN, nearest, refuse_unknown_parameters
 from prensa.importers.deck import LABELS, Deck, FileError, is_label
 
 _CELL = re.compile(r"(?:CPEG|CPE|CPS|CGAX|CAX|AC2D|ACAX|DC2D|DCAX|M3D|SFM3D|STRI|S)([3468])")
@@ -44,6 +44,8 @@ class Assembly:
         part: list[Keyword] | None = None
         here = self.top
         for k in keywords(text):
+            if k.name in ("PART", "INSTANCE"):
+                refuse_unknown_parameters(k.name, k.parameters, k.line)
             if k.name == "PART":
                 part = []
                 parts[k.parameters.get("NAME", "").upper()] = (k.parameters.get("NAME", ""), part)

@@ -489,7 +489,9 @@ class _Reader:
             raise FileError.at(s.line, f"the section {s.elset!r} has no elements CPE, CPS or CAX")
         element = min(elements)
         if len(elements) > 1:
-            if len({len(self.deck.cells[e]) for e in s.cells}) == 1:
+            if (counts := {len(self.deck.cells[e]) for e in s.cells}) not in ({3, 4}, {6, 8}):
+                if len(counts) > 1:
+                    raise FileError.at(s.line, f"{s.name!r} has linear and quadratic elements; mesh it with one order")
                 raise FileError.at(s.line, f"a body has elements of one kind, {s.name!r} has {' and '.join(sorted(elements))}")
             element = "t6"
             self.remarks.append(f"{s.name} has triangles and quadrilaterals: these are split, and all are made quadratic (t6)")
