@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable
 from itertools import pairwise
-from math import cos, hypot, radians, sin
+from math import cos, hypot, isnan, radians, sin
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from prensa.model.sheets import DataError, read_sheet
 from prensa.model.tables import found_file
 from prensa.model.units import factor
 from prensa.precision import DRAWN
@@ -62,7 +62,8 @@ def _vertices(drawing: Any, context: Any) -> list[Any]:
     else:
         if drawing.layer is not None:
             raise ValueError(f"{what} is a table of points, and has no layer {drawing.layer!r}")
-        walk = _table(path, what)
+        walk, own = _table(path, what)
+        unit = unit or own
     if drawing.reverse:
         walk = [s.turned() for s in reversed(walk)]
     units = (context or {}).get("units", {})
@@ -190,29 +191,23 @@ def _chain(segments: list[Segment], what: str) -> list[Segment]:
     return walk if area > 0 else [s.turned() for s in reversed(walk)]
 
 
-def _table(path: str, what: str) -> list[Segment]:
-    """Lines and arcs out of rows ``x, y``, or ``x, y, through x, through y`` of an arc that ends there."""
+def _table(path: str, what: str) -> tuple[list[Segment], str | None]:
+    """Lines and arcs out of rows ``x, y``, or ``x, y, through x, through y`` of an arc that ends there; and the stated unit."""
     try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ValueError(f"{what} cannot be read: {error}") from None
-    lines = [line for line in text.replace(";", ",").splitlines() if line.strip() and not line.lstrip().startswith("#")]
+        sheet = read_sheet(Path(path), named=False, ragged=True)
+    except DataError as error:
+        raise ValueError(f"{what} has what is no row of numbers: {error}") from None
     rows: list[list[float]] = []
-    try:
-        cells = list(csv.reader(lines))
-    except csv.Error as error:
-        raise ValueError(f"{what} cannot be read: {error}") from None
-    for number, row in enumerate(cells):
-        try:
-            rows.append([float(cell) for cell in row if cell.strip()])
-        except ValueError:
-            if number:
-                raise ValueError(f"{what}: {','.join(row)!r} is no row of numbers") from None
-            continue  # a line of names
-        if len(rows[-1]) not in (2, 4):
-            raise ValueError(
-                f"{what}: {','.join(row)!r} is not x, y, or x, y and a point that the arc to there goes through"
-            )
+    for line, row in zip(sheet.lines, sheet.rows):
+        rows.append([x for x in row if not isnan(x)])
+        # An empty cell between others would shift what stands behind it.
+        if len(rows[-1]) not in (2, 4) or any(isnan(x) for x in row[: len(rows[-1])]):
+            cells = ", ".join(f"{x:g}" for x in row)
+            raise ValueError(f"{path}:{line}: {cells} is not x, y, or x, y and a point that the arc to there goes through")
     if len(rows) < 2:
         raise ValueError(f"{what} has fewer than two points")
-    return [Segment((a[0], a[1]), (b[0], b[1]), (b[2], b[3]) if len(b) == 4 else None) for a, b in pairwise(rows)]
+    units = {unit for unit in sheet.units if unit}
+    if len(units) > 1:
+        raise ValueError(f"{what} states several units, {', '.join(sorted(units))}; write all coordinates in one")
+    walk = [Segment((a[0], a[1]), (b[0], b[1]), (b[2], b[3]) if len(b) == 4 else None) for a, b in pairwise(rows)]
+    return walk, units.pop() if units else None
