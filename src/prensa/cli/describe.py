@@ -26,6 +26,7 @@ def lines_of(system: System) -> Iterator[str]:
         yield f"body {name}: {len(mesh.cells)} elements {body.element_in(p.space)}, {len(mesh.points)} nodes"
         yield f"  x {x0:g} … {x1:g}, y {y0:g} … {y1:g}; {brief(body.material)}"
         yield f"  {quality(mesh).line()}"
+        yield from (f"  sides: {note}" for note in mesh.notes)
     if p.start is not None:
         yield f"starts from the run in {p.start.run}"
     for tie in p.ties:
@@ -71,7 +72,8 @@ def summary_of(system: System) -> dict[str, Any]:
     """The same as data."""
     p = system.problem
     bodies = {
-        name: {"elements": len(mesh.cells), "nodes": len(mesh.points), "element": p.bodies[name].element_in(p.space)}
+        name: {"elements": len(mesh.cells), "nodes": len(mesh.points), "element": p.bodies[name].element_in(p.space),
+               "boundaries": [*mesh.edges], "points": [*mesh.corners], "notes": [*mesh.notes]}
         for name, mesh in system.meshes.items()
     }
     return {

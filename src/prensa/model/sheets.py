@@ -31,7 +31,7 @@ class DataError(PrensaError, ValueError):
 
 
 class Sheet(NamedTuple):
-    """``rows`` of numbers (nan: an empty cell) at their ``lines`` of the file; ``names`` and ``units`` of columns, '' for none."""
+    """``rows`` of numbers (nan: an empty cell) at their ``lines``; ``names`` and ``units`` of columns, '' for none."""
 
     names: list[str]
     units: list[str]
