@@ -37,6 +37,7 @@ def lines_of(system: System) -> Iterator[str]:
         if system.axisymmetric and math.isfinite(tool.shape.period) and abs(tool.at[0]) > 1e-9 * system.length:
             details += ", off the axis: a ring about it (a circle is a torus)"
         yield f"tool {tool.name}: {tool.description.type}, {place}{details}"
+        yield from (f"  {note}" for note in tool.description.notes())
     for surface in system.surfaces:
         contact = surface.description
         law = contact.friction or p.friction
@@ -79,7 +80,7 @@ def summary_of(system: System) -> dict[str, Any]:
     return {
         "name": p.name, "space": p.space, "kinematics": p.kinematics, "units": {"length": p.units.length, "force": p.units.force},
         "bodies": bodies,
-        "tools": {t.name: {"type": t.description.type, "at": t.at} for t in system.tools},
+        "tools": {t.name: {"type": t.description.type, "at": t.at, "notes": [*t.description.notes()]} for t in system.tools},
         "contacts": {s.name: {"points": len(s.points), "against": s.description.against} for s in system.surfaces},
         "steps": [{"name": s.name, "increments": s.increments} for s in p.steps],
         "unknowns": system.ndof,

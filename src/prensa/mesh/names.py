@@ -77,7 +77,7 @@ class SideNames:
         known = self.deck.parts if any(p in self.deck.parts for p in self.parts) else self.deck.surfaces
         if not self.parts or not self.deck.exclusive:
             return {}
-        out = {}
+        out: dict[str, Index] = {}
         for name, labels in known.items():
             if own.isdisjoint(labels) and name not in self.parts:
                 rings = [c[: CORNERS[len(c)]] for e in labels if (c := self.deck.cells.get(e))]
