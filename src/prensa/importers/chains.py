@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
 from itertools import combinations
 from math import atan2, cos, hypot, inf, pi, sin
 from typing import NamedTuple
@@ -228,7 +229,7 @@ def _union(group: list[Segment], near: float) -> list[Segment]:
         x = [place(k * pi / 2) for k in range(4)]
         return [base._replace(start=x[0], through=x[1], end=x[2]), base._replace(start=x[2], through=x[3], end=x[0])]
     drawn = [x for s in group for x in (s.start, s.end)]
-    start, end = (min(drawn, key=lambda x, e=e: distance(x, e)) for e in (place(low), place(high)))
+    start, end = (min(drawn, key=partial(distance, e)) for e in (place(low), place(high)))
     return [base._replace(start=start, through=place(0.5 * (low + high)), end=end)]
 
 
