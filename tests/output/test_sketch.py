@@ -83,7 +83,7 @@ def test_check_writes_the_picture(case: Path) -> None:
         assert done.exit_code == 0 and "1 spline became" in done.output and "found by place: 'bottom'" in done.output
         assert case.with_name(name).stat().st_size > 5000
     done = CliRunner().invoke(app, ["check", str(case), "--json", "--picture", str(case.with_name("b.pdf"))])
-    summary = json.loads(done.output)
+    summary = json.loads(done.stdout)
     assert summary["picture"].endswith("b.pdf") and summary["bodies"]["block"]["boundaries"][0] == "curve-7"
     assert "1 spline became" in "".join(summary["tools"]["punch"]["notes"])
     done = CliRunner().invoke(app, ["check", str(case), "--picture", "a.xyz"])

@@ -95,7 +95,8 @@ def _draw_body(axes: Axes, name: str, mesh: Mesh) -> None:
         away = x[node] - x.mean(axis=0)
         axes.plot(*x[node], "o", color="0.2", markersize=2.5, zorder=5)
         _label(axes, ", ".join(names), x[node], away, "0.35", small=True)
-    axes.text(*x.mean(axis=0), name, ha="center", va="center", zorder=6, weight="bold", bbox=PAPER)
+    x0, y0 = x.mean(axis=0).tolist()
+    axes.text(x0, y0, name, ha="center", va="center", zorder=6, weight="bold", bbox=PAPER)
 
 
 def _sides(mesh: Mesh) -> list[_Side]:
@@ -142,5 +143,5 @@ def _draw_tools(axes: Axes, tools: Iterable[tuple[str, Array]], box: tuple[float
     for name, polygon in tools:
         axes.add_patch(Polygon(polygon, closed=True, zorder=2.5, **style.TOOL))
         inside = polygon[(polygon >= low).all(axis=1) & (polygon <= high).all(axis=1)]
-        place = np.clip((inside if len(inside) else np.clip(polygon, low, high)).mean(axis=0), low, high)
-        axes.text(*place, name, ha="center", va="center", zorder=7, bbox=PAPER)
+        x0, y0 = np.clip((inside if len(inside) else np.clip(polygon, low, high)).mean(axis=0), low, high).tolist()
+        axes.text(x0, y0, name, ha="center", va="center", zorder=7, bbox=PAPER)
