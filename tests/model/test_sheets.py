@@ -30,6 +30,7 @@ WRITINGS = {
     "units in a row": "strain;stress\n-;MPa\n0;400\n0,02;420\n0,2;500\n",
     "decimal commas, per cent": "# tensile test\n\nstrain\tstress\n%\tMPa\n0\t400,0\n2,0\t420\n20\t500\n",
     "empty columns of a spreadsheet": "strain;stress;;\n0;400;;\n0,02;420;;\n0,2;500;;\n;;;\n",
+    "names with commas over semicolons": "strain, stress (MPa)\n0;400\n0,02;420\n0,2;500\n",
     "separator said first": "sep=;\nstrain;stress\n0;400\n0,02;420\n0,2;500\n",
 }
 

@@ -68,22 +68,38 @@ def read_sheet(path: Path, named: bool = True, ragged: bool = False) -> Sheet:
     longest = max(lines, key=lambda line: len(line[1]))
     if len(longest[1]) > LONGEST:
         raise DataError(f"{path}:{longest[0]}: a row of {len(longest[1])} characters is none of a table")
-    separator = separator or next((s for s in "\t;" if s in lines[0][1]), ",")
-    cells = [(k, _cells(path, k, line, separator)) for k, line in lines]
-    if named or _names_columns(cells[0][1], separator):
-        names, units = _header(path, cells[0][1])
+    cells = [_Row(k, s, _cells(path, k, line, s)) for (k, line), s in zip(lines, _separators(separator, lines))]
+    if named or _names_columns(cells[0]):
+        names, units = _header(path, cells[0].cells)
         cells = cells[1:]
-        if not any(units) and len(cells) > 1 and _are_units(cells[0][1], len(names)):
-            units, cells = [c.strip().strip("[]()") for c in cells[0][1][: len(names)]], cells[1:]
+        if not any(units) and len(cells) > 1 and _are_units(cells[0].cells, len(names)):
+            units, cells = [c.strip().strip("[]()") for c in cells[0].cells[: len(names)]], cells[1:]
     else:
-        names = units = [""] * max(len(row) for _, row in cells)
-    return Sheet(names, units, _numbers(path, separator, names, cells, ragged), [k for k, _ in cells])
+        names, units = [], []
+    # Columns without a name in a row of names are read where rows may differ: of arcs in tables of points.
+    missing = max((len(row.cells) for row in cells), default=0) - len(names) if ragged or not names else 0
+    names, units = [*names, *[""] * missing], [*units, *[""] * missing]
+    return Sheet(names, units, _numbers(path, names, cells, ragged), [row.line for row in cells])
 
 
-def _names_columns(cells: list[str], separator: str) -> bool:
+class _Row(NamedTuple):
+    """``cells`` of a ``line`` of the file, and the ``separator`` between them."""
+
+    line: int
+    separator: str
+    cells: list[str]
+
+
+def _separators(stated: str, lines: list[tuple[int, str]]) -> list[str]:
+    """Separator of each line: the one of the first, or semicolons where names with commas stand over rows with semicolons."""
+    first = stated or next((s for s in "\t;" if s in lines[0][1]), ",")
+    return [first if stated or first != "," else next((s for s in "\t;" if s in line), ",") for _, line in lines]
+
+
+def _names_columns(row: _Row) -> bool:
     """Whether a first row has names: its first cell is no number."""
-    first = cells[0].strip() if cells else ""
-    return not (_POINT.fullmatch(first) or (separator != "," and _COMMA.fullmatch(first)))
+    first = row.cells[0].strip() if row.cells else ""
+    return not (_POINT.fullmatch(first) or (row.separator != "," and _COMMA.fullmatch(first)))
 
 
 def _spaced(lines: list[tuple[int, str]]) -> int:
@@ -143,14 +159,12 @@ def _are_units(cells: list[str], count: int) -> bool:
     return len(cells) >= count and not any(_POINT.fullmatch(c.strip()) or _COMMA.fullmatch(c.strip()) for c in cells)
 
 
-def _numbers(
-    path: Path, separator: str, names: list[str], rows: list[tuple[int, list[str]]], ragged: bool
-) -> list[list[float]]:
+def _numbers(path: Path, names: list[str], rows: list[_Row], ragged: bool) -> list[list[float]]:
     """Values, nan for empty cells; decimal commas where the separator allows them and no decimal point contradicts."""
-    comma = separator != "," and any("," in c for _, row in rows for c in row)
-    mixed = comma and any(_POINT.fullmatch(c.strip()) and "." in c for _, row in rows for c in row)
+    comma = any(row.separator != "," and "," in c for row in rows for c in row.cells)
+    mixed = comma and any(_POINT.fullmatch(c.strip()) and "." in c for row in rows for c in row.cells)
     out = [[nan] * len(names) for _ in rows]
-    for i, (number, row) in enumerate(rows):
+    for i, (number, separator, row) in enumerate(rows):
         if (len(row) < len(names) and not ragged) or any(cell.strip() for cell in row[len(names) :]):
             raise DataError(
                 f"{path}:{number}: {len(row)} cells, but {len(names)} columns; leave a cell empty where nothing was taken"
@@ -165,7 +179,7 @@ def _numbers(
                     f"{path}:{number}: {name} is {shown(text)}, but other numbers have decimal points; write all alike, "
                     "without separators of thousands"
                 )
-            if not (_COMMA if comma else _POINT).fullmatch(text) and not _POINT.fullmatch(text):
+            if not (_COMMA if comma and separator != "," else _POINT).fullmatch(text) and not _POINT.fullmatch(text):
                 raise DataError(
                     f"{path}:{number}: {name} is {shown(text)}; a number is expected, or nothing where none was taken"
                 )
