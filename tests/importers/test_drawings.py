@@ -145,6 +145,16 @@ def test_a_spline_with_a_corner_keeps_it(tmp_path: Path) -> None:
     assert apart(read.line, curve_of(document)) < 3e-5
 
 
+def test_a_spline_of_too_many_arcs_is_refused(tmp_path: Path) -> None:
+    """A tolerance far below what is drawn, and control points that are no numbers one can compute with."""
+    drawing(tmp_path, lambda d: d.modelspace().add_open_spline(DIE))
+    with pytest.raises(CaseError, match="of more than 5000 arcs; give a larger 'tolerance' than 1e-12"):
+        Read(tmp_path, "{file: a.dxf, tolerance: 1e-12}")
+    drawing(tmp_path, lambda d: d.modelspace().add_open_spline([*DIE[:-1], (1e308, 1e308)]))
+    with pytest.raises(CaseError, match=r"drawing 'a\.dxf' has .*(no extent|no numbers)"):
+        Read(tmp_path)
+
+
 def test_ellipses_become_arcs(tmp_path: Path) -> None:
     """A whole one and half of one, tilted."""
     drawing(tmp_path, lambda d: d.modelspace().add_ellipse((3, 4), (6, 8), 0.4))

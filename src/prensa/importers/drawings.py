@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from prensa.importers import dxf
 from prensa.importers.chains import Chain, Gap, chains, from_left, merged, nearest_gap, shown
 from prensa.importers.segments import Point, Segment, arcs_of, size_of
+from prensa.model.fields import LARGEST
 from prensa.model.sheets import DataError, read_sheet
 from prensa.model.tables import found_file
 from prensa.model.units import factor
@@ -93,8 +94,8 @@ def _of_drawing(path: str, drawing: Any, what: str, scale_of: Any) -> _Walk:
     given = None if drawing.tolerance is None else drawing.tolerance / scale
     segments = [s.straightened() for s in found.segments]
     size = size_of([*segments, *(chord for c in found.curves for chord in c.chords())])
-    if not size:
-        raise ValueError(f"{what} has no extent: all its lines end at one point")
+    if not 0 < size <= LARGEST:
+        raise ValueError(f"{what} has no extent that one can compute with: it is {size:g} wide")
     segments += _of_curves(found, given or DRAWN * size, what)
     if len(segments) > MOST_SEGMENTS:
         raise ValueError(
@@ -133,7 +134,7 @@ def _of_curves(found: dxf.Found, tolerance: float, what: str) -> list[Segment]:
     worst = 0.0
     for curve in found.curves:
         try:
-            arcs, off = arcs_of(curve, tolerance)
+            arcs, off = arcs_of(curve, tolerance, MOST_SEGMENTS // 2)
         except (ValueError, OverflowError, ZeroDivisionError) as error:
             raise ValueError(f"{what} has {error}") from None
         out += arcs

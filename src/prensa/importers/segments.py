@@ -107,7 +107,7 @@ class _Station(NamedTuple):
     tangent: Point
 
 
-def arcs_of(curve: Curve, tolerance: float) -> tuple[list[Segment], float]:
+def arcs_of(curve: Curve, tolerance: float, most: int) -> tuple[list[Segment], float]:
     """Arcs with the tangents of a curve at their ends, two for each piece of it, and their largest distance from it.
 
     Pieces are halved, sixteen times at most, until the arcs are within the tolerance. Biarcs: K. M. Bolton, Biarc curves,
@@ -117,11 +117,11 @@ def arcs_of(curve: Curve, tolerance: float) -> tuple[list[Segment], float]:
     Raises
     ------
     ValueError
-        If the curve has a cusp that no arcs follow within the tolerance.
+        If the curve has a cusp that no arcs follow within the tolerance, or needs more than ``most`` pieces.
 
     """
     out: list[Segment] = []
-    worst = 0.0
+    worst, count = 0.0, 0
     for a, b in pairwise(curve.stations):
         # tangents beside the stations: a spline may have a corner there
         inside = NEGLIGIBLE * (b - a)
@@ -129,7 +129,10 @@ def arcs_of(curve: Curve, tolerance: float) -> tuple[list[Segment], float]:
         last = _Station(b, curve.point(b), _unit(curve, b - inside, a - b))
         for piece, off in _pieces(curve, first, last, tolerance, 16):
             out += piece
-            worst = max(worst, off)
+            worst, count = max(worst, off), count + 1
+            if count > most:
+                where = f"a {curve.kind} on the layer {curve.layer!r} near ({first.x[0]:g}, {first.x[1]:g})"
+                raise ValueError(f"{where} of more than {2 * most} arcs; give a larger 'tolerance' than {tolerance:.2g}")
     return out, worst
 
 
@@ -149,6 +152,7 @@ def _pieces(
     curve: Curve, a: _Station, b: _Station, tolerance: float, left: int
 ) -> Iterator[tuple[list[Segment], float]]:  # fmt: skip
     if a.x == b.x and _small(curve, a, b, tolerance):
+        yield [], 0.0
         return
     pair = _biarc(a, b)
     off = inf if pair is None else _off(curve, a, b, pair)
@@ -157,7 +161,7 @@ def _pieces(
         return
     if not left:
         raise ValueError(
-            f"a {curve.kind} on the layer {curve.layer!r} cannot be followed within {tolerance:.2g} by arcs near "
+            f"a {curve.kind} on the layer {curve.layer!r} that arcs cannot follow within {tolerance:.2g} near "
             f"({a.x[0]:g}, {a.x[1]:g}); give a larger 'tolerance', or draw that place with lines and arcs"
         )
     t = 0.5 * (a.t + b.t)
