@@ -84,8 +84,8 @@ def test_check_writes_the_picture(case: Path) -> None:
         assert case.with_name(name).stat().st_size > 5000
     done = CliRunner().invoke(app, ["check", str(case), "--json", "--picture", str(case.with_name("b.pdf"))])
     summary = json.loads(done.stdout)
-    assert summary["picture"].endswith("b.pdf") and summary["bodies"]["block"]["boundaries"][0] == "curve-7"
-    assert "1 spline became" in "".join(summary["tools"]["punch"]["notes"])
+    assert summary["picture"].endswith("b.pdf") and summary["sides"]["block"]["boundaries"][0] == "curve-7"
+    assert "1 spline became" in "".join(summary["drawings"]["punch"])
     done = CliRunner().invoke(app, ["check", str(case), "--picture", "a.xyz"])
     assert done.exit_code == 2 and "no picture ends in '.xyz'" in done.output
 

@@ -73,14 +73,18 @@ def summary_of(system: System) -> dict[str, Any]:
     """The same as data."""
     p = system.problem
     bodies = {
-        name: {"elements": len(mesh.cells), "nodes": len(mesh.points), "element": p.bodies[name].element_in(p.space),
-               "boundaries": [*mesh.edges], "points": [*mesh.corners], "notes": [*mesh.notes]}
+        name: {"elements": len(mesh.cells), "nodes": len(mesh.points), "element": p.bodies[name].element_in(p.space)}
         for name, mesh in system.meshes.items()
     }
     return {
         "name": p.name, "space": p.space, "kinematics": p.kinematics, "units": {"length": p.units.length, "force": p.units.force},
         "bodies": bodies,
-        "tools": {t.name: {"type": t.description.type, "at": t.at, "notes": [*t.description.notes()]} for t in system.tools},
+        "sides": {
+            name: {"boundaries": [*mesh.edges], "points": [*mesh.corners], "notes": [*mesh.notes]}
+            for name, mesh in system.meshes.items()
+        },
+        "tools": {t.name: {"type": t.description.type, "at": t.at} for t in system.tools},
+        "drawings": {t.name: notes for t in system.tools if (notes := [*t.description.notes()])},
         "contacts": {s.name: {"points": len(s.points), "against": s.description.against} for s in system.surfaces},
         "steps": [{"name": s.name, "increments": s.increments} for s in p.steps],
         "unknowns": system.ndof,
