@@ -236,7 +236,7 @@ def _arcs(entity: Any, layer: str) -> Iterator[Segment | Curve]:
     steps = [first + sweep * k / 4 for k in range(5)]  # two arcs: one that is a whole circle has no ends
     x = [(cx + out * r * cos(radians(t)), cy + r * sin(radians(t))) for t in steps]
     if sweep > 180.0:
-        yield from (Segment(x[0], x[2], x[1], layer), Segment(x[2], x[4] if sweep < 360.0 else x[0], x[3], layer))
+        yield from (Segment(x[0], x[2], x[1], layer), Segment(x[2], x[4], x[3], layer))
     else:
         yield Segment(x[0], x[4], x[2], layer)
 
