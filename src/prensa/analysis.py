@@ -92,6 +92,12 @@ def solve(
 
 def report_preflight(system: System) -> None:
     """Refuse what cannot be solved, and log what there is to say of the rest, before a run."""
+    for name, mesh in system.meshes.items():
+        for note in mesh.notes:
+            log.info("bodies.%s.mesh: %s", name, note)
+    for name, tool in system.problem.tools.items():
+        for note in tool.notes():
+            log.info("tools.%s: %s", name, note)
     notices = preflight(system)
     refuse(notices)
     for words in [*warnings_of(system.problem), *map(str, notices)]:

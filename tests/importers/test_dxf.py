@@ -102,10 +102,6 @@ def test_tables_of_points_have_arcs(tmp_path):
     assert drawn.tools["punch"].points == ((-9, 9), (-9, 1), pr.Arc(through=(0, 0), to=(9, 1)), (9, 9))
 
 
-def spline(space):
-    space.add_spline([(0, 0), (1, 1), (2, 0)])
-
-
 def branch(space):
     space.add_line((0, 0), (1, 0))
     space.add_line((1, 0), (2, 0))
@@ -120,7 +116,6 @@ def two(space):
 @pytest.mark.parametrize(
     ("draw", "points", "message"),
     [
-        (spline, "punch.dxf", "has splines .* convert them there"),
         (branch, "punch.dxf", r"branches at \(1, 0\)"),
         (two, "punch.dxf", r"several chains, one more at \(5, 0\)"),
         (punch, "{file: punch.dxf, layer: DIE}", "nothing on the layer 'DIE'; its layers are '0'"),

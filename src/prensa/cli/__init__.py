@@ -21,8 +21,12 @@ from prensa.cli import completion
 from prensa.cli.voice import BAD_INPUT, FAILED, INTERRUPTED, Source, Voice, near, refuse_unknown
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from prensa.model.problem import Problem
     from prensa.output.result import RunResult
     from prensa.study.results import Study
+    from prensa.system.system import System
 
 __all__ = ["BAD_INPUT", "FAILED", "INTERRUPTED", "app", "main"]
 
@@ -110,11 +114,20 @@ def _main(
 # ------------------------------------------------------------------------------------------------------------ one case
 @app.command()
 def check(
-    case: CaseFile, changes: Changes = None, quiet: Quiet = False, verbose: Verbose = False, json: Json = False
+    case: CaseFile,
+    changes: Changes = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(help="Draw bodies with the names of their sides, and the tools, into a file (.png, .svg, .pdf)."),
+    ] = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
 ) -> None:
     """Validate a case, mesh it and place its tools, or a calibration with its tables; say what would run. Nothing is solved."""
     source = Source(case, changes)
     with Voice(quiet, verbose, json, source=source) as voice:
+        from prensa.errors import PrensaError, refuse
         from prensa.model.schema import has_tests
 
         if source.is_file and has_tests(case):
@@ -122,6 +135,8 @@ def check(
             from prensa.inverse.commands import summary_of as summary_of_calibration
             from prensa.inverse.files import read_calibration
 
+            if picture is not None:
+                raise PrensaError("a calibration has no picture; give '--picture' with the case that it fits")
             calibration = read_calibration(case, changes or ())
             for line in lines_of_calibration(calibration):
                 voice.confirm(line)
@@ -131,11 +146,8 @@ def check(
         problem = source.read().problem
         from prensa.checks.before.preflight import preflight, staircase
         from prensa.cli.describe import lines_of, summary_of
-        from prensa.errors import refuse
         from prensa.model.plausibility import warnings_of
-        from prensa.system.discretise import discretise
-
-        system = discretise(problem)
+        system = _drawn(problem, picture, voice)
         for line in lines_of(system):
             voice.confirm(line)
         notices = [*preflight(system), *staircase(system)]
@@ -147,7 +159,42 @@ def check(
 
         parse_all(problem)
         refuse_targets(problem)
-        voice.give({**summary_of(system), "warnings": warnings})
+        voice.give({**summary_of(system), "warnings": warnings, "picture": picture})
+
+
+def _drawn(problem: Problem, picture: Path | None, voice: Voice) -> System:
+    """The discretised problem; a picture of it, or of its bodies alone where a side that is named does not exist."""
+    from prensa.errors import PrensaError
+    from prensa.system.discretise import discretise, meshes_of
+
+    if picture is None:
+        return discretise(problem)
+    from prensa.output.sketch import sketch
+
+    try:
+        system = discretise(problem)
+    except PrensaError:
+        _save_picture(sketch(problem, meshes_of(problem, {})), picture)
+        voice.complain(f"{picture} shows the bodies and the names of their sides")
+        raise
+    _save_picture(sketch(problem, system.meshes, system), picture)
+    voice.confirm(f"picture: {picture}")
+    return system
+
+
+def _save_picture(figure: Figure, target: Path) -> None:
+    """Write a figure to a file whose ending says its kind; without one it is a .png."""
+    from prensa.errors import PrensaError
+    from prensa.output.plot import save
+
+    kinds = figure.canvas.get_supported_filetypes()
+    if target.suffix and target.suffix[1:].lower() not in kinds:
+        endings = ", ".join(f".{kind}" for kind in kinds)
+        raise PrensaError(f"{target}: no picture ends in {target.suffix!r}; give one of {endings}")
+    try:
+        save(figure, target)
+    except OSError as error:
+        raise PrensaError(f"{target} cannot be written: {error.strerror}") from None
 
 
 @app.command()

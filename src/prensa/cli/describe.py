@@ -26,6 +26,7 @@ def lines_of(system: System) -> Iterator[str]:
         yield f"body {name}: {len(mesh.cells)} elements {body.element_in(p.space)}, {len(mesh.points)} nodes"
         yield f"  x {x0:g} … {x1:g}, y {y0:g} … {y1:g}; {brief(body.material)}"
         yield f"  {quality(mesh).line()}"
+        yield from (f"  sides: {note}" for note in mesh.notes)
     if p.start is not None:
         yield f"starts from the run in {p.start.run}"
     for tie in p.ties:
@@ -36,6 +37,7 @@ def lines_of(system: System) -> Iterator[str]:
         if system.axisymmetric and math.isfinite(tool.shape.period) and abs(tool.at[0]) > 1e-9 * system.length:
             details += ", off the axis: a ring about it (a circle is a torus)"
         yield f"tool {tool.name}: {tool.description.type}, {place}{details}"
+        yield from (f"  {note}" for note in tool.description.notes())
     for surface in system.surfaces:
         contact = surface.description
         law = contact.friction or p.friction
@@ -77,7 +79,12 @@ def summary_of(system: System) -> dict[str, Any]:
     return {
         "name": p.name, "space": p.space, "kinematics": p.kinematics, "units": {"length": p.units.length, "force": p.units.force},
         "bodies": bodies,
+        "sides": {
+            name: {"boundaries": [*mesh.edges], "points": [*mesh.corners], "notes": [*mesh.notes]}
+            for name, mesh in system.meshes.items()
+        },
         "tools": {t.name: {"type": t.description.type, "at": t.at} for t in system.tools},
+        "drawings": {t.name: notes for t in system.tools if (notes := [*t.description.notes()])},
         "contacts": {s.name: {"points": len(s.points), "against": s.description.against} for s in system.surfaces},
         "steps": [{"name": s.name, "increments": s.increments} for s in p.steps],
         "unknowns": system.ndof,

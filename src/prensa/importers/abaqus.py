@@ -14,7 +14,8 @@ from prensa.importers.abaqus_places import Places
 from prensa.importers.abaqus_words import GENERATING, KNOWN, nearest, refuse_unknown_parameters
 from prensa.importers.deck import LABELS, Deck, FileError, is_label
 
-_CELL = re.compile(r"(?:CPEG|CPE|CPS|CGAX|CAX|AC2D|ACAX|DC2D|DCAX|M3D|SFM3D|STRI|S)([3468])")
+# Membranes, shells and rigid surfaces are cells of a plane mesh too: converters write flat triangles as S3, M3D3 or R3D3.
+_CELL = re.compile(r"(?:CPEG|CPE|CPS|CGAX|CAX|AC2D|ACAX|DC2D|DCAX|M3D|SFM3D|R3D|STRI|S)([3468])")
 _LINE = re.compile(r"(?:T2D|T3D|R2D|RAX|SAX|B2|B3|DC1D)([123])")
 _MESH = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE")
 

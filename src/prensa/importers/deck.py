@@ -31,7 +31,9 @@ class Deck:
     ``nodes`` label → place (x, y, z); ``cells`` label → node labels (3, 4, 6 or 8 of them); ``parts`` name → cell labels;
     ``lines`` name → groups of nodes (2 or 3) of line elements or of sides of cells; ``points`` name → node labels.
     ``kinds`` label of a cell → its type as the file calls it. ``exclusive``: whether the parts are bodies of their own, of
-    which one must be named where there are several.
+    which one must be named where there are several. ``source``: what the file calls the things that name its sides.
+    ``curves``, ``surfaces`` and ``vertices`` are lines, cells and points by their numbers in the drawing that was meshed; they
+    stand in where the file names no lines and no parts.
     """
 
     nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
@@ -41,3 +43,7 @@ class Deck:
     points: dict[str, list[int]] = field(default_factory=dict)
     kinds: dict[int, str] = field(default_factory=dict)
     exclusive: bool = False
+    source: str = "sets and surfaces"
+    curves: dict[str, list[tuple[int, ...]]] = field(default_factory=dict)
+    surfaces: dict[str, list[int]] = field(default_factory=dict)
+    vertices: dict[str, list[int]] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""Reader of gmsh's ``.msh`` files, text, versions 2.2 and 4.1, with physical groups.
+"""Reader of gmsh's ``.msh`` files, text, versions 2.2 and 4.1, with physical groups and numbers of the geometry.
 
 Format: C. Geuzaine & J.-F. Remacle, Gmsh reference manual, chapter "Gmsh file formats".
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from prensa.importers.deck import Deck, FileError
 
@@ -15,6 +16,16 @@ POINT, Q9 = 15, 10
 # gmsh quotes names, other writers of the format do not.
 _NAME = re.compile(r"""(\d{1,9}) (\d{1,18}) (?:"([^"]*)"|'([^']*)'|([^"'\s]+))""")
 NODES = {1: 2, 8: 3, 2: 3, 3: 4, 9: 6, 16: 8, 10: 9, 15: 1}
+
+
+class _Element(NamedTuple):
+    """``label``, ``kind`` of gmsh, ``nodes``, physical ``groups``, and the ``entity`` of the geometry (0: not stated)."""
+
+    label: int
+    kind: int
+    nodes: list[int]
+    groups: list[int]
+    entity: int
 
 
 class _Lines:
@@ -85,7 +96,7 @@ def read(text: str) -> Deck:
         if name not in sections:
             raise FileError(f"there is no section ${name}; the file is cut off or holds no mesh")
     names = _physical_names(sections["PhysicalNames"]) if "PhysicalNames" in sections else {}
-    deck = Deck(exclusive=True)
+    deck = Deck(exclusive=True, source="physical curves and points")
     if version == "2.2":
         _nodes_2(sections["Nodes"], deck)
         _elements_2(sections["Elements"], deck, names)
@@ -163,9 +174,10 @@ def _elements_2(lines: _Lines, deck: Deck, names: dict[tuple[int, int], str]) ->
         label, kind, tags, *rest = lines.integers(4)
         if not 0 <= tags <= len(rest):
             raise FileError.at(lines.number, f"an element of {tags} tags has {len(rest)} numbers")
-        # The first tag of format 2.2 is the physical group, 0 for none; the second, the geometric entity, has no name.
+        # The first tag of format 2.2 is the physical group, 0 for none; the second is the geometric entity.
         groups = [rest[0]] if tags and rest[0] else []
-        _add(lines, deck, names, label, kind, rest[tags:], groups)
+        entity = rest[1] if tags > 1 else 0
+        _add(lines, deck, names, _Element(label, kind, rest[tags:], groups, entity))
 
 
 def _elements_4(
@@ -175,19 +187,12 @@ def _elements_4(
         dimension, entity, kind, count = lines.integers(4)[:4]
         for _ in lines.count(count):
             label, *nodes = lines.integers(2)
-            _add(lines, deck, names, label, kind, nodes, groups.get((dimension, entity), []))
+            _add(lines, deck, names, _Element(label, kind, nodes, groups.get((dimension, entity), []), entity))
 
 
-def _add(
-    lines: _Lines,
-    deck: Deck,
-    names: dict[tuple[int, int], str],
-    label: int,
-    kind: int,
-    nodes: list[int],
-    groups: list[int],
-) -> None:
+def _add(lines: _Lines, deck: Deck, names: dict[tuple[int, int], str], element: _Element) -> None:
     """One element into the cells, or into the lines or points of its groups; a group without a name is its number."""
+    label, kind, nodes, groups, entity = element
     if kind not in NODES:
         raise FileError.at(
             lines.number,
@@ -199,6 +204,12 @@ def _add(
     dimension = 0 if kind == POINT else 1 if kind in LINES else 2
     if dimension == 2:
         deck.cells[label] = tuple(nodes[: CELLS[kind]])
+    if entity > 0 and dimension == 2:
+        deck.surfaces.setdefault(f"surface-{entity}", []).append(label)
+    elif entity > 0 and dimension == 1:
+        deck.curves.setdefault(f"curve-{entity}", []).append(tuple(nodes))
+    elif entity > 0:
+        deck.vertices.setdefault(f"point-{entity}", []).append(nodes[0])
     for tag in groups:
         # Tags are counted for each dimension: a line group 1 and a surface group 1 are two groups.
         name = names.get((dimension, tag), str(tag))

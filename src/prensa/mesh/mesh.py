@@ -16,7 +16,7 @@ import numpy as np
 
 from prensa.errors import PrensaError
 from prensa.model.fields import LARGEST
-from prensa.model.names import suggest
+from prensa.model.names import meant, suggest
 from prensa.precision import DRAWN
 from prensa.types import Array, Flags, Index
 
@@ -33,7 +33,8 @@ class MeshError(PrensaError):
 class Mesh:
     """``points`` (n, 2), ``cells`` (m, 3|4|6|8), ``edges`` name → (k, 2|3), body on the left.
 
-    A row of ``edges`` is the two ends and, in quadratic meshes, the node between them. ``corners`` names single nodes.
+    A row of ``edges`` is the two ends and, in quadratic meshes, the node between them. ``corners`` names single nodes. ``notes``:
+    where the names come from, for messages.
 
     Raises
     ------
@@ -46,6 +47,7 @@ class Mesh:
     cells: Index
     edges: Mapping[str, Index]
     corners: Mapping[str, int] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check(self)
@@ -58,9 +60,11 @@ class Mesh:
         if name in self.corners:
             return np.array([self.corners[name]])
         if name not in self.edges:
-            raise MeshError(
-                f"{f'{written!r}: ' * bool(written)}unknown boundary {name!r}{suggest(name, [*self.edges, *self.corners])}"
-            )
+            known = [*self.edges, *self.corners]
+            near = meant(name, known) if self.notes else None
+            meaning = f"; did you mean {near!r}?" if near else "" if self.notes else suggest(name, known)
+            where = "; ".join(("", *self.notes))
+            raise MeshError(f"{f'{written!r}: ' * bool(written)}unknown boundary {name!r}{meaning}{where}")
         if name not in self._walked:
             self._walked[name] = self._along(name)
         return self._walked[name].copy()
@@ -82,6 +86,15 @@ class Mesh:
     def boundary(self) -> Index:
         """`boundary_edges` of its cells."""
         return boundary_edges(self.cells)
+
+
+def named(mesh: Mesh, edges: Mapping[str, Index], corners: Mapping[str, int], notes: tuple[str, ...]) -> Mesh:
+    """The mesh with other names, and notes on where they come from; it was checked already."""
+    out = copy(mesh)
+    for key, value in (("edges", edges), ("corners", corners), ("notes", notes)):
+        object.__setattr__(out, key, value)
+    out.__dict__.pop("_walked", None)
+    return out
 
 
 def displaced(mesh: Mesh, points: Array) -> Mesh:

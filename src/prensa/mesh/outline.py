@@ -96,6 +96,12 @@ def chains(mesh: Mesh, points: Array) -> list[list[Chain]]:
     ]
 
 
+def stretches(cells: Index, points: Array) -> list[Index]:
+    """The outlines of cells with nodes at points (n, 2) cut at their corners: edges (k, 2|3) of each stretch in walking order."""
+    whole = [(edges, [frozenset[str]()] * len(edges)) for edges in loops(cells)]
+    return [chain.edges for edges, names in whole for chain in _cut(edges, points, names, set())]
+
+
 def _cut(edges: Index, x: Array, names: list[frozenset[str]], named: set[int]) -> list[Chain]:
     a, b = x[edges[:, 0]], x[edges[:, 1]]
     m = x[edges[:, 2]] if edges.shape[1] == 3 else 0.5 * (a + b)

@@ -9,17 +9,8 @@ import numpy as np
 from prensa.importers import abaqus, gmsh
 from prensa.importers.deck import LABELS, Deck, FileError
 from prensa.mesh.convert import Draft, draft_of, mesh_from_draft, split
-from prensa.mesh.mesh import (
-    CELL_NAMES,
-    CORNERS,
-    Mesh,
-    MeshError,
-    boundary_edges,
-    coincident,
-    edges_between,
-    keys,
-    oriented,
-)
+from prensa.mesh.mesh import CELL_NAMES, CORNERS, Mesh, MeshError, coincident, named, oriented
+from prensa.mesh.names import SideNames
 from prensa.model import meshes as model
 from prensa.model.names import suggest
 from prensa.model.units import factor
@@ -42,7 +33,8 @@ def from_file(m: model.File, nodes: int, unit: str) -> Mesh:
         text = path.read_bytes().decode("utf-8", errors="replace")
         # Readers of our own: meshio loses surfaces and sets, mixes parts, and allocates what a wrong file asks for.
         deck = (gmsh if path.suffix.lower() == ".msh" else abaqus).read(text)
-        points, kinds, label = _cells(deck, _chosen(deck, m.part))
+        chosen = _chosen(deck, m.part)
+        points, kinds, label = _cells(deck, chosen)
     except (FileError, OSError) as error:
         raise MeshError(f"{path.name}: {error}") from None
     if m.unit is not None:
@@ -51,29 +43,32 @@ def from_file(m: model.File, nodes: int, unit: str) -> Mesh:
         points, kinds, label = _merged(points, kinds, label)
     # Programs write cells either way round.
     kinds = {k: oriented(points, c) for k, c in kinds.items()}
+    names = SideNames(path.name, deck, chosen, m.part)
     if len(kinds) == 1:
         cells = next(iter(kinds.values()))
-        edges, corners = _named(deck, cells, label)
+        read = names.of(points, cells, label)
         if cells.shape[1] == nodes:
-            return Mesh(points, cells, edges, corners)
-        draft = draft_of(points, cells, edges, corners)
+            return read
+        draft = draft_of(points, cells, read.edges, read.corners)
     else:
-        draft = _of_two_kinds(path.name, deck, points, kinds, label, nodes)
-    return mesh_from_draft(draft, nodes)
+        draft, read = _of_two_kinds(names, points, kinds, label, nodes)
+    mesh = mesh_from_draft(draft, nodes)
+    return named(mesh, mesh.edges, mesh.corners, read.notes)
 
 
 def _chosen(deck: Deck, parts: tuple[str, ...]) -> list[int]:
     """Labels of the cells of the parts, each once."""
     if not deck.cells:
         raise FileError("there is no triangle or quadrilateral in it; is the surface meshed and in a physical group?")
+    known = {**deck.surfaces, **deck.parts}
     for name in parts:
-        if name not in deck.parts:
-            raise FileError(f"there is no part {name!r}{suggest(name, deck.parts)}")
+        if name not in known:
+            raise FileError(f"there is no part {name!r}{suggest(name, known)}")
     if not parts and deck.exclusive and len(deck.parts) > 1:
         raise FileError(
             f"it has several parts; say with 'part' which one the body is: {', '.join(map(repr, deck.parts))}"
         )
-    labels = [e for name in parts for e in deck.parts[name]] if parts else list(deck.cells)
+    labels = [e for name in parts for e in known[name]] if parts else list(deck.cells)
     if not parts and deck.exclusive and deck.parts:
         labels = next(iter(deck.parts.values()))
     # an element in two groups is written twice in the older format of gmsh
@@ -125,35 +120,9 @@ def _merged(
     return points[first], kinds, {name: int(number[k]) for name, k in label.items()}
 
 
-def _named(deck: Deck, cells: Index, label: dict[int, int]) -> tuple[dict[str, Index], dict[str, int]]:
-    """Boundaries and named points: those sets of the file that are on the outline of the cells, or a single node of them."""
-    outline = boundary_edges(cells)
-    n = int(cells.max()) + 1
-    known = keys(outline[:, :2], n)
-    edges: dict[str, Index] = {}
-    corners: dict[str, int] = {}
-    for name, groups in deck.lines.items():
-        # All pairs of a line's nodes: of these only the two ends are a side of the outline, wherever the file puts the middle
-        # node.
-        pairs = [
-            (label[a], label[b]) for g in groups for i, a in enumerate(g) for b in g[:i] if a in label and b in label
-        ]
-        if pairs:
-            rows = np.isin(known, keys(np.array(pairs, dtype=np.int64), n))
-            if rows.any():
-                edges[name] = outline[rows]
-    for name, nodes in deck.points.items():
-        some = np.array(sorted({label[k] for k in nodes if k in label}), dtype=np.int64)
-        if len(some) == 1:
-            corners[name] = int(some[0])
-        elif name not in edges and len(found := edges_between(outline, some)):
-            edges[name] = found
-    return edges, {k: v for k, v in corners.items() if k not in edges}
-
-
 def _of_two_kinds(
-    name: str, deck: Deck, points: Array, kinds: dict[int, Index], label: dict[int, int], nodes: int
-) -> Draft:
+    names: SideNames, points: Array, kinds: dict[int, Index], label: dict[int, int], nodes: int
+) -> tuple[Draft, Mesh]:
     """Triangles of a mesh of triangles and quadrilaterals; other elements cannot be had from it.
 
     Raises
@@ -165,11 +134,11 @@ def _of_two_kinds(
     found = " and ".join(f"{len(c)} {CELL_NAMES[k]}" for k, c in sorted(kinds.items()))
     if CORNERS[nodes] == 4:
         raise MeshError(
-            f"{name}: a body has elements of one kind, the file has {found}; use element 't6' (quadrilaterals are split), "
+            f"{names.file}: a body has elements of one kind, the file has {found}; use element 't6' (quadrilaterals are split), "
             "mesh it with quadrilaterals only, or make one body of each part and tie them"
         )
     if set(kinds) not in ({3, 4}, {6, 8}):
-        raise MeshError(f"{name}: a body has elements of one order, the file has {found}; mesh it with one order")
+        raise MeshError(f"{names.file}: a body has elements of one order, the file has {found}; mesh it with one order")
     midside: dict[tuple[int, int], Array] = {}
     triangles = []
     for c in kinds.values():
@@ -183,6 +152,6 @@ def _of_two_kinds(
     number = np.full(len(points), -1, dtype=np.int64)
     number[used] = np.arange(len(used))
     kept = {n: int(number[k]) for n, k in label.items() if number[k] >= 0}
-    edges, corners = _named(deck, number[cells], kept)
+    read = names.of(points[used], number[cells], kept)
     midside = {(int(number[a]), int(number[b])): x for (a, b), x in midside.items()}
-    return Draft(points[used], number[cells], edges, corners, {}, midside)
+    return Draft(points[used], number[cells], read.edges, read.corners, {}, midside), read

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import field
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
@@ -347,9 +348,12 @@ class File:
     """Mesh of a file: gmsh's ``.msh`` (text, 2.2 or 4.1) or an Abaqus deck ``.inp``; ``path`` is relative to the case file.
 
     Boundaries are the physical curves, node sets, surfaces and sets of line elements of the file, on the outline of the
-    body; points are physical points and sets of one node. ``part`` names the physical surfaces, element sets or parts that
-    make the body (default: all). ``unit`` is the file's unit of length (default: that of the case). ``merge`` joins nodes
-    at one place. ``digest`` is filled in by the program: a run is resumed only with the mesh that it began with.
+    body; points are physical points and sets of one node. A file without physical curves has gmsh's by number (``curve-3``,
+    ``point-1``); ``bottom``, ``right``, ``top`` and ``left`` are found by place where the file has none of these names; where
+    another part meets this one is ``interface-PART`` if it has no other name. ``part`` names the physical surfaces (or
+    ``surface-1``, by number), element sets or parts that make the body (default: all). ``unit`` is the file's unit of length
+    (default: that of the case). ``merge`` joins nodes at one place. ``digest`` is filled in by the program: a run is resumed
+    only with the mesh that it began with.
     """
 
     path: Annotated[str, BeforeValidator(_mesh_file)]
@@ -364,7 +368,11 @@ class File:
         from prensa.model.tables import digest_of
 
         if not self.path.lower().endswith((".msh", ".inp")):
-            raise ValueError(f"{self.path!r}: gmsh's .msh and Abaqus's .inp are read; export the mesh as one of them")
+            file = Path(self.path)
+            raise ValueError(
+                f"{self.path!r}: gmsh's .msh and Abaqus's .inp are read; export the mesh as one of them, or convert it: "
+                f"meshio convert --ascii --output-format gmsh {file.name} {file.stem}.msh"
+            )
         # A restart or a report reads the mesh again: a file that was changed in between would go unnoticed beside old results.
         digest = digest_of(self.path)
         if self.digest not in (None, digest):

@@ -80,4 +80,5 @@ def warnings_of(problem: Problem) -> list[str]:
     said += [
         f"tools.{t}: no contact involves this tool; it will touch nothing" for t in problem.tools if t not in used
     ]
+    said += [f"tools.{name}.{key}: {words}" for name, tool in problem.tools.items() for key, words in tool.doubts()]
     return said + space_left_out(problem)

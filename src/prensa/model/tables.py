@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from math import isnan
 from pathlib import Path
 from typing import Any
 
-from prensa.model.units import factor
+from prensa.model.sheets import DataError, read_sheet
+from prensa.model.units import LENGTH, RATIO, Dimension, factor
 
 TABLE_LIMIT = 1 << 20
 MESH_LIMIT = 256 << 20
@@ -27,55 +29,87 @@ def tables_of(owner: Any) -> Iterator[tuple[tuple[str | int, ...], Any]]:
 def read_mu_table(path: str, context: Any) -> Any:
     """Read a friction curve from a CSV of two columns, slip κ (length) and μ, as the fields of a `MuTable`.
 
-    Relative paths are the case file's; lines that start with ``#`` are skipped. A first line of names may say the unit of the
-    slip, ``slip (um), mu``; without one it is in that of the case.
+    Raises
+    ------
+    ValueError
+        As `read_columns`.
+
+    """
+    # '0.1 mm' in the place of a coefficient is a text, and would be reported as a missing file.
+    if path[:1] in "+-.0123456789" and path and _is_number(path.split()[0]) and not _beside(path, context).is_file():
+        raise ValueError(f"{path!r} is no friction coefficient: it is a plain number, such as 0.1")
+    kappa, mu = zip(*read_columns(path, context, "friction table", (("slip", LENGTH), ("mu", RATIO))))
+    return {"kappa": list(kappa), "mu": list(mu)}
+
+
+def read_columns(path: str, context: Any, what: str, columns: Sequence[tuple[str, Dimension]]) -> list[tuple[float, ...]]:
+    """Rows of a CSV file that a description names, in the units of the case, one number for each of *columns*.
+
+    Relative paths are the case file's; how cells, decimal commas and comments are written is free (see `read_sheet`). A first
+    row of names may state units, ``slip (um), mu``, or a second row may; without any, numbers are in the units of the case.
+
+    Parameters
+    ----------
+    path, context
+        The file as written, and the context of the validation, with the case's folder and units.
+    what
+        Kind of table, for messages.
+    columns
+        Name and dimension of each column.
 
     Raises
     ------
     ValueError
-        If the file is missing or is not two columns of numbers.
+        If the file is missing, is not such columns of numbers in two rows at least, or states other units.
 
     """
-    base = Path(context["folder"]) if context and context.get("folder") is not None else Path()
-    file = base / path
+    file = _beside(path, context)
+    many = {2: "two"}.get(len(columns), len(columns))
+    expected = f"{what} {path!r}: expected {many} columns of finite numbers, {' and '.join(name for name, _ in columns)}"
     try:
         if not file.is_file():
-            # '0.1 mm' in the place of a coefficient is a text, and would be reported as a missing file.
-            if path[:1] in "+-.0123456789" and path and _is_number(path.split()[0]):
-                raise ValueError(f"{path!r} is no friction coefficient: it is a plain number, such as 0.1")
-            raise ValueError(f"friction table {path!r}: there is no such file{_instead(file)}")
+            raise ValueError(f"{what} {path!r}: there is no such file{_instead(file)}")
         if file.stat().st_size > TABLE_LIMIT:
-            raise ValueError(f"friction table {path!r} is larger than 1 MiB; is it the right file?")
-        lines = file.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ValueError(f"friction table {path!r} cannot be read: {error}") from None
-    # Spreadsheets of many countries divide columns by semicolons.
-    rows = [line.replace(";", ",").split(",") for line in lines if line.strip() and not line.lstrip().startswith("#")]
-    unit = 1.0
-    if rows and not _is_number(rows[0][0]):
-        unit, rows = _length_of(rows[0][0], context), rows[1:]
-    try:
-        points = [(float(kappa) * unit, float(mu)) for kappa, mu in rows]
-    except ValueError:
-        raise ValueError(f"friction table {path!r}: expected two columns of numbers, slip and mu") from None
-    if len(points) < 2:
-        raise ValueError(f"friction table {path!r}: expected two columns of numbers, slip and mu, in at least two rows")
-    return {"kappa": [p[0] for p in points], "mu": [p[1] for p in points]}
+            raise ValueError(f"{what} {path!r} is larger than 1 MiB; is it the right file?")
+        sheet = read_sheet(file, named=False)
+    except OSError as error:
+        raise ValueError(f"{what} {path!r} cannot be read: {error}") from None
+    except DataError as error:
+        raise ValueError(f"{expected}; {error}") from None
+    if len(sheet.names) != len(columns) or len(sheet.rows) < 2:
+        raise ValueError(f"{expected}, in at least two rows; it has {len(sheet.names)} in {len(sheet.rows)}")
+    for row, line in zip(sheet.rows, sheet.lines):
+        if any(isnan(x) for x in row):
+            raise ValueError(f"{expected}; {file}:{line}: a cell is empty")
+    by = [unit_of_column(unit, what, dimension, context) for unit, (_, dimension) in zip(sheet.units, columns)]
+    return [tuple(x * f for x, f in zip(row, by)) for row in sheet.rows]
 
 
-def _length_of(head: str, context: Any) -> float:
-    """The unit of length that stands in brackets in the head of a column, in the case's; 1 where there is none."""
-    _, bracket, rest = head.partition("(")
-    if not bracket:
+def unit_of_column(unit: str, what: str, dimension: Dimension, context: Any) -> float:
+    """The unit that stands over a column, in the case's; 1 where there is none.
+
+    Raises
+    ------
+    ValueError
+        If it is no unit of that dimension, or there is no case.
+
+    """
+    # '-' over a column of pure numbers is what testing machines write.
+    if unit.strip() in ("", "-", "–", "1"):
         return 1.0
-    unit = rest.partition(")")[0].strip()
     units = context.get("units") if context else None
     if units is None:
         raise ValueError(f"the table states the unit {unit!r}; that belongs in case files, in Python give numbers of the case")
     try:
-        return factor(f"1 {unit}", units["length"], units["force"], (0, 1))
+        return factor(f"1 {unit}", units["length"], units["force"], dimension.exponents)
     except ValueError as error:
-        raise ValueError(f"friction table: {head.strip()!r} states no unit of length ({error})") from None
+        raise ValueError(f"{what}: {unit!r} states no unit of {dimension.name.split(' ', 1)[1]} ({error})") from None
+
+
+def _beside(path: str, context: Any) -> Path:
+    """A file that a description names; relative paths are the case file's."""
+    base = Path(context["folder"]) if context and context.get("folder") is not None else Path()
+    return base / path
 
 
 def found_file(path: str, context: Any, what: str) -> str:
@@ -87,8 +121,7 @@ def found_file(path: str, context: Any, what: str) -> str:
         If there is no such file, or it is larger than any mesh.
 
     """
-    base = Path(context["folder"]) if context and context.get("folder") is not None else Path()
-    file = base / path
+    file = _beside(path, context)
     try:
         if not file.is_file():
             raise ValueError(f"{what} {path!r}: there is no such file{_instead(file, file.suffix)}")
@@ -108,8 +141,7 @@ def found_run(run: str, context: Any) -> str:
         If it is no folder or holds no checkpoint.
 
     """
-    base = Path(context["folder"]) if context and context.get("folder") is not None else Path()
-    folder = base / run
+    folder = _beside(run, context)
     try:
         if not folder.is_dir():
             raise ValueError(

@@ -108,7 +108,7 @@ def deformed(
         for axis, at in lines:
             draw = axes.axhline if axis else axes.axvline
             draw(at, color=style.BLACK, linewidth=0.6, dashes=(10, 3, 2, 3))
-        _finish_section(axes, problem, box)
+        finish_section(axes, problem, box)
         below = wide > 1.1
         place = {"location": "bottom", "ax": axes, "shrink": 0.9, "aspect": 30, "pad": 0.03} if below else \
                 {"cax": axes.inset_axes((1.04, 0.0, 0.05, 1.0))}  # fmt: skip
@@ -128,7 +128,7 @@ def section(increment: Increment, problem: Problem, draw: Callable[[Axes, BodySt
                 draw(axes, body, image)
                 _edges(axes, body, image, mesh=False, lines=lines, box=box)
             _draw_tools(axes, increment, problem, box, image)
-        _finish_section(axes, problem, box)
+        finish_section(axes, problem, box)
         axes.set_title(_moment(increment))
     return figure
 
@@ -146,7 +146,7 @@ def new_meshes(pairs: Sequence[tuple[Increment, Increment]], problem: Problem) -
                     for body in increment.bodies.values():
                         _edges(axes, body, image, mesh=True, lines=lines, box=box)
                     _draw_tools(axes, increment, problem, box, image)
-                _finish_section(axes, problem, box)
+                finish_section(axes, problem, box)
                 axes.set_title(_moment(increment))
     return figure
 
@@ -597,6 +597,11 @@ def limits(increment: Increment, problem: Problem, mirror: Sequence[str] = ()) -
     return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
 
+def figure_of_section(box: tuple[float, float, float, float]) -> tuple[Figure, Axes]:
+    """A figure with axes for a part of the plane (x from, to, y from, to)."""
+    return _figure(*_size((box[1] - box[0]) / (box[3] - box[2])))
+
+
 def _size(wide: float) -> tuple[float, float]:
     """Width and height in inches of a picture whose section is *wide* times wider than high."""
     width = 4.5 if wide > 0.8 else max(3.6 * wide, 1.6) + 1.3
@@ -619,7 +624,8 @@ def _draw_tools(axes: Axes, increment: Increment, problem: Problem, box: tuple[f
             axes.add_patch(Polygon(image.of(polygon), closed=True, zorder=2.5, **style.TOOL))
 
 
-def _finish_section(axes: Axes, problem: Problem, box: tuple[float, float, float, float]) -> None:
+def finish_section(axes: Axes, problem: Problem, box: tuple[float, float, float, float]) -> None:
+    """Limits, equal scales and names of the axes of a section."""
     first, second = style.axes_names(problem)
     unit = style.length_unit(problem)
     axes.set(xlim=box[:2], ylim=box[2:], aspect="equal", xlabel=f"{first} ({unit})", ylabel=f"{second} ({unit})")

@@ -69,7 +69,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
     take("discretise", "extensions", extensions, Sequence, "give a list of Extension")
     for extension in extensions:
         take("discretise", "an extension", extension, Extension, "give a list of Extension")
-    meshes = _meshes(problem, {} if beside is None else beside.meshes)
+    meshes = meshes_of(problem, {} if beside is None else beside.meshes)
     offsets, total = {}, 0
     for name, mesh in meshes.items():
         offsets[name], total = total, total + len(mesh.points)
@@ -198,7 +198,15 @@ def with_origins(system: System, remeshed: Remeshed) -> System:
     return replace(system, X=X, blocks=blocks, surfaces=surfaces, _volumes={})
 
 
-def _meshes(problem: model.Problem, beside: Mapping[str, Mesh]) -> dict[str, Mesh]:
+def meshes_of(problem: model.Problem, beside: Mapping[str, Mesh]) -> dict[str, Mesh]:
+    """Meshes of the bodies by name; ``beside``: those of a problem with numbers next to these.
+
+    Raises
+    ------
+    MeshError
+        If a description gives no mesh.
+
+    """
     meshes: dict[str, Mesh] = {}
     for name, body in problem.bodies.items():
         try:

@@ -150,6 +150,14 @@ class ToolShape(Member, abstract=True):
         dx, dy = direction + 0.0  # no minus before a zero
         return f", facing ({dx:.4g}, {dy:.4g})"
 
+    def notes(self) -> tuple[str, ...]:
+        """What ``prensa check`` says of how the description was read, a line each."""
+        return ()
+
+    def doubts(self) -> Iterator[tuple[str, str]]:
+        """Keys of the description, each with what is allowed there but may matter; reported as warnings."""
+        return iter(())
+
     def outline(self, depth: float) -> list[Array]:
         """Closed polygons, each (n, 2), about the reference point; a tool that looks somewhere looks along −y.
 

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import BeforeValidator, ValidationInfo, model_validator
 
 from prensa.kernels.table import Table
 from prensa.materials.flow_curve import PointCurve
 from prensa.model.fields import LARGEST
-from prensa.model.units import Pressure, Strain
+from prensa.model.tables import read_columns
+from prensa.model.units import PRESSURE, STRAIN, Pressure, Strain
 
 MOST_SECOND, MOST_LAST = (
     2.0,
@@ -21,10 +22,20 @@ MOST_SECOND, MOST_LAST = (
 )  # strains of the second and of the last pair from which on they are likely in per cent
 
 
-class FlowTable(PointCurve):
-    """Flow stress from ``points`` (ε̄, σ_y), interpolated by a monotone C¹ cubic, constant slope zero beyond the last."""
+def _measured(value: Any, info: ValidationInfo) -> Any:
+    """The points of a file, where one is named in their place."""
+    columns = (("plastic strain", STRAIN), ("flow stress", PRESSURE))
+    return tuple(read_columns(value, info.context, "flow curve", columns)) if isinstance(value, str) else value
 
-    points: tuple[tuple[Strain, Pressure], ...]
+
+class FlowTable(PointCurve):
+    """Flow stress from ``points`` (ε̄, σ_y), interpolated by a monotone C¹ cubic, constant slope zero beyond the last.
+
+    In the place of points may stand the name of a CSV file of plastic strains and flow stresses, whose first line may state units
+    as in ``strain (%), stress (MPa)``.
+    """
+
+    points: Annotated[tuple[tuple[Strain, Pressure], ...], BeforeValidator(_measured)]
     type: Literal["table"] = "table"
 
     derived: ClassVar[tuple[str, ...]] = ("cubic",)

@@ -6,13 +6,22 @@ from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, ValidationInfo
+from pydantic import (
+    Discriminator,
+    Field,
+    Tag,
+    TypeAdapter,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+    model_validator,
+)
 
 from prensa.geometry.chain import ChainError, Piece, chain
 from prensa.geometry.outline import of_chain
 from prensa.model.fields import described
 from prensa.model.names import Finding
-from prensa.model.units import Length, LengthUnit
+from prensa.model.units import Length, LengthUnit, Whole
 from prensa.tools.analytic import Tool
 from prensa.tools.tool import ToolShape
 from prensa.types import Array
@@ -39,34 +48,56 @@ Vertex = Annotated[
 
 @described
 class Drawing:
-    """Points of a profile from a ``file``: a DXF drawing with one chain of lines, arcs and polylines, or a CSV table of points.
+    """Points of a profile from a ``file``: a chain of lines, arcs, polylines, splines, ellipses of a DXF drawing, or a CSV table.
 
     The chain is walked from its left end, a closed one counter-clockwise; ``reverse`` turns that round (for a die, or a cavity).
-    ``layer``: that of a DXF drawing to take. ``unit``: its unit of length (default: the one that the drawing states, else the
-    case's). ``origin``: the place in the drawing that is the tool's reference point.
+    Of several chains in a drawing one is chosen: the one on a ``layer``, the one nearest to a place, ``near``, or by the number
+    of the ``part``, counted from the left. ``unit``: the drawing's unit of length (default: the one that it states, else the
+    case's). ``origin``: the place in the drawing that is the tool's reference point; like ``near`` in the drawing's axes, as a
+    length of the case. ``tolerance``: largest distance of arcs from the splines and ellipses that they stand for, and largest gap
+    between two ends that is closed (default: 1e-6 and 1e-3 of the drawing's size).
     """
 
     file: str
     layer: str | None = None
+    part: Annotated[Whole, Field(ge=1)] | None = None
+    near: tuple[Length, Length] | None = None
     unit: LengthUnit | None = None
     origin: tuple[Length, Length] = (0.0, 0.0)
     reverse: bool = False
+    tolerance: Annotated[Length, Field(gt=0)] | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> Drawing:
+        if self.part is not None and self.near is not None:
+            raise ValueError("'part' and 'near' both choose a chain; give one of them")
+        return self
 
 
-def _drawn(value: Any, info: ValidationInfo) -> Any:
+class DrawnPoints(tuple[Any, ...]):
+    """Points that were read from a file: a tuple, with ``notes`` on what was read and ``warnings`` of what was mended."""
+
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+def _drawn(value: Any, handler: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
     """The points of a file, where one is named in their place."""
     if isinstance(value, str):
         value = {"file": value}
     if isinstance(value, dict):
         value = TypeAdapter(Drawing).validate_python(value, context=info.context)
     if not isinstance(value, Drawing):
-        return value
-    from prensa.importers.dxf import vertices
+        return value if isinstance(value, DrawnPoints) else handler(value)
+    from prensa.importers.drawings import drawn
 
-    return vertices(value, info.context)
+    read = drawn(value, info.context)
+    points = DrawnPoints(handler(read.points))
+    points.notes, points.warnings = read.notes, read.warnings
+    return points
 
 
-Points = Annotated[tuple[Vertex, ...], BeforeValidator(_drawn)]
+Points = Annotated[tuple[Vertex, ...], WrapValidator(_drawn)]
 
 
 def _fillet_kind(value: Any) -> str:
@@ -123,6 +154,14 @@ class Chained(ToolShape, abstract=True):
     def details(self, shape: Tool, direction: Array) -> str:
         """How round it is."""
         return f", convex radii from {shape.radius:.4g} up"
+
+    def notes(self) -> tuple[str, ...]:
+        """What was read from a file."""
+        return getattr(self.points, "notes", ())
+
+    def doubts(self) -> Iterator[tuple[str, str]]:
+        """What was mended in a file."""
+        yield from (("points", words) for words in getattr(self.points, "warnings", ()))
 
     def outline(self, depth: float) -> list[Array]:
         """The chain; the ends of an open one are closed far inside the tool."""

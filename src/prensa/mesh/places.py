@@ -1,0 +1,65 @@
+"""Sides of a mesh by their place: ``bottom``, ``right``, ``top``, ``left``, for meshes whose files name none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from prensa.mesh.mesh import boundary_edges
+from prensa.mesh.outline import stretches
+from prensa.precision import DRAWN
+from prensa.types import Array, Index
+
+SIDES = {"bottom": (1, -1.0), "right": (0, 1.0), "top": (1, 1.0), "left": (0, -1.0)}
+"""Name of a side → its axis and direction."""
+
+
+def sides_by_place(points: Array, cells: Index, curves: Mapping[str, Index]) -> dict[str, Index]:
+    """Sides by place: name → edges (k, 2|3), body on the left; only those that one can tell.
+
+    The outline is cut at its corners. A side is made of the stretches that lie straight at the outermost coordinate, or else is
+    the one stretch that reaches it and faces that way (its chord within 45° of the line across). An outline without corners, a
+    plate with round ones say, is cut where the ``curves`` of its drawing end, if the file has them.
+    """
+    pieces = stretches(cells, points)
+    edges = boundary_edges(cells)
+    outer = points[edges[:, :2]]
+    size = float(np.ptp(outer.reshape(-1, 2), axis=0).max())
+    if curves and any(_closed(p) and np.ptp(points[p[:, 0]], axis=0).max() >= (1 - DRAWN) * size for p in pieces):
+        pieces = list(curves.values())
+    out = {}
+    for name, (axis, sign) in SIDES.items():
+        value = sign * points[:, axis]
+        reach = value[edges].max() - DRAWN * size
+        flat = [p for p in pieces if (value[p] >= reach).all()]
+        facing = [p for p in pieces if (value[p] >= reach).any() and not _closed(p) and _faces(points, p, axis, sign)]
+        if flat:
+            out[name] = np.concatenate(flat)
+        elif len(facing) == 1:
+            out[name] = facing[0]
+    return out
+
+
+def _closed(edges: Index) -> bool:
+    """Whether a stretch returns to its beginning."""
+    return bool(edges[0, 0] == edges[-1, 1])
+
+
+def _faces(points: Array, edges: Index, axis: int, sign: float) -> bool:
+    """Whether the chord of a stretch, body on its left, looks along an axis within 45°."""
+    chord = (points[edges[:, 1]] - points[edges[:, 0]]).sum(axis=0)
+    normal = np.array([chord[1], -chord[0]])
+    return bool(sign * normal[axis] > np.abs(normal[1 - axis]) * (1 + DRAWN))
+
+
+def corners_between(sides: Mapping[str, Index]) -> dict[str, int]:
+    """Points ``bottom-left``, … where two sides by place meet."""
+    out = {}
+    for y in ("bottom", "top"):
+        for x in ("left", "right"):
+            if y in sides and x in sides:
+                common = np.intersect1d(sides[y][:, :2], sides[x][:, :2])
+                if len(common) == 1:
+                    out[f"{y}-{x}"] = int(common[0])
+    return out
