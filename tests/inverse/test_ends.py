@@ -76,7 +76,7 @@ def test_a_strength_that_nobody_sees_has_one_end(computed: None, bound: tuple[fl
     target = t.ppf(0.95, freedom) ** 2 * max(least / freedom, 1.0)
     exact = brentq(lambda s: by_scipy(readings, s) - least - target, ends[0].end, 300.0)
     assert found.limit - found.end == pytest.approx(exact - found.end, rel=0.05)
-    assert f"below {found.limit:.4g} at 95%" in found.words
+    assert f"below {found.limit:.4g} at 95 %" in found.words
 
 
 def test_what_is_determined_stays_inside(computed: None) -> None:
@@ -125,7 +125,7 @@ def test_a_ring_without_first_yield(table: Path, caplog: pytest.LogCaptureFixtur
         p = fit.parameters[path]
         assert 0.7 * p.low < value < 1.3 * p.high and p.high < 1.5 * p.low
     said = [words for words in fit.words if S0 in words]
-    assert len(said) == 1 and f"the end of its range, 0; below {own.high:.4g} at 95%" in said[0]
+    assert len(said) == 1 and f"the end of its range, 0; below {own.high:.4g} at 95 %" in said[0]
     assert fit.correlation.shape == (4, 4) and np.isfinite(fit.correlation).all()
     page = fit.report(tmp_path / "fit.html").read_text(encoding="utf-8")
     assert "one side" in page and "nan" not in page

@@ -40,7 +40,7 @@ class End:
         where = f"at the end of its range, {self.end:g}" if np.isfinite(self.end) else "beyond all bounds"
         known = np.isfinite(self.limit) and self.limit > 0.0 if self.parameter.log else np.isfinite(self.limit)
         side = "below" if self.lower else "above"
-        seen = f"{side} {self.limit:.4g} at {CONFIDENCE:.0%}" if known else "any value follows the readings as well"
+        seen = f"{side} {self.limit:.4g} at {100 * CONFIDENCE:.0f} %" if known else "any value follows the readings as well"
         return f"{self.parameter.path}: its best value lies {where}; {seen}. Values and intervals of the others are for it there"
 
     def near(self, way: float) -> float:
