@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,13 +12,14 @@ import pytest
 
 import prensa as pr
 from prensa.checks.before.measured_places import measured_places
-from prensa.measures import MeasureError, grammar, names, parse, parse_all
+from prensa.measures import MeasureError, grammar, names, parse, parse_all, refuse_targets
 from prensa.mesh.generate import mesh_of
 from prensa.model.schema import loads
 from prensa.output.history import history_columns, read_history
 from prensa.output.measured import MeasureTable, read_measures
 from prensa.output.report import read_summary
 from prensa.result.increment import Shape
+from prensa.study.quantities import quantities
 from prensa.system.discretise import discretise
 from problems import pressed_block, single_block, stroke, upset_block
 
@@ -421,3 +423,38 @@ def test_a_side_that_lies_along_a_level_at_the_start_only_is_a_warning():
         value("block.right.y at x=4", p, shaped(p))
     tilted = shaped(p, lambda X: X + np.column_stack([0.25 * (X[:, 1] - 0.5), 0 * X[:, 0]]))
     assert value("block.right.y at x=4", p, tilted) == pytest.approx(0.5, abs=1e-12)
+
+
+def test_extremes_over_a_run_are_those_of_all_increments_so_far(tmp_path):
+    """In the table and after a restart; an increment by itself refuses them, and so does what ends a step."""
+    own = {"f": "punch.force.y", "peak": "max(punch.force.y)", "least": "min( block.top.y at X=1 )"}
+    p = problem("q4", measures=own)
+    increments = list(pr.solve(p))
+    table = MeasureTable(tmp_path, p)
+    for inc in increments[:2]:
+        table.append(inc)
+    table.close()
+    table = MeasureTable(tmp_path, p, keep=2)
+    table.append(increments[2])
+    table.close()
+    found = read_measures(tmp_path)
+    assert found["peak"].tolist() == np.maximum.accumulate(found["f"]).tolist() and found["peak"][2] > found["f"][2]
+    heights = [inc.measure("block.top.y at X=1") for inc in increments[:3]]
+    assert found["least"].tolist() == np.minimum.accumulate(heights).tolist()
+    assert parse_all(p)["peak"].unit == parse("punch.force.y", p).unit
+    for text in ("peak", "max(punch.force.y)"):
+        with pytest.raises(MeasureError, match=r"over a run.*under 'measures'"):
+            increments[0].measure(text)
+    with pytest.raises(MeasureError, match="did you mean"):
+        parse_all(problem(measures={"peak": "max(punhc.force.y)"}))
+
+
+def test_a_study_takes_an_extreme_by_its_name_and_a_step_does_not_wait_for_it():
+    """The name stands for what the study calls max(…); `until` refuses it before the run."""
+    p = problem("q4", measures={"peak": "max(punch.force.y)"})
+    (found,) = quantities("peak", p)
+    (plain,) = quantities("max(punch.force.y)", p)
+    assert (found.text, found.name, found.how, found.unit) == ("peak", plain.name, "max", plain.unit)
+    waiting = replace(p, steps=[replace(p.steps[0], until=pr.Until(measure={"peak": 10.0})), *p.steps[1:]])
+    with pytest.raises(MeasureError, match="over a run"):
+        refuse_targets(waiting)

@@ -107,7 +107,8 @@ def test_an_entry_of_a_list_that_the_file_leaves_to_its_default_is_changed(secti
     assert [c.friction for c in made.contacts] == [None, replace(before.friction, m=0.7), None]
     with pytest.raises(CaseError, match="unknown key 'mu'"):
         loads(PLAIN + section, overrides=["contacts.1.friction.mu=0.7"])
-    smooth = loads(PLAIN.replace("friction: {type: shear, m: 0.4, k: 50}\n", "") + section, overrides=["contacts.0.friction.mu=0.2"])
+    without = PLAIN.replace("friction: {type: shear, m: 0.4, k: 50}\n", "")
+    smooth = loads(without + section, overrides=["contacts.0.friction.mu=0.2"])
     assert smooth.problem.contacts[0].friction.mu == 0.2 and smooth.problem.contacts[1].friction is None
 
 

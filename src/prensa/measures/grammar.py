@@ -36,6 +36,7 @@ TOOL_QUANTITIES = ("force", "force.x", "force.y", "moment", "travel", "travel.x"
 DEEPEST = 20  # brackets of a measure: functions in one another are read one inside the other
 # A few functions and no expressions of Python: these would be a second language in case files, without units or derivatives.
 FUNCTIONS = ("angle", "change", "curvature", "distance", "mean", "radius", "ripple", "thickness", "thinning")
+OVER_RUN = re.compile(r"(max|min)\s*\((.*)\)")
 NOT_NUMBERS = ("step", "increment")
 
 
@@ -67,7 +68,8 @@ def parse_all(problem: Problem) -> dict[str, Measure]:
     reader, found, wrong = _Reader(problem), {}, []
     for name, text in problem.measures.items():
         try:
-            found[name] = replace(reader.read(text), name=name)
+            over = OVER_RUN.fullmatch(" ".join(text.split()))
+            found[name] = replace(reader.read(over[2] if over else text), name=name, over_run=over[1] if over else "")
         except PrensaError as error:
             wrong.append(f"measures.{name}: {error}")
     if wrong:
@@ -368,6 +370,11 @@ class _Reader:
 
     # --------------------------------------------------------------------------------------------------------- functions
     def _function(self, name: str, given: list[str], text: str) -> _Part:
+        if OVER_RUN.fullmatch(text):
+            raise MeasureError(
+                f"{text!r} is over a run, of which an increment knows nothing: name it under 'measures', and the run's tables "
+                f"have it, or take the {name}imum of {', '.join(given)!r} over the increments yourself"
+            )
         if name not in FUNCTIONS:
             near = difflib.get_close_matches(name, FUNCTIONS, n=1)
             remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(FUNCTIONS)}"
