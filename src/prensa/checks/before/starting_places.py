@@ -110,11 +110,10 @@ def _along_axis(system: System, s: Surface) -> str:
     # In axisymmetry a die does not move along its radial normal: only a way along the axis can free it, if any does.
     ways = [sign * w for w in AWAY * float(np.ptp(x, axis=0).max()) for sign in (-1.0, 1.0)]
     out = next((w for w in ways if least(w) >= 0.0), None)
-    unit = system.problem.units.length
     if out is None:
-        return f"leave {-least(0.0):.4g} {unit} more room between the two: no move along the axis brings it out"
+        return f"leave {-least(0.0):.4g} more room between the two: no move along the axis brings it out"
     inside = 0.0
     while abs(out - inside) > NO_DIFFERENCE * abs(out):
         middle = 0.5 * (inside + out)
         inside, out = (inside, middle) if least(middle) >= 0.0 else (middle, out)
-    return f"move the tool along the axis by {out:.4g} {unit}, or leave {-least(0.0):.4g} {unit} more room between the two"
+    return f"move the tool along the axis by {out:.4g}, or leave {-least(0.0):.4g} more room between the two"
