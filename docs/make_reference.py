@@ -35,7 +35,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     "Materials": tuple(dict(public("material")).values()),
     "Flow curves": tuple(dict(public("flow")).values()),
     "Tools": (*(cls for _, cls in public("tool") if getattr(cls, "offered", True)), model.Springs),
-    "Contacts": (model.Contact, model.NoContact, *dict(public("enforcement")).values()),
+    "Contacts": (model.Contact, model.NoContact, model.Interference, *dict(public("enforcement")).values()),
     "Friction": tuple(dict(public("friction")).values()),
     "Supports, motions and loads": (model.Fixed, model.Motion, model.Crank, model.Feed, model.Push, model.Load),
     "How it is solved, and what is written": (model.Numerics, model.Output),

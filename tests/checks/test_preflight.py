@@ -404,3 +404,34 @@ def test_a_thickness_of_one_is_a_force_per_thickness():
     sheet = block(size=(0.4, 0.2), space="plane stress", thickness=1.0)
     assert not any("thin sheets" in words for words in reported(sheet))
     assert any("thin sheets" in words for words in reported(replace(sheet, thickness=5.0)))
+
+
+def test_small_bodies_of_a_case_in_micrometres_are_meant():
+    """30 um in a case in um are no slip; 0.03 mm, and less than one of the small unit, are asked about in the case's unit."""
+    for length, size, asked in (("um", 30.0, False), ("mm", 0.03, True), ("um", 0.3, True), ("m", 3e-5, True)):
+        p = single_block(pr.Step("rest"), size=(size, size), n=(2, 2), units=pr.Units(length=length))
+        found = [words for words in reported(p) if "is the unit right?" in words]
+        assert bool(found) == asked, (length, size)
+        assert all(f"measures {size:.4g} {length};" in words for words in found)
+
+
+@pytest.mark.parametrize(("E", "meant"), [(70.0, "70 GPa"), (210e3, "210000 MPa"), (70e9, "7e+10 Pa")])
+def test_a_modulus_without_its_unit_in_a_case_in_micrometres(E, meant):
+    """The unit that is proposed makes it that of a metal."""
+    p = single_block(pr.Step("rest"), material=pr.Elastic(E, 0.3), units=pr.Units(length="um"))
+    assert any(f"did you mean '{meant}'?" in words for words in warnings_of(p))
+
+
+@pytest.mark.parametrize(
+    ("x", "depth", "said"), [(6.0, 0.02, "presses on one node at most"), (6.0, 0.3, "on 3 nodes at most"), (6.15, 0.5, "")]
+)
+def test_a_fine_tip_is_warned_of_by_the_nodes_that_it_finds(x, depth, said):
+    """A cylinder of 1.97 elements: one node where it hardly goes in; four where it goes in by its radius, which is no warning."""
+    p = single_block(
+        stroke(-depth, tool="tip"), size=(12.0, 4.0), n=(40, 8), fixed={"b.bottom": "xy"}, contacts=[pr.Contact("b.top", "tip")],
+        tools={"tip": pr.Circle(radius=0.59, at=(x, 4.59))},
+    )  # fmt: skip
+    found = [words for words in reported(p) if "less than two elements" in words]
+    assert bool(found) == bool(said) and all(said in words for words in found)
+    pushed = replace(p, steps=[pr.Step("press", push={"tip": pr.Push(y=-1.0)})])
+    assert any("begins on one node;" in words for words in reported(pushed))

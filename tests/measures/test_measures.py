@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -10,13 +11,15 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.measures import MeasureError, grammar, names, parse, parse_all
+from prensa.checks.before.measured_places import measured_places
+from prensa.measures import MeasureError, grammar, names, parse, parse_all, refuse_targets
 from prensa.mesh.generate import mesh_of
 from prensa.model.schema import loads
 from prensa.output.history import history_columns, read_history
 from prensa.output.measured import MeasureTable, read_measures
 from prensa.output.report import read_summary
 from prensa.result.increment import Shape
+from prensa.study.quantities import quantities
 from prensa.system.discretise import discretise
 from problems import pressed_block, single_block, stroke, upset_block
 
@@ -382,3 +385,76 @@ def test_the_table_of_measures_is_continued(tmp_path: Path, pressed):
             table.append(increment)
         table.close()
         assert read_measures(tmp_path)["increment"].tolist() == [1, 2, 3]
+
+
+@pytest.mark.parametrize("text", [
+    "block.right.y at X=4", "block.right.ux at X=4 mm", "block.right.mises at X=4", "block.right.angle at X=4",
+    "block.right.max.y at X=4", "block.top.x at Y=2", "distance(block.right at X=4, block.left at Y=1)",
+    "thickness(block.right at X=4, block.left)", "change(block.right.y at X=4)",
+])  # fmt: skip
+def test_a_place_along_the_constant_coordinate_of_a_side_is_refused_when_it_is_read(text):
+    """All of the right side is at X = 4: the message says which coordinate names a place, and what it may be."""
+    axis, low, high = ("X", "0", "4") if "at Y=2" in text else ("Y", "0", "2")
+    with pytest.raises(MeasureError, match=rf"all of block\.\w+ is at .*give {axis}.*\({axis} is {low} … {high} mm there\)"):
+        parse(text, problem())
+
+
+def test_places_of_the_undeformed_body_are_looked_for_when_they_are_read():
+    """One that runs along part of the outline, one that is not there and one that is there twice are refused before a run."""
+    p = problem()
+    for text, why in (
+        ("block.max.ux at X=4", r"runs along X = 4.*'block\.<boundary> at Y=1' \(Y is 0 … 2 mm"),
+        ("block.top.y at X=4.5", r"does not reach X = 4\.5: it lies at X = 0 … 4 mm"),
+        ("block.y at X=2", "in 2 places"),
+    ):
+        with pytest.raises(MeasureError, match=why):
+            parse(text, p)
+    assert value("block.max.y at X=2", p, shaped(p)) == 2.0  # of several one is chosen
+    assert value("block.top.y at X=4", p, shaped(p)) == 2.0  # an end of a side that crosses the level
+
+
+def test_a_side_that_lies_along_a_level_at_the_start_only_is_a_warning():
+    """The side may bend across the level, so it is no error; where one of several places is chosen nothing is said."""
+    p = problem(measures={"end": "block.right.y at x=4", "far": "block.right.max.y at x=4", "good": "block.right.x at y=1"})
+    found = list(measured_places(discretise(p)))
+    assert [f.path for f in found] == ["measures.end"] and not found[0].fatal
+    assert "give y, as in 'block.right at y=1' (y is 0 … 2 mm there)" in found[0].message
+    with pytest.raises(MeasureError, match=r"all of block\.right is at x = 4"):
+        value("block.right.y at x=4", p, shaped(p))
+    tilted = shaped(p, lambda X: X + np.column_stack([0.25 * (X[:, 1] - 0.5), 0 * X[:, 0]]))
+    assert value("block.right.y at x=4", p, tilted) == pytest.approx(0.5, abs=1e-12)
+
+
+def test_extremes_over_a_run_are_those_of_all_increments_so_far(tmp_path):
+    """In the table and after a restart; an increment by itself refuses them, and so does what ends a step."""
+    own = {"f": "punch.force.y", "peak": "max(punch.force.y)", "least": "min( block.top.y at X=1 )"}
+    p = problem("q4", measures=own)
+    increments = list(pr.solve(p))
+    table = MeasureTable(tmp_path, p)
+    for inc in increments[:2]:
+        table.append(inc)
+    table.close()
+    table = MeasureTable(tmp_path, p, keep=2)
+    table.append(increments[2])
+    table.close()
+    found = read_measures(tmp_path)
+    assert found["peak"].tolist() == np.maximum.accumulate(found["f"]).tolist() and found["peak"][2] > found["f"][2]
+    heights = [inc.measure("block.top.y at X=1") for inc in increments[:3]]
+    assert found["least"].tolist() == np.minimum.accumulate(heights).tolist()
+    assert parse_all(p)["peak"].unit == parse("punch.force.y", p).unit
+    for text in ("peak", "max(punch.force.y)"):
+        with pytest.raises(MeasureError, match=r"over a run.*under 'measures'"):
+            increments[0].measure(text)
+    with pytest.raises(MeasureError, match="did you mean"):
+        parse_all(problem(measures={"peak": "max(punhc.force.y)"}))
+
+
+def test_a_study_takes_an_extreme_by_its_name_and_a_step_does_not_wait_for_it():
+    """The name stands for what the study calls max(…); `until` refuses it before the run."""
+    p = problem("q4", measures={"peak": "max(punch.force.y)"})
+    (found,) = quantities("peak", p)
+    (plain,) = quantities("max(punch.force.y)", p)
+    assert (found.text, found.name, found.how, found.unit) == ("peak", plain.name, "max", plain.unit)
+    waiting = replace(p, steps=[replace(p.steps[0], until=pr.Until(measure={"peak": 10.0})), *p.steps[1:]])
+    with pytest.raises(MeasureError, match="over a run"):
+        refuse_targets(waiting)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from prensa.errors import CaseError
@@ -81,3 +83,40 @@ def test_bytes_of_the_command_line_that_are_no_characters_are_refused(change):
     with pytest.raises(CaseError, match="halves of characters") as caught:
         loads(CASE, overrides=[change])
     assert str(caught.value).isascii()
+
+
+PLAIN = """
+name: plain
+bodies:
+  a: {mesh: {type: rectangle, size: [4, 2], n: [4, 2]}, material: {type: elastic, E: 70e3, nu: 0.3}}
+  b: {mesh: {type: rectangle, size: [4, 2], n: [4, 2], origin: [0, -2]}, material: {type: elastic, E: 70e3, nu: 0.3}}
+tools: {die: {type: plane, touching: a.top}, bed: {type: plane, touching: b.bottom}}
+no_contact: [{surface: [b], against: die}]
+friction: {type: shear, m: 0.4, k: 50}
+fixed: {a.left: x, b.left: x}
+steps: [{name: press, move: {die: {y: -0.1}}}]
+"""
+
+
+@pytest.mark.parametrize("section", ["", "contacts: []\n", "contacts:\n"])
+def test_an_entry_of_a_list_that_the_file_leaves_to_its_default_is_changed(section):
+    """The contacts are those that count without the key, in their order, and the friction begins as that of the case."""
+    made = loads(PLAIN + section, overrides=["contacts.1.friction.m=0.7"]).problem
+    before = loads(PLAIN + section).problem
+    assert [c.name for c in made.contacts] == [c.name for c in before.contacts] == ["a-die", "a-bed", "b-bed"]
+    assert [c.friction for c in made.contacts] == [None, replace(before.friction, m=0.7), None]
+    with pytest.raises(CaseError, match="unknown key 'mu'"):
+        loads(PLAIN + section, overrides=["contacts.1.friction.mu=0.7"])
+    without = PLAIN.replace("friction: {type: shear, m: 0.4, k: 50}\n", "")
+    smooth = loads(without + section, overrides=["contacts.0.friction.mu=0.2"])
+    assert smooth.problem.contacts[0].friction.mu == 0.2 and smooth.problem.contacts[1].friction is None
+
+
+def test_a_list_that_the_file_does_not_have_grows_entry_by_entry():
+    """Changes to one entry come together; one that is left out is reported, and lists of the file do not grow."""
+    ties = [f"ties.0.{key}={side}" for key, side in (("slave", "a.bottom"), ("master", "b.top"))]
+    assert loads(PLAIN, overrides=ties).problem.ties[0].master == "b.top"
+    assert len(loads(PLAIN, overrides=[*ties, "ties.1={slave: a.left, master: b.right}"]).problem.ties) == 2
+    for changes, why in ((["ties.1.slave=a.top"], "no entry '1' in 'ties'"), (["steps.1.name=more"], "no entry '1' in 'steps'")):
+        with pytest.raises(CaseError, match=why):
+            loads(PLAIN, overrides=changes)

@@ -238,3 +238,14 @@ def test_files_of_a_case_are_known_by_their_content(tmp_path: Path) -> None:
     (tmp_path / "deadly.py").write_text(LAW + "\n# changed\n", encoding="utf-8")
     assert detached(text)[0] != bare
     assert detached(CASE) == (CASE, ())
+
+
+def test_without_dask_one_case_is_computed_after_the_other(monkeypatch):
+    """Unless several processes are asked for, which is refused with what to install."""
+    monkeypatch.setattr("prensa.study.engine.find_spec", lambda name: None)
+    monkeypatch.setattr("prensa.study.engine.available_cores", lambda: 4)
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with engine.engine(None, None, None, ()) as found:
+        assert isinstance(found, engine.Here) and "pip install prensa[dask]" in found.summary
+    with pytest.raises(PrensaError, match=r"pip install prensa\[dask\]"), engine.engine(2, None, None, ()):
+        pass

@@ -29,7 +29,8 @@ class Surface:
     its nodes;
     ``behind`` (m,): elements of the body behind the edges.
     ``multipliers``: their field, normal and tangential of each point; None if they are no degrees of freedom.
-    ``corners``: those of the tool that hold points in this increment.
+    ``corners``: those of the tool that hold points in this increment. ``shift`` (n,): what is added to the gaps at the nodes of
+    the system, for overlaps that are meant; None: nothing.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Surface:
     behind: Index
     multipliers: Field | None = None
     corners: Corners | None = None
+    shift: Array | None = None
 
     @cached_property
     def against(self) -> str:

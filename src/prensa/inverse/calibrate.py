@@ -14,11 +14,12 @@ from pathlib import Path
 import numpy as np
 
 from prensa.errors import ArgumentError, PrensaError, shown, take
+from prensa.inverse.ends import End, bounded, ends_of, without
 from prensa.inverse.experiment import Experiment, Observe, Test, ready, refuse_strange, refuse_twice, refuse_vague
 from prensa.inverse.meshes import finer
-from prensa.inverse.objective import Objective, Parameter, Residuals
+from prensa.inverse.objective import IDLE, Objective, Parameter, Residuals
 from prensa.inverse.profile import Profile, profile
-from prensa.inverse.result import IDLE, Finer, Fit, fit_of, half_widths, idle_channels
+from prensa.inverse.result import Finer, Fit, fit_of, half_widths, idle_channels, with_ends
 from prensa.inverse.rivals import compared
 from prensa.inverse.tables import DataError
 from prensa.model.problem import Case, Problem
@@ -137,11 +138,46 @@ def calibrate(
         tests = [Test(case, data, observe, along), *tests]
     experiments, known = _checked(tests, parameters)
     objective = Objective(experiments, known, Path(keep) if keep is not None else None, told or log.info)
-    found = _best(objective, starts, seed, told or log.warning)
-    fine = _refined(objective, *found[0]) if refine else None
-    bends = _bends(objective, *found[0]) if profiles else []
+    found, first = _best(objective, starts, seed, told or log.warning)
+    return _around(objective, found, first, refine, profiles, compare)
+
+
+def _around(
+    objective: Objective, found: list[tuple[Array, Residuals]], first: Residuals | None, refine: bool, profiles: bool,
+    compare: bool,
+) -> Fit:  # fmt: skip
+    """The outcome around the best of fits; ``first``: residuals at the start. Else see `calibrate`."""
+    paths = [p.path for p in objective.parameters]
+    ends = ends_of(objective, *found[0], first)[: len(paths) - 1]  # one is left to be fitted: its profile ends at its bound
+    rest, of_rest = _held(objective, ends, found)
+    if ends:
+        least, freedom = of_rest[0][1].square, max(len(of_rest[0][1].r) - len(of_rest[0][0]), 1)
+        ends = bounded(objective, ends, found[0][0], least, freedom)
+        rest.runs = objective.runs
+    fine = _refined(rest, *of_rest[0]) if refine else None
+    bends = _bends(rest, *of_rest[0]) if profiles else []
+    objective.runs = rest.runs
+    # The other law may well have its best values elsewhere.
     rival = compared(objective, *found[0]) if compare else None
-    return fit_of(objective, found, fine, bends, rival)
+    rest.runs = objective.runs
+    return with_ends(fit_of(rest, of_rest, fine, bends, rival), paths, ends)
+
+
+def _listed(ends: Sequence[End]) -> str:
+    return "; ".join(f"{e.parameter.path} at {e.end:g}" for e in ends)
+
+
+def _held(
+    objective: Objective, ends: Sequence[End], found: list[tuple[Array, Residuals]]
+) -> tuple[Objective, list[tuple[Array, Residuals]]]:  # fmt: skip
+    """The objective without the parameters that lie at ends of their ranges, and fits of which the best is one of the others."""
+    if not ends:
+        return objective, found
+    rest = without(objective, ends)
+    objective.report(f"with {_listed(ends)}")
+    best = rest.minimise(np.delete(found[0][0], [e.number for e in ends]))
+    objective.runs = rest.runs
+    return rest, [best, *found[1:]]
 
 
 def _refined(objective: Objective, x: Array, at: Residuals) -> Finer | None:
@@ -174,8 +210,11 @@ def _bends(objective: Objective, x: Array, at: Residuals) -> list[Profile | None
 
 def _best(
     objective: Objective, starts: int, seed: int, doubted: Callable[[str], None]
-) -> list[tuple[Array, Residuals]]:  # fmt: skip
-    """Fits from all starts that have an answer, the best first; ``doubted`` receives what looks wrong before the first step."""
+) -> tuple[list[tuple[Array, Residuals]], Residuals | None]:  # fmt: skip
+    """Fits from all starts that have an answer, the best first, and residuals at the start of the case.
+
+    ``doubted`` receives what looks wrong before the first step.
+    """
     found, failed = [], None
     more = [0.0] * len(objective.nuisances)
     first = objective.at(np.array([*(p.inner(p.start) for p in objective.parameters), *more]))
@@ -193,4 +232,4 @@ def _best(
     if not found:
         assert failed is not None
         raise failed
-    return sorted(found, key=lambda f: f[1].square)
+    return sorted(found, key=lambda f: f[1].square), first

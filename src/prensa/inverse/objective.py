@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -29,6 +30,8 @@ IDLE_STEP = 1e-3  # χ² that the next step would gain below which it is not wor
 MOST_RUNS = 60  # of a fit
 ROUGH = 50.0  # times that gain: what a step that did not come true may have promised without being tried again
 TRUSTED = 1.0  # of what is varied, mostly logarithms: way along which a linearised problem predicts at most, a factor of e
+CONFIDENCE = 0.95  # of intervals
+IDLE = 1e-3  # change of a channel over its error when a parameter doubles, below which that does not move it
 NO_ANSWER = 10.0  # residual, over its standard error, of all readings where the case has no answer
 
 
@@ -43,6 +46,18 @@ class Residuals(NamedTuple):
     def square(self) -> float:
         """χ²."""
         return float(self.r @ self.r)
+
+
+@contextmanager
+def _quiet(on: bool) -> Iterator[None]:
+    """Without what runs warn of, if ``on``: on the way to an answer parameters pass through values that nobody means."""
+    before = log.level
+    if on:
+        log.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        log.setLevel(before)
 
 
 def grown(value: float, way: float) -> float:
@@ -198,7 +213,8 @@ class Objective:
                 self._known[key] = json.loads(kept.read_text(encoding="utf-8"))
             else:
                 self.runs += 1
-                p = e.predict(values, paths)
+                with _quiet(self.runs > len(self.experiments)):
+                    p = e.predict(values, paths)
                 self._known[key] = [[v.tolist() for v in parts] for parts in zip(p.values, p.slopes, p.rates)]
                 if kept is not None:
                     kept.parent.mkdir(parents=True, exist_ok=True)

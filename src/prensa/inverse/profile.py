@@ -99,6 +99,8 @@ class _Side:
         near, start = LinearisedResiduals(curves, self.x, self.at.r, self.at.J), self.x
         for _ in range(MOST_PLACES):
             end, y, steep = self._end_of(near, start)
+            if not end > 0.0:  # what is predicted has the least elsewhere
+                return False
             found = self.objective.at(y)
             if found is None:
                 return False
@@ -135,6 +137,8 @@ class _Side:
             inside, end = end, min(2.0 * end, reach)
         end = float(brentq(above, inside, end))
         above(end)
+        if not end > 0.0:
+            return end, start, 0.0
         y, expected = places[end]
         return end, y, max(expected - self._along_curves(near, (1.0 - BENT_BY) * end, y)[1], NEGLIGIBLE) / (BENT_BY * end)
 
@@ -209,7 +213,7 @@ class _Side:
                 y = 0.5 * (y + best[0])
                 continue
             step, *_ = np.linalg.lstsq(got.J[:, self.others], -got.r, rcond=ROUND_OFF)
-            step *= min(1.0, TRUSTED / max(float(np.abs(step).max()), SMALLEST))
+            step *= min(1.0, TRUSTED / max(float(np.abs(step).max(initial=0.0)), SMALLEST))
             rest = got.r + got.J[:, self.others] @ step
             best = y, got, rest, got.square - float(rest @ rest)
             y = y.copy()

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from prensa.inverse.objective import Objective, Residuals, grown
+from prensa.inverse.ends import End
+from prensa.inverse.objective import CONFIDENCE, IDLE, SMALL_STEP, Objective, Residuals, grown
 from prensa.inverse.profile import Profile
 from prensa.inverse.rivals import Rival
 from prensa.materials.flow_curve import FlowCurve, stress_at
@@ -19,9 +20,7 @@ from prensa.precision import DRAWN, FIRST_DIFFERENCE
 from prensa.sensitivity.parameters import with_values
 from prensa.types import Array
 
-CONFIDENCE = 0.95  # of intervals
 UNUSUAL = 0.05  # probability below which residuals are not those of chance
-IDLE = 1e-3  # change of a channel over its error when a parameter doubles, below which that does not move it
 SLIP = 5  # residual over the error, and over those of the others, from which a reading is suspected
 BETTER = 0.1  # χ² by which another place has to be better to be reported
 UNDETERMINED, FAR_OFF = 0.5, 1.0  # standard error, and way, in what is varied beyond which nothing is reported without a column
@@ -34,7 +33,8 @@ class Interval:
     """A parameter: its value, half its 95 % interval by noise alone, and what a finer mesh changes (nan: unknown).
 
     ``profile``: how good that half is, and better ends where it is not (None: not looked at). ``scatter``: what it would be
-    changed by if the readings changed as the finer mesh changes them, but each by itself one way or the other.
+    changed by if the readings changed as the finer mesh changes them, but each by itself one way or the other. ``one_sided``:
+    its ends where the value lies at an end of its range, by the readings alone.
     """
 
     value: float
@@ -44,6 +44,7 @@ class Interval:
     log: bool
     profile: Profile | None = None
     scatter: float = 0.0
+    one_sided: tuple[float, float] | None = None
 
     @property
     def of_mesh(self) -> float:
@@ -61,6 +62,8 @@ class Interval:
         return self._end(1.0)
 
     def _end(self, sign: float) -> float:
+        if self.one_sided is not None:
+            return self.one_sided[0 if sign < 0 else 1]
         halves = 1.0 if self.profile is None else self.profile.low if sign < 0 else self.profile.high
         # A sum: with the quantile of |N(b, 1)| a strength was held in 82 of 100 synthetic cases, with the mesh's error as a
         # direction of the readings a friction in 64 of 100.
@@ -135,7 +138,7 @@ class Fit:
         lines = [f"{'parameter':44s} {'value':>10s}   95 % interval"]
         for path, p in self.parameters.items():
             mesh = f"   (mesh {p.mesh:+.2g})" if np.isfinite(p.mesh) else ""
-            how = "   (profile)" if p.followed else ""
+            how = "   (profile)" if p.followed else "   (one side)" if p.one_sided is not None else ""
             lines.append(f"{path:44s} {p.value:10.5g}   {p.low:.5g} … {p.high:.5g}{mesh}{how}")
         lines.append(f"χ²/ν {self.reduced:.3g} with ν = {self.freedom}; {self.runs} runs")
         return "\n".join([*lines, *self.words])
@@ -232,7 +235,7 @@ def fit_of(
     known = np.where(spread[:k] > 0.0, spread[:k], np.inf)  # a parameter that moves nothing goes with no other
     correlation = covariance[:k, :k] / np.outer(known, known)
     problem = objective.experiments[0].problem
-    words = [*_idle(objective, at), *_weak(objective, covariance[:k, :k]), *_chance(channels, reduced), *_slips(channels)]
+    words = [*_idle(objective, x, at), *_weak(objective, covariance[:k, :k]), *_chance(channels, reduced), *_slips(channels)]
     words += [*_followed(parameters, found[0][1].square)]
     words += [rival] if isinstance(rival, str) else [rival.words] if rival is not None else []
     words += [note for e in objective.experiments for note in e.notes]
@@ -248,6 +251,29 @@ def fit_of(
         correlation=correlation, reduced=reduced, freedom=freedom, instruments=instruments, starts=[f[1].square for f in found],
         runs=objective.runs, words=words, bands=bands, rival=rival if isinstance(rival, Rival) else None,
         without=dict(_without(objective, x, at)),
+    )  # fmt: skip
+
+
+def with_ends(fit: Fit, order: Sequence[str], ends: Sequence[End]) -> Fit:
+    """The fit of the other parameters with those that lie at ends of their ranges, paths in ``order``."""
+    if not ends:
+        return fit
+    known = dict(fit.parameters)
+    for e in ends:
+        p = e.parameter
+        # Of an infinite end the limit is the lower end of the interval, of a bound the one on the other side.
+        pair = (e.end, e.limit) if e.lower else (e.limit, e.end)
+        known[p.path] = Interval(e.value, 0.0, np.nan, p.start, p.log, one_sided=pair)
+    at = [list(order).index(path) for path in fit.parameters]
+    correlation = np.eye(len(order))
+    correlation[np.ix_(at, at)] = fit.correlation
+    without = {}
+    for name, values in fit.without.items():
+        without[name] = np.full(len(order), np.nan)
+        without[name][at] = values
+    return replace(
+        fit, parameters={path: known[path] for path in order}, correlation=correlation, without=without,
+        words=[*(e.words for e in ends), *fit.words],
     )  # fmt: skip
 
 
@@ -296,13 +322,16 @@ def idle_channels(objective: Objective, at: Residuals) -> Iterator[str]:
             row += len(c.rows)
 
 
-def _idle(objective: Objective, at: Residuals) -> Any:
+def _idle(objective: Objective, x: Array, at: Residuals) -> Any:
     """Channels that no parameter moves, and parameters that move no channel."""
     yield from (f"no parameter affects {name!r}: it says nothing about them" for name in idle_channels(objective, at))
     rows = sum(len(c.rows) for e in objective.experiments for c in e.channels)
     for i, p in enumerate(objective.parameters):
         if np.abs(at.J[:rows, i]).max() < IDLE:
-            yield f"{p.path} affects nothing that was measured: its value is that of the start"
+            stayed = abs(x[i] - p.inner(p.start)) <= SMALL_STEP
+            went = f"at {p.value(x[i]):.3g}, where the fit went, it may have any value"
+            where = "its value is that of the start" if stayed else went
+            yield f"{p.path} affects nothing that was measured: {where}"
 
 
 def _weak(objective: Objective, covariance: Array) -> Any:

@@ -34,6 +34,7 @@ from prensa.linear.factorisations import DenseFactors, SingularError
 from prensa.linear.reduction import Reduced, equations_of, in_lengths, weights_of
 from prensa.linear.rigid_modes import free_to_move
 from prensa.model import problem as model
+from prensa.model.interference import interfering
 from prensa.policy import DEFAULT, Policy
 from prensa.precision import EPS
 from prensa.system.assembly import Pattern
@@ -58,6 +59,8 @@ def refusal(system: System) -> str:
         return "only bodies in the plane are condensed"
     if system.more:
         return "contact between bodies and extensions act on nodes that would be condensed"
+    if interfering(system.problem):
+        return "overlaps that are meant (interference) move nodes that would be condensed"
     if system.problem.kinematics != "small":
         return "only bodies in small strain ('kinematics: small') are linear"
     for block in system.blocks:

@@ -27,7 +27,7 @@ def free_to_move(system: System, body: str, c: Context, contacts: bool = True) -
         return ""
     frame = Frame.of(system, body)
     rows = [support_rows(system, frame, c.plan)]
-    for s, law in zip(system.surfaces, c.laws):
+    for s, law in zip(c.surfaces, c.laws):
         if s.body in system.tied_bodies(body) and contacts:
             closed = c.state.contact.closed[s.rows]
             pairs = system.stencils(s, c.state.u)

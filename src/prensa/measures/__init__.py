@@ -6,8 +6,10 @@
 
 from __future__ import annotations
 
-from prensa.measures.grammar import names, parse, parse_all
+from prensa.measures.grammar import OVER_RUN, along_sides, names, parse, parse_all
 from prensa.measures.measure import Gradient, Measure, MeasureError
 from prensa.measures.targets import refuse_targets, targets
 
-__all__ = ["Gradient", "Measure", "MeasureError", "names", "parse", "parse_all", "refuse_targets", "targets"]
+__all__ = [
+    "OVER_RUN", "Gradient", "Measure", "MeasureError", "along_sides", "names", "parse", "parse_all", "refuse_targets", "targets",
+]  # fmt: skip

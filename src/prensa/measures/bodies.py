@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from dataclasses import field as attribute
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -23,6 +24,7 @@ from prensa.measures.outline import (
     in_order,
     nearest,
     node,
+    on_level,
 )
 from prensa.mesh.mesh import boundary_edges
 from prensa.types import Array, Index
@@ -70,7 +72,8 @@ def _listed(names: Mapping[str, object]) -> str:
 class Place:
     """A place on the outline of a body: a named point, the node nearest to where it began, or where a coordinate has a value.
 
-    ``axis`` of a coordinate ('x', 'y' of the deformed, 'X', 'Y' of the undeformed body) and its ``level``; ``near`` (x, y).
+    ``axis`` of a coordinate ('x', 'y' of the deformed, 'X', 'Y' of the undeformed body) and its ``level``; ``near`` (x, y);
+    ``unit`` of lengths, for messages.
     """
 
     outline: Outline
@@ -78,6 +81,7 @@ class Place:
     axis: str = ""
     level: float = 0.0
     near: tuple[float, float] | None = None
+    unit: str = attribute(default="", compare=False)
 
     def __str__(self) -> str:
         if self.near is not None:
@@ -99,13 +103,44 @@ class Place:
         k = AXIS_NUMBER[self.axis.lower()]
         values = (shape.X if material else x)[:, k]
         edges = self.outline.edges(shape)
+        if everywhere := self.along(shape, x):
+            raise MeasureError(everywhere)
         found = crossings(x, edges, values, self.level, k, material)
         if not found:
             low, high = values[edges].min(), values[edges].max()
             raise MeasureError(
-                f"{self.outline} does not reach {self.axis} = {self.level:g}: it lies at {self.axis} = {low:.6g} … {high:.6g}"
+                f"{self.outline} does not reach {self._level}: it lies at {self.axis} = {low:.6g} … {high:.6g}{self._in}"
             )
         return found
+
+    @property
+    def _in(self) -> str:
+        return f" {self.unit}" if self.unit else ""
+
+    @property
+    def _level(self) -> str:
+        return f"{self.axis} = {self.level:g}"
+
+    def along(self, shape: Shape, x: Array | None = None) -> str:
+        """What to say of an outline that runs along the level, with nodes at x (n, 2) or undeformed; '' if it does not.
+
+        Of a deformed side that lies on the level in part, as a pressed one may for a while, the ends of that part are meant.
+        """
+        material = self.axis.isupper()
+        X = shape.X if material or x is None else x
+        k = AXIS_NUMBER[self.axis.lower()]
+        edges = self.outline.edges(shape)
+        on = on_level(edges, X[:, k], self.level)
+        if not on.all() and not (material and on.any()):
+            return ""
+        other = "XY"[1 - k] if material else "xy"[1 - k]
+        low, high = (float(v) for v in (X[edges[on], 1 - k].min(), X[edges[on], 1 - k].max()))
+        what = f"all of {self.outline} is at" if on.all() else f"{self.outline} runs along"
+        side = self.outline if on.all() else f"{self.outline.body}.<boundary>"
+        return (
+            f"{what} {self._level}, which names no place on it; give {other}, as in '{side} at {other}={0.5 * (low + high):.6g}' "
+            f"({other} is {low:.6g} … {high:.6g}{self._in} there)"
+        )
 
     def spot(self, shape: Shape, x: Array) -> Spot:
         """The one place of the description."""
@@ -115,7 +150,7 @@ class Place:
             there = ", ".join(f"{p.of(x)[k]:.6g}" for p in found[:5])
             other = "xy"[k]
             raise MeasureError(
-                f"{self.outline} is at {self.axis} = {self.level:g} in {len(found)} places, {other} = {there}; "
+                f"{self.outline} is at {self._level} in {len(found)} places, {other} = {there}{self._in}; "
                 f"name a boundary, or the one that is meant: 'max.{other}' or 'min.{other}'"
             )
         return found[0]

@@ -18,8 +18,10 @@ from prensa.measures.columns import FORCE_COLUMNS, PLACE_COLUMNS, columns
 from prensa.measures.measure import Gradient, Measure, MeasureError, Slope, Value
 from prensa.measures.units import area_unit, force_unit, length_unit, moment_unit, pressure_unit
 from prensa.mesh.generate import mesh_of
+from prensa.mesh.mesh import Mesh
 from prensa.model.problem import Problem
 from prensa.model.units import factor
+from prensa.result.increment import Shape
 
 if TYPE_CHECKING:
     from prensa.result.increment import Increment
@@ -34,6 +36,7 @@ TOOL_QUANTITIES = ("force", "force.x", "force.y", "moment", "travel", "travel.x"
 DEEPEST = 20  # brackets of a measure: functions in one another are read one inside the other
 # A few functions and no expressions of Python: these would be a second language in case files, without units or derivatives.
 FUNCTIONS = ("angle", "change", "curvature", "distance", "mean", "radius", "ripple", "thickness", "thinning")
+OVER_RUN = re.compile(r"(max|min)\s*\((.*)\)")
 NOT_NUMBERS = ("step", "increment")
 
 
@@ -65,12 +68,29 @@ def parse_all(problem: Problem) -> dict[str, Measure]:
     reader, found, wrong = _Reader(problem), {}, []
     for name, text in problem.measures.items():
         try:
-            found[name] = replace(reader.read(text), name=name)
+            over = OVER_RUN.fullmatch(" ".join(text.split()))
+            found[name] = replace(reader.read(over[2] if over else text), name=name, over_run=over[1] if over else "")
         except PrensaError as error:
             wrong.append(f"measures.{name}: {error}")
     if wrong:
         raise MeasureError("\n".join(wrong))
     return found
+
+
+def along_sides(problem: Problem, shapes: Mapping[str, Shape]) -> Iterator[tuple[str, str]]:
+    """Measures by name, of those that can be read, whose place is all of a side as long as nothing moves; and what to write.
+
+    ``shapes``: the undeformed bodies. Of several places the measure may choose one; such measures are not meant.
+    """
+    for name, text in problem.measures.items():
+        reader = _Reader(problem, shapes)
+        try:
+            reader.read(text)
+        except PrensaError:
+            continue
+        for place in reader.passing:
+            if found := place.along(reader.shapes[place.outline.body]):
+                yield name, found
 
 
 def names(problem: Problem) -> Iterator[str]:
@@ -102,9 +122,13 @@ def _fields(problem: Problem) -> tuple[str, ...]:
 
 def _boundaries(problem: Problem, body: str) -> tuple[list[str], list[str]]:
     """Points and boundaries of the mesh of a body."""
-    description = problem.bodies[body]
-    mesh = mesh_of(description.mesh, description.element_in(problem.space), problem.units.length)
+    mesh = _mesh(problem, body)
     return list(mesh.corners), list(mesh.edges)
+
+
+def _mesh(problem: Problem, body: str) -> Mesh:
+    description = problem.bodies[body]
+    return mesh_of(description.mesh, description.element_in(problem.space), problem.units.length)
 
 
 @dataclass(frozen=True)
@@ -125,10 +149,11 @@ class _Part:
 class _Reader:
     """Reads measures of one problem."""
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, shapes: Mapping[str, Shape] | None = None) -> None:
         self.problem = problem
         self.columns = columns(problem)
-        self.meshes: dict[str, tuple[list[str], list[str]]] = {}
+        self.shapes: dict[str, Shape] = dict(shapes or {})
+        self.passing: list[Place] = []  # that material flows past and that are to be single ones, of all that was read
 
     def read(self, text: str) -> Measure:
         """The measure of a text."""
@@ -241,11 +266,17 @@ class _Reader:
         return None
 
     # ------------------------------------------------------------------------------------------------------------ bodies
+    def _shape(self, body: str) -> Shape:
+        """The undeformed body, meshed once."""
+        if body not in self.shapes:
+            mesh = _mesh(self.problem, body)
+            self.shapes[body] = Shape(mesh.points, mesh.points, mesh.points, mesh.cells, mesh.edges, mesh.corners)
+        return self.shapes[body]
+
     def _known(self, body: str) -> tuple[list[str], list[str]]:
-        """Points and boundaries of a body, meshed once."""
-        if body not in self.meshes:
-            self.meshes[body] = _boundaries(self.problem, body)
-        return self.meshes[body]
+        """Points and boundaries of a body."""
+        shape = self._shape(body)
+        return list(shape.corners), list(shape.edges)
 
     def _body(self, body: str, rest: str) -> _Part | None:
         p = self.problem
@@ -261,7 +292,7 @@ class _Reader:
         if choose not in ("max", "min"):
             choose, name = "", quantity
         if where:
-            return self._at_place(self._place(owner, where), name, choose)
+            return self._at_place(self._place(owner, where, choose), name, choose)
         if choose:
             return self._extreme(owner, name, 1.0 if choose == "max" else -1.0)
         if quantity in ("height", "width"):
@@ -282,11 +313,20 @@ class _Reader:
             return Place(Outline(body), point=name), rest
         return Outline(body, name), rest
 
-    def _place(self, outline: Outline, where: Mapping[str, str]) -> Place:
-        """The place of ``at x=…`` or ``near (x, y)`` on an outline."""
-        if where["axis"]:
-            return Place(outline, axis=where["axis"], level=self._length(where["level"]))
-        return Place(outline, near=(self._length(where["x"]), self._length(where["y"])))
+    def _place(self, outline: Outline, where: Mapping[str, str], choose: str = "") -> Place:
+        """The place of ``at x=…`` or ``near (x, y)`` on an outline; of several the one that ``choose`` says.
+
+        A place of the undeformed body stays with the material, so it is looked for here, before anything is solved.
+        """
+        if not where["axis"]:
+            return Place(outline, near=(self._length(where["x"]), self._length(where["y"])))
+        place = Place(outline, axis=where["axis"], level=self._length(where["level"]), unit=length_unit(self.problem))
+        if where["axis"].isupper():
+            shape = self._shape(outline.body)
+            (place.spots if choose else place.spot)(shape, shape.X)
+        elif not choose:
+            self.passing.append(place)
+        return place
 
     def _length(self, text: str) -> float:
         units = self.problem.units
@@ -330,6 +370,11 @@ class _Reader:
 
     # --------------------------------------------------------------------------------------------------------- functions
     def _function(self, name: str, given: list[str], text: str) -> _Part:
+        if OVER_RUN.fullmatch(text):
+            raise MeasureError(
+                f"{text!r} is over a run, of which an increment knows nothing: name it under 'measures', and the run's tables "
+                f"have it, or take the {name}imum of {', '.join(given)!r} over the increments yourself"
+            )
         if name not in FUNCTIONS:
             near = difflib.get_close_matches(name, FUNCTIONS, n=1)
             remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(FUNCTIONS)}"

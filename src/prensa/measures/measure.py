@@ -65,13 +65,15 @@ Slope = Callable[["Increment"], Gradient]
 class Measure:
     """A number of an increment: ``name`` as it is written, ``unit`` in the units of the case ('' for plain numbers).
 
-    Made by `prensa.measures.parse`.
+    ``over_run``: 'max' or 'min' of all increments so far, which tables of a run have and no increment knows; '' of others. Made
+    by `prensa.measures.parse`.
     """
 
     name: str
     unit: str
     _value: Value = field(repr=False, compare=False)
     _slope: Slope | None = field(default=None, repr=False, compare=False)
+    over_run: str = ""
 
     def value(self, increment: Increment) -> float:
         """The number.

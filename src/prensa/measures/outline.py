@@ -11,7 +11,7 @@ import numpy as np
 
 from prensa.measures.measure import MeasureError
 from prensa.precision import EPS, NEGLIGIBLE, SMALLEST
-from prensa.types import Array, Index
+from prensa.types import Array, Flags, Index
 
 
 class Spot(NamedTuple):
@@ -111,6 +111,13 @@ def crossings(x: Array, edges: Index, values: Array, level: float, axis: int, ma
                 if all(np.abs(place.of(x) - other.of(x)).max() > 10 * close for other in found):
                     found.append(place)
     return found
+
+
+def on_level(edges: Index, values: Array, level: float) -> Flags:
+    """Edges (k,) along which nodal values (n,) are *level* all the way: no place on them is singled out by it."""
+    size = float(np.ptp(values[edges])) if len(edges) else 0.0
+    close = NEGLIGIBLE * max(size, abs(level), SMALLEST)
+    return np.asarray((np.abs(values[edges] - level) <= close).all(axis=1))
 
 
 def _roots(a: float, b: float, c: float) -> list[float]:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from prensa.model import crank, feed, heat, space, until
+from prensa.model import crank, feed, heat, interference, space, until
 from prensa.model.names import SYMMETRY, Finding, suggest
 from prensa.model.remeshing import remeshing_of
 from prensa.registry import DOORS
@@ -42,6 +42,7 @@ def find(p: Any) -> Iterator[Finding]:
     yield from _measures(p)
     yield from _ties(p)
     yield from _body_contacts(p)
+    yield from interference.findings(p)
     yield from heat.findings(p)
     for name in p.heat.held if p.heat is not None else ():
         yield from _boundary(p, name, ("heat", "held", name), at_key=True)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from copy import deepcopy
+from typing import get_args, get_origin
+
 from prensa.errors import CaseError, Mark, Mistake
 from prensa.model.names import suggest
-from prensa.model.places import Place, child, fields_of, is_names
+from prensa.model.places import Place, bare, below, child, fields_of, is_names
 from prensa.model.text import Node, read
 
 # Names under these keys are defined there: an override changes what exists, a new name is a typing error. Names under
 # the others refer to something and are checked with the rest of the case.
 _DEFINING = ("bodies", "tools", "boundaries")
 _DOTTED = ("fixed", "loads", "friction")
+OPTION = "--set "
 
 
 def override(root: Place, text: str) -> list[Mistake]:
@@ -25,7 +30,7 @@ def override(root: Place, text: str) -> list[Mistake]:
 
     """
     path, equals, value = text.partition("=")
-    mark = Mark(f"--set {text}")
+    mark = Mark(f"{OPTION}{text}")
     if not equals or not path.strip():
         raise CaseError([Mistake(mark, "write it as path=value, for example tools.punch.radius=20")])
     node, mistakes = read(value, mark.source, marked=False)
@@ -39,8 +44,8 @@ def _paint(node: Node, mark: Mark) -> None:
     """Keys inside the value are in the command line too."""
     node.mark = mark
     node.keys = dict.fromkeys(node.keys, mark)
-    for below in node.children():
-        _paint(below, mark)
+    for part in node.children():
+        _paint(part, mark)
 
 
 def _set(place: Place, parts: list[str], new: Node, mark: Mark) -> None:
@@ -66,15 +71,55 @@ def _set(place: Place, parts: list[str], new: Node, mark: Mark) -> None:
     if not rest:
         here.value[key], here.keys[key] = new, mark
         return
-    if key not in here.value or here.value[key].value is None:
-        here.value[key], here.keys[key] = Node({}, mark), mark
+    if key not in here.value or here.value[key].value in (None, []):
+        here.value[key], here.keys[key] = _begun(place, key, mark), mark
     _set(child(place, key), rest, new, mark)
+
+
+def _begun(place: Place, key: str, mark: Mark) -> Node:
+    """What stands at a key that the file does not have, before something in it is set: what counts without it."""
+    top = place
+    while top.parent is not None:
+        top = top.parent
+    assert top.node is not None
+    case: dict[str, Node] = top.node.value
+    if not place.path and key == "contacts":
+        return Node([*_every_contact(case, mark)], mark)
+    if place.path[:1] == ("contacts",) and key == "friction" and key in case and isinstance(case[key].value, dict):
+        return deepcopy(case[key])
+    kind, _ = bare(below(place.kind, key, place.node))
+    listed = get_origin(kind) is tuple and get_args(kind)[-1] is Ellipsis
+    return Node([] if listed else {}, mark)
+
+
+def _every_contact(case: dict[str, Node], mark: Mark) -> Iterator[Node]:
+    """The contacts of a file that has none: every tool against every body, without the pairs of ``no_contact``."""
+
+    def names(key: str) -> list[str]:
+        value = case[key].value if key in case else None
+        return list(value) if isinstance(value, dict) else []
+
+    listed = case["no_contact"].value if "no_contact" in case else None
+    entries = [e.value for e in listed] if isinstance(listed, list) else []
+    none = set()
+    for entry in (e for e in entries if isinstance(e, dict) and {"surface", "against"} <= set(e)):
+        of = entry["surface"].value
+        sides = [n.value for n in of] if isinstance(of, list) else [of]
+        none |= {(str(side), str(entry["against"].value)) for side in sides}
+    for tool in names("tools"):
+        for body in names("bodies"):
+            if (body, tool) not in none:
+                parts = {k: Node(v, mark, text=v) for k, v in (("surface", body), ("against", tool))}
+                yield Node(parts, mark, keys=dict.fromkeys(parts, mark))
 
 
 def _index(place: Place, parts: list[str], mark: Mark) -> tuple[int, list[str]]:
     """Number of the entry that the path names here, by number or by its own name (which may have dots), and the rest."""
     assert place.node is not None
     part, count, name = parts[0], len(place.node.value), ".".join(map(str, place.path))
+    if part == str(count) and place.node.mark.source.startswith(OPTION):  # a list that is not in the file grows entry by entry
+        place.node.value.append(Node({}, place.node.mark))
+        return count, parts[1:]
     own = [str(item.value["name"].value) if _is_named(item) else None for item in place.node.value]
     for length in range(len(parts), 0, -1):
         if own.count(called := ".".join(parts[:length])) == 1:

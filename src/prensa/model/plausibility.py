@@ -24,8 +24,7 @@ def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[s
     # Too stiff by a unit is reported before too soft: a modulus that is 1e3 too large also makes the flow stress look too small.
     if STIFFEST * gpa < E or first > STRONGEST * gpa:
         what, value, most = ("E", E, STIFFEST) if STIFFEST * gpa < E else ("flow stress", first, STRONGEST)
-        pa = factor("1 Pa", units.length, units.force, (1, -2))
-        meant = f"; did you mean '{value:g} Pa'?" if value * pa < most * gpa else "; check its unit"
+        meant = f"; did you mean '{value:g} {unit}'?" if (unit := _meant(value, what, most)) else "; check its unit"
         both = f" (and flow stress {first:g})" if what == "E" and first > STRONGEST * gpa else ""
         stress = f"{units.force}/{units.length}²"
         amount = f"{what} = {value:g}{both} in {stress}, {value / gpa:.3g} GPa"
@@ -41,6 +40,13 @@ def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[s
             if not own and any(low <= E / share <= high for low, high in METALS):
                 stress = f"{units.force}/{units.length}²"
                 yield f"bodies.{name}.material: E = {E:g} in {stress}; did you mean '{E:g} {unit}'?"
+
+
+def _meant(value: float, what: str, most: float) -> str:
+    """Unit in which a stress that is too large in the case's is likely: that of a metal, or one in which it is none too large."""
+    sizes = {"GPa": 1.0, "MPa": 1e-3, "Pa": 1e-9}
+    of_metals = (unit for unit, gpa in sizes.items() if what == "E" and any(low <= value * gpa <= high for low, high in METALS))
+    return next(of_metals, "Pa" if value * sizes["Pa"] < most else "")
 
 
 def _of_a_metal(stress: float, unit: str, E: float, units: Any) -> bool:

@@ -33,6 +33,7 @@ from prensa.model.fields import (
     value_kind,
 )
 from prensa.model.heat import Heat
+from prensa.model.interference import Interference, InterferenceValue
 from prensa.model.meshes import (
     Annulus,
     ArcSide,
@@ -152,7 +153,8 @@ class Contact:
     their normal in all steps) and tied sides. ``friction`` overrides the problem's. ``integration``: where the contact terms
     are integrated; ``enforcement``: how contact is enforced. Of the rules ``nodal`` (trapezoid) is the one to use, the others
     show what they do: ``gauss1``, ``gauss2``, ``gauss3``, ``simpson`` on each edge, and ``kikuchi``, two Gauss points with
-    pressures projected to the nodes.
+    pressures projected to the nodes. ``interference``: surface and tool overlap, and that is meant: a length, ``geometry``
+    (the overlap as it is drawn) or an `Interference`.
     """
 
     surface: Annotated[tuple[str, ...], BeforeValidator(as_names), Field(min_length=1)]
@@ -160,6 +162,7 @@ class Contact:
     friction: Friction | None = None
     enforcement: Enforcement = field(default_factory=_default_enforcement)
     integration: RuleName = "nodal"
+    interference: InterferenceValue | None = None
 
     @property
     def name(self) -> str:
@@ -215,11 +218,13 @@ class Tie:
 
     Nodes at the same places become one. Otherwise every slave node follows as a weighted mean of the master's nodes (dual
     mortar conditions, exactly eliminated): the finer side, or the softer body, is the slave, and it lies on the master all
-    along.
+    along. Gaps and overlaps of the two are taken away without stress, but for an ``interference`` that is meant: a length,
+    ``geometry`` (gaps and overlaps as they are drawn, up to an edge of the slave side) or an `Interference`.
     """
 
     slave: str
     master: str
+    interference: InterferenceValue | None = None
 
 
 @described
@@ -573,7 +578,8 @@ class Case:
 
 
 __all__ = [
-    "Annulus", "ArcSide", "Body", "Case", "Contact", "Crank", "Disc", "Feed", "File", "Fixed", "Grade", "Load", "Motion",
-    "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes",
-    "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",
+    "Annulus", "ArcSide", "Body", "Case", "Contact", "Crank", "Disc", "Feed", "File", "Fixed", "Grade", "Interference",
+    "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle",
+    "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel", "Units", "Until",
+    "When", "Wire",
 ]  # fmt: skip

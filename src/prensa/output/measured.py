@@ -25,7 +25,7 @@ class MeasureTable:
     """Writer of ``measures.csv`` in *directory*; *keep* as in `prensa.output.history.History`.
 
     A measure that has no value in an increment, because a place is not on the outline or a contact is open, is not a number
-    there; at the end it is said of those that had none in any.
+    there; at the end it is said of those that had none in any. Extremes over the run are those of all increments so far.
 
     Raises
     ------
@@ -40,6 +40,11 @@ class MeasureTable:
         self._had: set[str] = set()
         path = directory / MEASURES
         keep = keep if path.is_file() else None
+        self._extremes: dict[str, float] = {}
+        if keep:
+            before = read_table(path)
+            over = [name for name, measure in self._measures.items() if measure.over_run]
+            self._extremes = {name: float(before[name][keep - 1]) for name in over if math.isfinite(before[name][keep - 1])}
         self._table = Table(path, ["step", "increment", "time", *self._measures], keep) if self._measures else None
 
     def append(self, increment: Increment) -> None:
@@ -53,8 +58,11 @@ class MeasureTable:
             value = self._measures[name].value(increment)
         except MeasureError as error:
             self._reasons[name] = str(error)
-            return math.nan
+            return self._extremes.get(name, math.nan)
         self._had.add(name)
+        if how := self._measures[name].over_run:
+            value = {"max": max, "min": min}[how](value, self._extremes.get(name, value))
+            self._extremes[name] = value
         return value
 
     def close(self) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from prensa.contact.record import magnitude
 from prensa.system.interaction import Context
 from prensa.system.state import Energy
@@ -22,12 +24,17 @@ def energies_after(system: System, c: Context, u: Array, e: Evaluation, work: Ar
     What forces bring through air into contact has nothing against it until it touches: their work counts from there on.
     """
     old = c.state
+    pushed = system.surfaces_at(old.clock.time)
     way = u - old.u if c.through_air is None else u - old.u - c.through_air
     # Trapezoid: what forces do that jump within the increment is in the imbalance, from which `jump_of` reads when they did.
     external = old.energy.external + 0.5 * float((old.work + work) @ way)
     elastic, plastic, friction = system.elastic_energy(e.history), system.plastic_work(e.history), old.energy.friction
-    for s, f in zip(system.surfaces, e.contacts):
+    for s, before, f in zip(c.surfaces, pushed, e.contacts):
         was = old.contact.of(s.rows)
+        if s.shift is not before.shift:
+            # What an overlap that grows in the increment pushes the surfaces apart by, against the pressures of both ends.
+            apart = s.points.at(_nothing(system, before.shift) - _nothing(system, s.shift))
+            external += 0.5 * float((was.area * old.lam[s.rows, 0] + f.weight * f.p) @ apart)
         # the area of a point is another one than before: the work of the loads was done against the forces of both
         force = was.area * magnitude(was.traction) + f.area * magnitude(f.t)
         friction += float((0.5 * force * (f.kappa - was.slip)).sum())
@@ -38,5 +45,26 @@ def energies_after(system: System, c: Context, u: Array, e: Evaluation, work: Ar
         external += float(now - before)
         elastic += float(now)
     viscous = old.energy.viscous + dissipated
+    external += _freed(system, c, e, elastic + plastic + friction + contact + viscous - external)
     imbalance = external - (elastic + plastic + friction + contact + viscous)
     return Energy(external, elastic, plastic, friction, contact, imbalance, viscous)
+
+
+def _nothing(system: System, shift: Array | None) -> Array:
+    return np.zeros(system.nodes) if shift is None else shift
+
+
+def _freed(system: System, c: Context, e: Evaluation, missing: float) -> float:
+    """Work of overlaps that there are when a run begins, of what is ``missing`` in the balance after the first increment.
+
+    That pushes bodies and tools apart all at once, with forces that no way describes: pressures have risen from nothing to those
+    at its end, so that it is between nothing and those times the overlap.
+    """
+    if c.state.clock.number or not missing > 0.0:
+        return 0.0
+    most = 0.0
+    for s, f in zip(system.surfaces_at(c.state.clock.time), e.contacts):
+        closed, gap = c.state.contact.of(s.rows).closed, system.stencils(s, c.state.u, c.state).g
+        overlap = np.where(closed | ~np.isfinite(gap), 0.0, np.maximum(-gap, 0.0))
+        most += float((f.weight * np.maximum(f.p, 0.0)) @ overlap)
+    return min(missing, most)

@@ -159,7 +159,7 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
     flat = system.dofs.dimension == 2  # stresses are not recovered in space yet
     patches, smooth = (nodal_stress(system, state, e, how) if flat else None for how in (None, smoothed))
     out = {s.name: _apart(system, s, state, where, depth) for s in system.removed}
-    for s, f, law in zip(system.surfaces, e.contacts, plan.friction_at(state.clock.time)):
+    for s, f, law in zip(system.surfaces_at(state.clock.time), e.contacts, plan.friction_at(state.clock.time)):
         # Where a sharp corner cuts edges the points are others in each increment.
         s = s if f.points is None else replace(s, points=f.points, X=f.points.at(system.X))
         nodes, pairs = s.points.nodes, system.node_pairs(s, state.u)

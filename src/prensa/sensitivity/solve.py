@@ -13,6 +13,7 @@ from prensa.errors import ArgumentError, take
 from prensa.linear.threads import threads_with_follower
 from prensa.model import problem as model
 from prensa.model.feed import ends_early
+from prensa.model.interference import interfering
 from prensa.model.remeshing import remeshing_of
 from prensa.policy import Policy
 from prensa.result.increment import Increment, Monitor
@@ -116,6 +117,10 @@ def refuse(system: System, start: State | None, derivatives: Sequence[str]) -> N
         raise ArgumentError("derivatives: those of temperatures are not there yet; leave 'derivatives' out")
     if system.problem.body_contacts:
         raise ArgumentError("derivatives: those of contact between bodies are not there yet; leave 'derivatives' out")
+    if interfering(system.problem):
+        raise ArgumentError(
+            "derivatives: those of runs with 'interference' are not there yet; run the case with other values instead ('sweep')"
+        )
     if system.more:
         raise ArgumentError(
             "derivatives: a system that is more than its description (with extensions) has no numbers to vary; solve a Problem"

@@ -244,7 +244,7 @@ def starts_inside(system: System, state: State, policy: Policy) -> list[tuple[St
     found: dict[str, tuple[StartsInside, Array]] = {}
     if state.clock.number or system.dofs.dimension != 2:
         return []
-    for s in system.surfaces:
+    for s in system.surfaces_at(state.clock.time):  # of overlaps that are meant there is nothing yet
         if were_closed(state, s):
             continue
         pairs = system.node_pairs(s, state.u)

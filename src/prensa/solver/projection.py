@@ -39,7 +39,7 @@ def project_prediction(system: System, c: Context, u: Array, policy: Policy = DE
     """
     state = c.state
     share = c.extrapolated_for / state.dt_last if state.dt_last > 0.0 else 0.0
-    for s, now in zip(system.surfaces, c.surfaces):
+    for s, now in zip(system.surfaces_at(c.time), c.surfaces):
         closed = s.points.any_at_nodes(state.contact.closed[s.rows])
         moves = s.points.has_point
         if s.sharp:  # of a cut edge the point between its nodes has a gap to keep, neither of these
@@ -74,7 +74,7 @@ def contact_corrected(system: System, c: Context, e: Evaluation, u: Array, step:
     if system.problem.contact_geometry != "current":
         return moved
     after_lam = system.multipliers(moved, lam)
-    for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
+    for s, f, scale in zip(system.surfaces_at(c.time), e.contacts, c.scales):
         nodes = s.points.nodes
         target = f.stencils.linear_gap(step)
         stays = s.points.any_at_nodes(after_lam[s.rows, 0] - scale.k_n * target > 0)

@@ -13,6 +13,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -117,7 +118,7 @@ def engine(
     Parameters
     ----------
     jobs
-        Processes of this machine, one a core if None; with 1 no process is started and Dask is not needed.
+        Processes of this machine, one a core if None, or none without Dask; with 1 no process is started and Dask is not needed.
     memory
         Of each process, such as ``2 GB``; shared out if None.
     cluster
@@ -142,6 +143,11 @@ def engine(
             yield found
         return
     count = jobs or available_cores()
+    if jobs is None and memory is None and count > 1 and find_spec("distributed") is None:
+        found = Here()
+        found.summary += f", since several processes need Dask: pip install prensa[dask] for {count} at once"
+        yield found
+        return
     if count == 1 and memory is None:
         yield Here()
         return

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import PrensaError, shown, take
-from prensa.measures import parse
+from prensa.measures import OVER_RUN, parse
 from prensa.measures.columns import columns
 from prensa.model.names import suggest
 from prensa.model.problem import Problem
@@ -112,6 +112,9 @@ def _quantity(text: Any, problem: Problem) -> Quantity:
     if not isinstance(text, str):
         raise PrensaError(f"a measure is {shown(text)}; give its name, such as 'punch.force.y'")
     text = " ".join(text.split())
+    # A name of the case for an extreme over the run is that extreme.
+    if OVER_RUN.fullmatch(own := " ".join(problem.measures.get(text, "").split())):
+        return replace(_quantity(own, problem), text=text)
     match = _OF_THE_HISTORY.fullmatch(text)
     if match is None:
         return _of_measure(text, text, problem)

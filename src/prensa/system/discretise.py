@@ -28,6 +28,8 @@ from prensa.system.body_contact import body_contacts
 from prensa.system.contact_surfaces import contact_edges
 from prensa.system.control import couplings, factor_field
 from prensa.system.interaction import Interaction
+from prensa.system.interference import TIE_SHARES, shares_field
+from prensa.system.interference import couplings as share_couplings
 from prensa.system.mesh_state import Remeshed
 from prensa.system.start import earlier_run
 from prensa.system.state import State
@@ -77,6 +79,8 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
     ties, X = make_ties(problem, meshes, offsets, X, held_components(problem, meshes, offsets, X))
     candidates = [_candidates(problem, contact, meshes, offsets, X) for contact in problem.contacts]
     dofs = _dofs(problem, candidates, total, extensions)
+    if ties is not None and ties.jump is not None:
+        ties = replace(ties, shares=dofs.fields[TIE_SHARES].slice)
     surfaces = _surfaces(problem, candidates, meshes, offsets, X, dofs)
     earlier = earlier_run(problem, problem.start, meshes, of_state) if problem.start is not None else None
     shapes = meshes if earlier is None else earlier.shapes(meshes)
@@ -247,6 +251,7 @@ def _dofs(problem: model.Problem, candidates: list[Points], nodes: int, extensio
         if contact.enforcement.has_multipliers
     ]
     more += [(e.field, "node", nodes, e.components) for e in extensions]
+    more += shares_field(problem)
     more += factor_field(any(step.control for step in problem.steps))
     return DofMap(3 if problem.space == "solid" else 2, nodes, len(problem.tools), more)
 
@@ -289,7 +294,7 @@ def _sets(
 ) -> list[Index]:
     """Sets of degrees of freedom (k, m) that loads couple, and areas with the bounds of multipliers."""
     stretched = [s.stretched_dofs(dofs) for s in surfaces if s.exact and _bounded_by_area(problem, s.description)]
-    return [*couplings(dofs, _loaded(problem, meshes, offsets, dofs)), *stretched]
+    return [*couplings(dofs, _loaded(problem, meshes, offsets, dofs)), *share_couplings(dofs), *stretched]
 
 
 def _bounded_by_area(problem: model.Problem, contact: model.Contact) -> bool:

@@ -49,9 +49,10 @@ class Integrals:
     values: Array
 
 
-def integrals(X: Array, slave: Side, master: Side, axisymmetric: bool) -> Integrals:
+def integrals(X: Array, slave: Side, master: Side, axisymmetric: bool, apart: float = APART) -> Integrals:
     """Integrals between two sides of nodes X (n, 2).
 
+    ``apart``: distance, over the length of a slave edge, up to which they lie on each other.
     All with one quadrature over the pieces between projected nodes, so that biorthogonality holds for the sums themselves.
 
     Raises
@@ -66,11 +67,11 @@ def integrals(X: Array, slave: Side, master: Side, axisymmetric: bool) -> Integr
     half = 0.5 * (high - low)
     xi = (0.5 * (low + high)[:, None] + half[:, None] * rule).ravel()
     owner = np.repeat(owner, len(rule))
-    N, dN = _shapes(xi, a)
+    N, dN = shapes(xi, a)
     y = X[slave.edges[owner]]
     x, t = np.einsum("pa,pad->pd", N, y), np.einsum("pa,pad->pd", dN, y)
     weight = (half[:, None] * weights).ravel() * np.hypot(*t.T) * (x[:, 0] if axisymmetric else 1.0)
-    edge, Nm = _opposite(X, x, np.hypot(*(y[:, 1] - y[:, 0]).T), slave, master)
+    edge, Nm = opposite(X, x, apart * np.hypot(*(y[:, 1] - y[:, 0]).T), slave, master)
     single, mass = np.zeros((k, a)), np.zeros((k, a, a))
     np.add.at(single, owner, weight[:, None] * N)
     np.add.at(mass, owner, np.einsum("p,pa,pb->pab", weight, N, N))
@@ -131,7 +132,7 @@ def _extended(nodes: int, kept: Index) -> Array:
     return E
 
 
-def _shapes(xi: Array, nodes: int) -> tuple[Array, Array]:
+def shapes(xi: Array, nodes: int) -> tuple[Array, Array]:
     """Shape functions (k, nodes) of edges (ends, then the middle) and their derivatives at ξ (k,) in −1 … 1."""
     if nodes == 2:
         return 0.5 * np.stack([1 - xi, 1 + xi], axis=1), np.broadcast_to([-0.5, 0.5], (len(xi), 2))
@@ -145,7 +146,7 @@ def _foot(x: Array, y: Array) -> Array:
     """Parameters ξ (k,) of the points of edges y (k, 2|3, 2) nearest to points x (k, 2) (Newton; one step on straight edges)."""
     xi, moving = np.zeros(len(x)), np.arange(len(x))
     for _ in range(PROJECTIONS):
-        N, dN = _shapes(xi[moving], y.shape[1])
+        N, dN = shapes(xi[moving], y.shape[1])
         here = y[moving]
         t, apart = np.einsum("ka,kad->kd", dN, here), x[moving] - np.einsum("ka,kad->kd", N, here)
         step = (t * apart).sum(axis=1) / (t * t).sum(axis=1)
@@ -193,15 +194,15 @@ def _pieces(X: Array, edges: Index, others: Index) -> tuple[Index, Array, Array]
     return owner[piece], xi[piece], xi[piece + 1]
 
 
-def _opposite(X: Array, x: Array, h: Array, slave: Side, master: Side) -> tuple[Index, Array]:
-    """Number (p,) of the master edge opposite to each point x (p, 2) of slave edges of length h (p,), and its shapes there.
+def opposite(X: Array, x: Array, h: Array, slave: Side, master: Side) -> tuple[Index, Array]:
+    """Number (p,) of the master edge opposite to each point x (p, 2) of slave edges within h (p,) of it, and its shapes there.
 
     No master edge further away than the nearest master node can be it, nor one that is too far to be tied to.
     """
     from scipy.spatial import cKDTree
 
     middle, half = _circles(X, master.edges)
-    reach = np.minimum(cKDTree(X[master.nodes]).query(x)[0] * (1 + 1e-9) + 1e-9 * h, APART * h)
+    reach = np.minimum(cKDTree(X[master.nodes]).query(x)[0] * (1 + 1e-9) + 1e-9 * h, h)
     point, edge = _around(x, reach + half.max(), middle)
     near = np.hypot(*(middle[edge] - x[point]).T) - half[edge] <= reach[point]
     point, edge = point[near], edge[near]
@@ -210,7 +211,7 @@ def _opposite(X: Array, x: Array, h: Array, slave: Side, master: Side) -> tuple[
     nearest = order[np.flatnonzero(np.diff(point[order], prepend=-1))]  # of each point that has any
     best, where = np.full(len(x), np.inf), np.zeros(len(x), dtype=np.int64)
     best[point[nearest]], where[point[nearest]] = distance[nearest], nearest
-    far = np.flatnonzero(~(best <= APART * h))
+    far = np.flatnonzero(~(best <= h))
     if len(far):
         here = x[far[0]]
         away = float(_distances(np.broadcast_to(here, middle.shape), X[master.edges])[0].min())
@@ -223,8 +224,12 @@ def _opposite(X: Array, x: Array, h: Array, slave: Side, master: Side) -> tuple[
 
 
 def _distances(x: Array, y: Array) -> tuple[Array, Array]:
-    """Distances (k,) of points x (k, 2) from edges y (k, 2|3, 2), infinite where these end before, and shape functions there."""
+    """Distances (k,) of points x (k, 2) from edges y (k, 2|3, 2), infinite where these end before, and shape functions there.
+
+    Sides that lie off each other on a curve end beside each other: a foot may lie beyond an end by less than the sides are off.
+    """
     xi = _foot(x, y)
-    N, _ = _shapes(np.clip(xi, -1.0, 1.0), y.shape[1])
+    N, _ = shapes(np.clip(xi, -1.0, 1.0), y.shape[1])
     distance = np.hypot(*(x - np.einsum("ka,kad->kd", N, y)).T)
-    return np.where(np.abs(xi) <= 1 + BEYOND, distance, np.inf), N
+    beyond = 0.5 * np.hypot(*(y[:, 1] - y[:, 0]).T) * np.maximum(np.abs(xi) - 1.0, 0.0)
+    return np.where((np.abs(xi) <= 1 + BEYOND) | (2.0 * beyond**2 <= distance**2), distance, np.inf), N

@@ -12,6 +12,7 @@ from prensa.model import problem as model
 from prensa.model.seconds import duration_of
 from prensa.model.spatial import SPATIAL_AXES
 from prensa.system.control import FACTOR
+from prensa.system.interference import share_groups
 from prensa.system.minimal_supports import found_supports
 from prensa.system.schedule import (
     Amplitude,
@@ -64,6 +65,7 @@ def plan_step(system: System, number: int, step_start: Array, ends: Array | None
     ended = Ends(ends)
     gone = model.tools_removed(p, number)
     groups = _support_groups(system, number, step_start, ended)
+    groups += share_groups(p, system.dofs, number, step_start)
     push: dict[int, Amplitude] = {}
     springs: dict[int, tuple[float, Amplitude]] = {}
     for t, name in enumerate(p.tools):

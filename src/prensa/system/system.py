@@ -30,6 +30,7 @@ from prensa.system.assembly import Block, Pattern, scatter_matrix, scatter_vecto
 from prensa.system.contact_interaction import ContactInteraction
 from prensa.system.failure import ElementFailed, NotEvaluated
 from prensa.system.interaction import ActiveSets, Context, Interaction, Overrides, Part, Request
+from prensa.system.interference import at_time
 from prensa.system.loads import loads_of
 from prensa.system.schedule import StepPlan
 from prensa.system.self_equilibrated import self_equilibrated_forces
@@ -382,13 +383,18 @@ class System:
 
     def _cut(self, state: State, plan: StepPlan, time: float) -> list[Surface]:
         """The contacts, edges of committed bodies cut where sharp corners are: at *time* as far as that is prescribed."""
-        if not any(s.sharp for s in self.surfaces):
-            return self.surfaces
+        surfaces = self.surfaces_at(time)
+        if not any(s.sharp for s in surfaces):
+            return surfaces
         ahead = state.u.copy()
         ahead[plan.fixed] = plan.values(time)
         held = self.problem.contact_geometry == "current" and model.stabilised(self.problem, plan.number) != "off"
         hold = [held and not self.frictionless(law) for law in plan.friction]
-        return [self._cut_by(s, state.u, ahead, flanks) for s, flanks in zip(self.surfaces, hold)]
+        return [self._cut_by(s, state.u, ahead, flanks) for s, flanks in zip(surfaces, hold)]
+
+    def surfaces_at(self, time: float) -> list[Surface]:
+        """The contacts with what overlaps that are meant add to their gaps at a time."""
+        return at_time(self.problem, self.surfaces, time, self.nodes, lambda s: self.node_pairs(s, np.zeros(self.ndof)).g)
 
     def _cut_by(self, s: Surface, u: Array, ahead: Array, flanks: bool) -> Surface:
         """A contact with its edges, of bodies at degrees of freedom u (ndof,), cut by its tool where it is in ``ahead`` (ndof,).
@@ -441,13 +447,16 @@ class System:
         if s.corners is not None:
             rows = s.corners.rows
             pairs = pairs.replaced(rows, current_pairs(s.corners, (s.X + moved)[rows], master.at, master.place(u)))
+        if s.shift is not None:
+            pairs = pairs._replace(g=pairs.g + s.points.at(s.shift))
         return pairs.stencils(s.points.N, s.points.coefficients, s.dofs)
 
     def node_pairs(self, s: Surface, u: Array) -> Pairs:
         """Gaps, normals and their derivatives at the nodes of a contact's surface, whatever the rule."""
         nodes = s.points.nodes
         moved = self.displacement(u)[nodes]
-        return self.masters[s.against].pairs(self.X[nodes], s.node_normal, moved, u, self._reference, self._reach, None)
+        pairs = self.masters[s.against].pairs(self.X[nodes], s.node_normal, moved, u, self._reference, self._reach, None)
+        return pairs if s.shift is None else pairs._replace(g=pairs.g + s.shift[nodes])
 
     @property
     def _reference(self) -> bool:

@@ -6,7 +6,7 @@ constant stress passes between any two meshes, and each slave displacement is a 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.sparse import block_diag, coo_matrix, csr_matrix, identity
@@ -14,9 +14,11 @@ from scipy.sparse import block_diag, coo_matrix, csr_matrix, identity
 from prensa.layout import DofMap
 from prensa.mesh.mesh import Mesh, MeshError
 from prensa.model import problem as model
+from prensa.model.interference import Interference, interference_of
 from prensa.model.spatial import SPATIAL_AXES
 from prensa.precision import DRAWN
-from prensa.system.mortar import Side, combinations, integrals
+from prensa.system.mortar import APART, Side, combinations, integrals
+from prensa.system.tie_gaps import normals, overlaps
 from prensa.types import Array, Flags, Index
 
 
@@ -25,10 +27,13 @@ class Ties:
     """``matrix`` (n, n) over the displacement dofs, which are the first n: u = matrix u, rows of slaves combine masters.
 
     ``owner`` (n,): the unknown that stands for each one where nodes are made one (itself elsewhere).
+    ``jump`` (n, k): what slaves are moved by besides, by the k unknowns ``shares`` of overlaps that are meant; None: by nothing.
     """
 
     matrix: csr_matrix
     owner: Index
+    jump: csr_matrix | None = None
+    shares: slice = field(default_factory=lambda: slice(0))
 
     @property
     def slaves(self) -> Index:
@@ -38,12 +43,16 @@ class Ties:
     def with_slaves(self, u: Array) -> Array:
         """Unknowns (ndof,) with those of slaves put where their masters' take them."""
         n = len(self.owner)
-        return np.concatenate([self.matrix @ u[:n], u[n:]])
+        moved = self.matrix @ u[:n]
+        return np.concatenate([moved if self.jump is None else moved + self.jump @ u[self.shares], u[n:]])
 
     def to_masters(self, r: Array) -> Array:
         """Forces (ndof,) with those on slaves handed over to their masters."""
         n = len(self.owner)
-        return np.concatenate([self.matrix.T @ r[:n], r[n:]])
+        out = np.concatenate([self.matrix.T @ r[:n], r[n:]])
+        if self.jump is not None:
+            out[self.shares] += self.jump.T @ r[:n]
+        return out
 
     def kept(self, ndof: int, fixed: Index) -> Index:
         """Unknowns that are neither prescribed nor slaves."""
@@ -67,7 +76,7 @@ class Ties:
 def make_ties(
     problem: model.Problem, meshes: dict[str, Mesh], offsets: dict[str, int], X: Array, held: Flags
 ) -> tuple[Ties | None, Array]:
-    """The ties of a problem and node positions (n, 2), those of slaves put exactly on the master side.
+    """The ties of a problem and node positions (n, 2), those of slaves put exactly on the master side, or as far in it as meant.
 
     held (n, 2): components that supports prescribe at some time.
 
@@ -81,16 +90,23 @@ def make_ties(
         return None, X
     X = X.copy()
     sides = [(_side(t.slave, meshes, offsets), _side(t.master, meshes, offsets)) for t in problem.ties]
-    owner = _merged([s for s in sides if _matching(X, *s)], X)
+    meant = [interference_of(tie) for tie in problem.ties]
+    # Nodes that are made one cannot be moved against each other.
+    matching = [given is None and _matching(X, *s) for given, s in zip(meant, sides)]
+    owner = _merged([s for s, one in zip(sides, matching) if one], X)
     X = X[owner]
     field = DofMap(X.shape[1], len(X)).displacement
     rows, cols, values = [], [], []
     taken = np.repeat((owner != np.arange(len(X)))[:, None], field.width, axis=1)
-    for slave, master in sides:
-        if _matching(X, slave, master):
+    into: list[Array] = []
+    for (slave, master), one, given in zip(sides, matching, meant):
+        if one:
             continue
         s, m = Side(slave.name, owner[slave.edges]), Side(master.name, owner[master.edges])
-        between = integrals(X, s, m, problem.space == "axisymmetric")
+        apart = 1.0 if given is not None and given.by == "geometry" else APART
+        between = integrals(X, s, m, problem.space == "axisymmetric", apart)
+        if given is not None:
+            into.append(np.zeros(X.shape))
         for axis, component in enumerate(field.components):
             free = ~held[:, axis] & ~taken[:, axis]
             free[m.nodes] = False  # a corner that another tie has made one with the master side
@@ -103,13 +119,40 @@ def make_ties(
             cols.append(field.dof(c, component))
             values.append(v)
             taken[np.unique(r), axis] = True
+            if given is not None:
+                into[-1][np.unique(r), axis] = _meant(X, s, m, given)[np.unique(r), axis]
     own = field.dofs(owner).ravel()
     merged = np.flatnonzero(own != np.arange(field.size))
     rows.append(merged)
     cols.append(own[merged])
     values.append(np.ones(len(merged)))
-    matrix = _closed(field.size, np.concatenate(rows), np.concatenate(cols), np.concatenate(values))
-    return Ties(matrix, own), np.asarray((matrix @ X.ravel()).reshape(X.shape))
+    triplets = np.concatenate(rows), np.concatenate(cols), np.concatenate(values)
+    matrix = _closed(field.size, *triplets)
+    placed = np.asarray((matrix @ X.ravel()).reshape(X.shape))
+    if not into:
+        return Ties(matrix, own), placed
+    jump = _carried(-np.stack([way.ravel() for way in into], axis=1), *triplets)
+    return Ties(matrix, own, csr_matrix(jump)), placed - jump.sum(axis=1).reshape(X.shape)
+
+
+def _meant(X: Array, slave: Side, master: Side, given: Interference) -> Array:
+    """Ways (n, 2) into the master side by which the slave side overlaps it at its nodes."""
+    depth = np.zeros(len(X))
+    if given.by == "geometry":
+        found = overlaps(X, slave, master, 1.0)
+        depth[found.nodes] = found.depth
+    else:
+        depth[slave.nodes] = float(given.by)
+    return depth[:, None] * normals(X, slave)
+
+
+def _carried(jump: Array, rows: Index, cols: Index, values: Array) -> Array:
+    """Jumps (n, k) of slaves with those of their masters, where these are slaves themselves."""
+    one = csr_matrix((values, (rows, cols)), (len(jump), len(jump)))
+    out = jump
+    while not np.array_equal(more := jump + one @ out, out):  # as many times as slaves follow slaves, which `_closed` bounds
+        out = more
+    return out
 
 
 def held_components(

@@ -106,7 +106,8 @@ def overlapping_bodies(system: System) -> Iterator[Finding]:
     for o in overlaps(system):
         yield Finding(
             f"bodies.{o.second}",
-            f"it overlaps body {o.first!r}, by {o.depth:.3g} at ({o.x:.4g}, {o.y:.4g}): no contact acts between the two; "
+            f"it overlaps body {o.first!r}, by {o.depth:.3g} {system.problem.units.length} at ({o.x:.4g}, {o.y:.4g}): no contact "
+            "acts between the two; "
             "move it ('origin'), and join the two with 'ties' where they meet",
         )
     for o in neighbours(system):

@@ -10,6 +10,7 @@ from prensa.checks.before.bores import bores
 from prensa.checks.before.feeding import feeding
 from prensa.checks.before.flow_curves import flow_curves
 from prensa.checks.before.forces import mounts, pushes
+from prensa.checks.before.measured_places import measured_places
 from prensa.checks.before.mesh_shapes import mesh_shapes
 from prensa.checks.before.moments import moments
 from prensa.checks.before.new_meshes import new_meshes, new_sizes
@@ -24,6 +25,7 @@ from prensa.checks.before.starting_places import starting_places
 from prensa.checks.before.surface_corners import surface_corners
 from prensa.checks.before.table_starts import table_starts
 from prensa.checks.before.tables import tables
+from prensa.checks.before.tied_gaps import tied_gaps
 from prensa.checks.before.tool_paths import tool_paths
 from prensa.checks.before.tool_sizes import tool_sizes
 from prensa.checks.before.tools_inside import tools_inside
@@ -41,6 +43,7 @@ AT_REST: tuple[Check[System], ...] = (tool_sizes, surface_corners, starting_plac
 CHECKS: tuple[Check[System], ...] = (
     obsolete_keys, new_meshes, flow_curves, tables, lengths, pushes, mesh_shapes, bores, table_starts, standstills, travels,
     small_strain, feeding, new_sizes, mounts, turns, off_centre, thick_sheets, *AT_REST, tools_inside, tool_paths, rigid_motions,
+    tied_gaps, measured_places,
 )  # fmt: skip
 """In the plane, in the order in which they are reported."""
 AFTER: dict[Check[System], tuple[Check[System], ...]] = {tools_inside: AT_REST, tool_paths: (*AT_REST, tools_inside)}

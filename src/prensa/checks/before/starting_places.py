@@ -7,10 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from prensa.checks.thresholds import NO_DIFFERENCE, NOTABLE_DEPTH, TOWARDS
+from prensa.contact.pairing import Pairs
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
 from prensa.linear.rigid_modes import CLOSED
+from prensa.model.interference import interference_of
 from prensa.system.system import System
+from prensa.types import Array
 
 SUNK = 0.45
 """Depth over element depth from which no increment, however short, pushes a tool out of a plastic body."""
@@ -42,6 +45,9 @@ def starting_places(system: System) -> Iterator[Finding]:
                 Severity.REFUSE,
             )
             continue
+        given = interference_of(s.description)
+        if given is not None and given.by == "geometry":
+            continue
         depth = -pairs.g / float(s.points.depth.min())
         # A node whose nearest face of the tool looks its own way is past the tool's middle: contact would pull it out at the
         # far side.
@@ -58,25 +64,32 @@ def starting_places(system: System) -> Iterator[Finding]:
                 Severity.REFUSE,
             )
             continue
-        k = int(np.argmax(depth))
-        if depth[k] > CLOSED and not start.contact.closed[s.rows].any():
-            x, y = system.X[nodes[k]]
-            n = pairs.n[k]
-            plastic = system.problem.bodies[s.body].material.plastic
-            yield Finding(
-                f"tools.{name}",
-                f"it starts {-pairs.g[k]:.4g} inside {surface!r}, deepest at node {nodes[k] - system.offsets[s.body]} "
-                f"({x:.4g}, {y:.4g}): the first increment has to push it out; "
-                + (
-                    _along_axis(system, s)
-                    if system.axisymmetric
-                    # Adding 0.0 turns a minus zero into a zero.
-                    else f"move the tool by ({pairs.g[k] * n[0] + 0.0:.4g}, {pairs.g[k] * n[1] + 0.0:.4g})"
-                    + _to_touch(system, s, int(nodes[k]))
-                )
-                + (tool.description.hint() if depth[k] > SUNK else ""),
-                Severity.REFUSE if plastic and depth[k] > SUNK else Severity.WARN,
-            )
+        if depth.max() > CLOSED and not start.contact.closed[s.rows].any():
+            yield _inside(system, s, pairs, depth)
+
+
+def _inside(system: System, s: Surface, pairs: Pairs, depth: Array) -> Finding:
+    """What to say of a tool that starts inside a surface; its nodes are as deep as ``depth`` (n,) over an element."""
+    nodes, tool, surface = s.points.nodes, system.masters[s.against].tool, "+".join(s.description.surface)
+    k = int(np.argmax(depth))
+    x, y = system.X[nodes[k]]
+    n, unit = pairs.n[k], system.problem.units.length
+    plastic = system.problem.bodies[s.body].material.plastic
+    return Finding(
+        f"tools.{tool.name}",
+        f"it starts {-pairs.g[k]:.4g} inside {surface!r}, deepest at node {nodes[k] - system.offsets[s.body]} "
+        f"({x:.4g}, {y:.4g}): the first increment has to push it out; "
+        + (
+            _along_axis(system, s)
+            if system.axisymmetric
+            # Adding 0.0 turns a minus zero into a zero.
+            else f"move the tool by ({pairs.g[k] * n[0] + 0.0:.4g}, {pairs.g[k] * n[1] + 0.0:.4g}) {unit}"
+            + _to_touch(system, s, int(nodes[k]))
+        )
+        + (tool.description.hint() if depth[k] > SUNK else "")
+        + f"; if the overlap is meant, say so in contact {s.name!r}: 'interference: geometry'",
+        Severity.REFUSE if plastic and depth[k] > SUNK else Severity.WARN,
+    )
 
 
 def _to_touch(system: System, s: Surface, node: int) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.before.nodes_found import few_nodes_met
 from prensa.checks.thresholds import NOTABLE_DEPTH
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
@@ -26,12 +27,12 @@ def tool_sizes(system: System) -> Iterator[Finding]:
         size, key = tool.description.face()
         if tool.description.tip():
             yield from _tip(system, s, h)
-        elif size < 2 * h:
+        elif size < 2 * h and (finds := few_nodes_met(system, s)):
             what = "radius" if key == "radius" else "face"
             yield Finding(
                 f"tools.{tool.name}.{key}",
                 f"the {what} {size:.4g} is less than two elements of {'+'.join(s.description.surface)!r}, the smallest of "
-                f"which is {h:.4g} long: it presses on one node at most; refine the surface there to {0.25 * size:.2g}",
+                f"which is {h:.4g} long: {finds}; refine the surface there to {0.25 * size:.2g}",
                 Severity.REFUSE if size < 0.5 * h else Severity.WARN,
             )
         yield from _corners(system, s)
@@ -89,12 +90,13 @@ def _tip(system: System, s: Surface, h: float) -> Iterator[Finding]:
     size = width**2 / (8 * NOTABLE_DEPTH * h)  # the radius of a cylinder that is as wide there
     nearest, aside = x[k] - (pairs.g[k] + NOTABLE_DEPTH * h) * pairs.n[k], 2 * np.sqrt(NOTABLE_DEPTH) * h * pairs.e[k, 0]
     beside = master.seen(np.stack([nearest - aside, nearest + aside]), start.u)
-    if size < 2 * h and (beside.g > 0).any():  # else it goes on to both sides: the floor of a container, under its rim
+    small = size < 2 * h and (beside.g > 0).any()
+    if small and (finds := few_nodes_met(system, s)):  # else it goes on to both sides: the floor of a container, under its rim
         surface = "+".join(s.description.surface)
         rounded = f", or give a 'fillet' of {2 * h:.2g}" if hasattr(tool.description, "fillet") else ""
         yield Finding(
             f"tools.{tool.name}.{tool.description.tip()}",
             f"the end towards {surface!r} is as sharp as a radius of {size:.2g}, less than two elements, the smallest of which "
-            f"is {h:.4g} long: it presses on one node at most; refine the surface there{rounded}",
+            f"is {h:.4g} long: {finds}; refine the surface there{rounded}",
             Severity.REFUSE if whole < h else Severity.WARN,
         )

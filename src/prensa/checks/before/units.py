@@ -33,7 +33,9 @@ def lengths(system: System) -> Iterator[Finding]:
     unit = system.problem.units.length
     for name, mesh in system.meshes.items():
         size = float(mesh.extent.max())
-        if not SMALLEST_BODY <= size * factor(f"1 {unit}", "m", "N", (0, 1)) <= LARGEST_BODY:
+        metre = factor(f"1 {unit}", "m", "N", (0, 1))
+        # Who writes a case in micrometres means small bodies: what is less than one of a unit that small is still no body.
+        if size * metre > LARGEST_BODY or (size * metre < SMALLEST_BODY and not (metre < SMALLEST_BODY and size >= 1.0)):
             yield Finding(f"bodies.{name}.mesh", f"the body measures {size:.4g} {unit}; is the unit right?")
     yield from _long_bodies(system)
     size = system.length
