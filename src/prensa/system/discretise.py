@@ -119,7 +119,7 @@ def with_laws(system: System, problem: model.Problem) -> System:
     laws = {name: material_of(b.material, problem.kinematics, problem.space) for name, b in problem.bodies.items()}
     blocks = [replace(b, law=laws[b.body]) for b in system.blocks]
     surfaces = [
-        replace(s, description=contact, modulus=laws[s.body].modulus())
+        replace(s, description=contact, modulus=laws[s.body].confined_modulus())
         for s, contact in zip(system.surfaces, problem.contacts, strict=True)
     ]
     return replace(system, problem=problem, blocks=blocks, surfaces=surfaces)
@@ -260,7 +260,7 @@ def _surfaces(
         out.append(
             Surface(
                 contact.name, contact, owner, points, sum(len(s.points) for s in out), points.at(X),
-                dofs.stencils(points.support, master), points.normals(X), points.node_normals(X), law.modulus(),
+                dofs.stencils(points.support, master), points.normals(X), points.node_normals(X), law.confined_modulus(),
                 points.elements_behind(meshes[owner].cells + offsets[owner]),
                 dofs.fields[contact.name] if contact.enforcement.has_multipliers else None,
             )
