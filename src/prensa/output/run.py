@@ -348,7 +348,10 @@ class _Run:
                 "tolerance": self.case.numerics.tolerance,
             },
             "timings": timings,
-            "bodies": {b: {"nodes": len(m.points), "elements": len(m.cells)} for b, m in self._meshes().items()},
+            "bodies": {
+                b: {"nodes": len(m.points), "elements": len(m.cells), "element": self.system.problem.bodies[b].element_in(problem.space)}
+                for b, m in self._meshes().items()
+            },
             "tools": {t.name: {"at": t.at.tolist(), "direction": list(map(float, t.direction))} for t in self.system.tools},
             "warnings": self.warnings.texts,
             "case": self.text,

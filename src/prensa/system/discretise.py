@@ -24,6 +24,7 @@ from prensa.model import problem as model
 from prensa.model.crank import AXIS
 from prensa.registry import DOORS
 from prensa.system.assembly import Block, Pattern, Slots, make_pattern, slots_of
+from prensa.system.bending import with_elements_for_bending
 from prensa.system.body_contact import body_contacts
 from prensa.system.contact_surfaces import contact_edges
 from prensa.system.control import couplings, factor_field
@@ -104,6 +105,8 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
         system.boundary_nodes(name)
     for name in [*problem.loads, *(k for s in problem.steps for k in s.loads)]:
         system.boundary_edges(name)
+    like = earlier.system if earlier is not None else beside
+    system = with_elements_for_bending(system, None if like is None else like.problem)
     if earlier is not None:
         if earlier.system.first is not None:
             system = on_meshes(system, earlier.remeshed(system))
@@ -118,6 +121,7 @@ def with_laws(system: System, problem: model.Problem) -> System:
     """
     laws = {name: material_of(b.material, problem.kinematics, problem.space) for name, b in problem.bodies.items()}
     blocks = [replace(b, law=laws[b.body]) for b in system.blocks]
+    problem = problem.with_elements({name: b.element for name, b in system.problem.bodies.items() if b.element is not None})
     surfaces = [
         replace(s, description=contact, modulus=laws[s.body].confined_modulus())
         for s, contact in zip(system.surfaces, problem.contacts, strict=True)
