@@ -12,9 +12,9 @@ ALLOWED = 0.01
 def layer(nu, aspect, elements, mu, space, enforcement):
     """Half of a layer of thickness 2 and half width ``aspect`` between rough plates, pressed by 1 %."""
     fixed = {"pad.bottom": "y"} if space == "axisymmetric" else {"pad.bottom": "y", "pad.left": "x"}
+    mesh = pr.Rectangle((aspect, 1.0), n=(min(60, max(4, round(aspect * elements))), elements))
     return pr.Problem(
-        "layer", space=space,
-        bodies={"pad": pr.Body(pr.Rectangle((aspect, 1.0), n=(min(60, max(4, round(aspect * elements))), elements)), pr.NeoHooke(3.0, nu))},
+        "layer", space=space, bodies={"pad": pr.Body(mesh, pr.NeoHooke(3.0, nu))},
         tools={"plate": pr.Plane(touching="pad.top")},
         contacts=[pr.Contact(("pad.top", "pad.right"), "plate", pr.Coulomb(mu), enforcement)],
         fixed=fixed,

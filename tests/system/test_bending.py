@@ -7,14 +7,16 @@ import prensa as pr
 from prensa.checks.before.preflight import preflight
 
 LENGTH = 20.0
+STEEL = pr.J2(200e3, 0.3, pr.Linear(300.0, 500.0))
 
 
 def beam(layers, length, nu=0.3, space="plane strain", element=None, material=None):
     """A cantilever of thickness 1, of elements of a ``length`` in ``layers``, with a small force at its end."""
+    mesh = pr.Rectangle((LENGTH, 1.0), n=(round(LENGTH / length), layers))
     return pr.Problem(
-        "beam", space=space, kinematics="small",
-        bodies={"beam": pr.Body(pr.Rectangle((LENGTH, 1.0), n=(round(LENGTH / length), layers)), material or pr.Elastic(1000.0, nu), element)},
-        tools={}, fixed={"beam.left": "x", "beam.bottom-left": "y"}, steps=[pr.Step("bend", loads={"beam.right": pr.Load(traction=(0.0, -1e-5))})],
+        "beam", space=space, kinematics="small", bodies={"beam": pr.Body(mesh, material or pr.Elastic(1000.0, nu), element)},
+        tools={}, fixed={"beam.left": "x", "beam.bottom-left": "y"},
+        steps=[pr.Step("bend", loads={"beam.right": pr.Load(traction=(0.0, -1e-5))})],
     )  # fmt: skip
 
 
@@ -27,7 +29,7 @@ def tip(problem):
 @pytest.mark.parametrize("layers", range(1, 9))
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.49])
 def test_elastic_beams_of_few_layers_bend_as_beams_do(layers, nu):
-    """w = F L³/(3 E' I) + 6 F L/(5 G A) of a Timoshenko beam, within 5 % with long and with square elements."""
+    """The deflection is F L³/(3 E' I) + 6 F L/(5 G A) of a Timoshenko beam, within 5 % with long and with square elements."""
     E, G = 1000.0 / (1.0 - nu**2), 500.0 / (1.0 + nu)
     reference = 1e-5 * (LENGTH**3 / (3.0 * E / 12.0) + 1.2 * LENGTH / G)
     for length in (2.0, 1.0, 0.5):
@@ -70,9 +72,9 @@ def test_what_is_pressed_across_its_thickness_keeps_the_default_element(layers):
 
 
 def sheet(element=None, material=None, gap=5.0):
-    """Three-point bending of half a sheet of two layers with long elements; the punch ends ``gap`` above the bottom of the die."""
+    """Three-point bending of half a sheet of two layers with long elements; the punch ends ``gap`` above the die's bottom."""
     return pr.Problem(
-        "sheet", bodies={"sheet": pr.Body(pr.Rectangle((20.0, 1.0), n=(20, 2)), material or pr.J2(200e3, 0.3, pr.Linear(300.0, 500.0)), element)},
+        "sheet", bodies={"sheet": pr.Body(pr.Rectangle((20.0, 1.0), n=(20, 2)), material or STEEL, element)},
         tools={
             "punch": pr.Circle(radius=4.0, at=(0.0, 5.0)), "support": pr.Circle(radius=3.0, at=(16.0, -3.0)),
             "bottom": pr.Plane(normal=(0.0, 1.0), at=(0.0, -2.0 - gap)),
@@ -98,7 +100,7 @@ def test_a_sheet_that_flows_keeps_its_element_and_is_reported_with_the_error():
 def test_a_bar_that_is_drawn_along_its_axis_is_not_said_to_bend():
     """One layer of J2, moved along itself."""
     problem = pr.Problem(
-        "bar", bodies={"bar": pr.Body(pr.Rectangle((20.0, 1.0), n=(40, 1)), pr.J2(200e3, 0.3, pr.Linear(300.0, 500.0)))}, tools={},
+        "bar", bodies={"bar": pr.Body(pr.Rectangle((20.0, 1.0), n=(40, 1)), STEEL)}, tools={},
         fixed={"bar.left": "x", "bar.bottom-left": "y"}, steps=[pr.Step("pull", fixed={"bar.right": {"x": 1.0}})],
     )  # fmt: skip
     assert not said(problem)

@@ -221,7 +221,7 @@ def with_stretched_bounds(K: Array, f: ContactForces, points: Points, share: Arr
 
 
 def multiplier_rows(f: ContactForces, lam: Array, scale: Scale) -> tuple[Array, Array]:
-    """Equations of the multipliers and the stiffness of the extended stencils (q, ℓ_n, ℓ_T), ℓ = λ/c, c = M/h.
+    """Equations of the multipliers and the stiffness of the extended stencils (q, ℓ_n, ℓ_T), ℓ = λ/c, c = E*/h.
 
     lam (k, 1 + t) multipliers → R (k, 1 + t) = w c ((p − λ_n)/k_n, (t − λ_T)/k_T), forces; K (k, m + 1 + t, m + 1 + t), the
     derivative of (−F, R). R = 0 says g = 0 where closed, no slip where stuck, t_T on its bound along the slip where it

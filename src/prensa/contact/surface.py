@@ -96,9 +96,9 @@ class Surface:
 
     @property
     def unit(self) -> Array:
-        """M/h (k,) of the points: what β multiplies, h what they press in; of multipliers the unit, h the depth there."""
-        # M is the stiffest that a point can meet: springs by E alone would be softer than thin layers of rubber. Not the body's
-        # own stiffness at the point: that differs with every law and state, and its derivative would belong to the tangent.
+        """M/h (k,) of the points: what β multiplies, h what they press in; of multipliers the unit, E*/h, h the depth there."""
+        # Not the body's own stiffness at the point: that differs with every law and state, and its derivative would belong to
+        # the tangent.
         return self.modulus / (self.points.depth if self.exact else self.points.pressed_length)
 
     def supports(self, fixed: Index) -> Supports | None:

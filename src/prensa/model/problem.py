@@ -104,7 +104,8 @@ class Body:
     ``q4_sheet`` is ``q4_enhanced`` with nine points across each layer, for elastic-plastic bending and springback;
     ``q8`` (2 × 2 points) and ``t6`` are quadratic; ``q4``, ``t3`` and ``q8_full`` (3 × 3 points) are the textbook elements,
     which lock in plastic flow.
-    Without ``element``: ``q4_fbar``, and ``q4`` in plane stress, where nothing locks in volume and F-bar has no meaning.
+    Without ``element``: ``q4_fbar``, and ``q4`` in plane stress, where nothing locks in volume and F-bar has no meaning;
+    ``q4_enhanced`` for elastic bodies whose layers would err by 5 % in bending and that nothing presses across their thickness.
     """
 
     mesh: Mesh

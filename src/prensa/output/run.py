@@ -317,6 +317,7 @@ class _Run:
         def last(column: str) -> float:
             return float(table[column][-1]) if len(table[column]) else 0.0
 
+        bodies = self.system.problem.bodies  # with the elements that were chosen
         summary: dict[str, Any] = {
             "name": problem.name,
             "status": status,
@@ -349,7 +350,7 @@ class _Run:
             },
             "timings": timings,
             "bodies": {
-                b: {"nodes": len(m.points), "elements": len(m.cells), "element": self.system.problem.bodies[b].element_in(problem.space)}
+                b: {"nodes": len(m.points), "elements": len(m.cells), "element": bodies[b].element_in(problem.space)}
                 for b, m in self._meshes().items()
             },
             "tools": {t.name: {"at": t.at.tolist(), "direction": list(map(float, t.direction))} for t in self.system.tools},

@@ -138,7 +138,8 @@ def _driven_across(system: System, body: str, t: _Thickness) -> bool:
     for step in p.steps:
         for name, motion in p.driven(step).items():
             ways.append((name, np.array([motion.x is not None, motion.y is not None], dtype=float)))
-    for owner in (p, *p.steps):
+    owners: tuple[model.Problem | model.Step, ...] = (p, *p.steps)
+    for owner in owners:
         for name, f in owner.fixed.items():
             ways.append((name, np.array([v is not None and v != "held" for v in (f.x, f.y)], dtype=float)))
         for name, load in owner.loads.items():
@@ -163,12 +164,11 @@ def with_elements_for_bending(system: System, like: model.Problem | None) -> Sys
     """
     p = system.problem
     open_ = [name for name, b in p.bodies.items() if b.element is None]
+    chosen: dict[str, str] = {}
     if like is not None:
-        chosen = {n: like.bodies[n].element for n in open_ if n in like.bodies}
-    else:
-        found = bendings(system, iter(n for n in open_ if not p.bodies[n].material.plastic))
-        chosen = {name: FOR_BENDING for name, b in found.items() if not b.pressed}
-    chosen = {name: element for name, element in chosen.items() if element is not None}
+        chosen = {n: e for n in open_ if n in like.bodies and (e := like.bodies[n].element) is not None}
+    elif elastic := [n for n in open_ if not p.bodies[n].material.plastic]:
+        chosen = {name: FOR_BENDING for name, b in bendings(system, iter(elastic)).items() if not b.pressed}
     if not chosen:
         return system
     blocks = [replace(b, element=element_of(chosen[b.body])) if b.body in chosen else b for b in system.blocks]

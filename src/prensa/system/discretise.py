@@ -16,6 +16,7 @@ from prensa.elements.element import Mode, element_of
 from prensa.errors import PrensaError, take
 from prensa.layout import DofMap
 from prensa.materials.material import material_of
+from prensa.materials.protocol import Material as Law
 from prensa.mesh.bricks import BrickMesh
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh, MeshError, ordered_nodes
@@ -123,7 +124,7 @@ def with_laws(system: System, problem: model.Problem) -> System:
     blocks = [replace(b, law=laws[b.body]) for b in system.blocks]
     problem = problem.with_elements({name: b.element for name, b in system.problem.bodies.items() if b.element is not None})
     surfaces = [
-        replace(s, description=contact, modulus=laws[s.body].confined_modulus())
+        replace(s, description=contact, modulus=_modulus(laws[s.body], contact))
         for s, contact in zip(system.surfaces, problem.contacts, strict=True)
     ]
     return replace(system, problem=problem, blocks=blocks, surfaces=surfaces)
@@ -264,12 +265,21 @@ def _surfaces(
         out.append(
             Surface(
                 contact.name, contact, owner, points, sum(len(s.points) for s in out), points.at(X),
-                dofs.stencils(points.support, master), points.normals(X), points.node_normals(X), law.confined_modulus(),
+                dofs.stencils(points.support, master), points.normals(X), points.node_normals(X), _modulus(law, contact),
                 points.elements_behind(meshes[owner].cells + offsets[owner]),
                 dofs.fields[contact.name] if contact.enforcement.has_multipliers else None,
             )
         )  # fmt: skip
     return out
+
+
+def _modulus(law: Law, contact: model.Contact) -> float:
+    """What the stiffnesses of a contact are measured by.
+
+    Springs are in series with the body, and the stiffest that one can meet is material that cannot spread; multipliers only
+    decide with theirs, best with that of a point alone.
+    """
+    return law.modulus() if contact.enforcement.has_multipliers else law.confined_modulus()
 
 
 def _sharpened(s: Surface, tool: PlacedTool, dofs: DofMap) -> Surface:

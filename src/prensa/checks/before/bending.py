@@ -18,6 +18,6 @@ def stiff_in_bending(system: System) -> Iterator[Finding]:
             way = "stiff" if b.error > 0 else "soft"
             yield Finding(
                 f"bodies.{body}",
-                f"if {body!r} bends, its elements, {default!r}, are too {way} by {100 * abs(b.error):.2g} %: give it 'element: q4_enhanced', "
-                f"or 'q4_sheet' for springback; 'element: {default}' if it does not bend",
+                f"if {body!r} bends, its elements, {default!r}, are too {way} by {100 * abs(b.error):.2g} %: give it "
+                f"'element: q4_enhanced', or 'q4_sheet' for springback; 'element: {default}' if it does not bend",
             )

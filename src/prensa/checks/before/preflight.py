@@ -40,8 +40,9 @@ IN_ANY_SPACE: tuple[Check[System], ...] = (obsolete_keys,)
 AT_REST: tuple[Check[System], ...] = (tool_sizes, surface_corners, starting_places, overlapping_bodies)
 """Those of where things are before anything moves."""
 CHECKS: tuple[Check[System], ...] = (
-    obsolete_keys, new_meshes, flow_curves, tables, lengths, pushes, mesh_shapes, stiff_in_bending, bores, table_starts, standstills, travels,
-    small_strain, feeding, new_sizes, mounts, turns, off_centre, thick_sheets, *AT_REST, tools_inside, tool_paths, rigid_motions,
+    obsolete_keys, new_meshes, flow_curves, tables, lengths, pushes, mesh_shapes, stiff_in_bending, bores, table_starts,
+    standstills, travels, small_strain, feeding, new_sizes, mounts, turns, off_centre, thick_sheets, *AT_REST, tools_inside,
+    tool_paths, rigid_motions,
 )  # fmt: skip
 """In the plane, in the order in which they are reported."""
 AFTER: dict[Check[System], tuple[Check[System], ...]] = {tools_inside: AT_REST, tool_paths: (*AT_REST, tools_inside)}
