@@ -11,6 +11,7 @@ from prensa.checks.before.bores import bores
 from prensa.checks.before.feeding import feeding
 from prensa.checks.before.flow_curves import flow_curves
 from prensa.checks.before.forces import mounts, pushes
+from prensa.checks.before.joint_motions import joint_motions
 from prensa.checks.before.mesh_shapes import mesh_shapes
 from prensa.checks.before.new_meshes import new_meshes, new_sizes
 from prensa.checks.before.obsolete_keys import obsolete_keys
@@ -42,7 +43,7 @@ AT_REST: tuple[Check[System], ...] = (tool_sizes, surface_corners, starting_plac
 CHECKS: tuple[Check[System], ...] = (
     obsolete_keys, new_meshes, flow_curves, tables, lengths, pushes, mesh_shapes, stiff_in_bending, bores, table_starts,
     standstills, travels, small_strain, feeding, new_sizes, mounts, turns, off_centre, thick_sheets, *AT_REST, tools_inside,
-    tool_paths, rigid_motions,
+    tool_paths, rigid_motions, joint_motions,
 )  # fmt: skip
 """In the plane, in the order in which they are reported."""
 AFTER: dict[Check[System], tuple[Check[System], ...]] = {tools_inside: AT_REST, tool_paths: (*AT_REST, tools_inside)}
