@@ -154,7 +154,7 @@ def test_systems_are_solved_to_what_steps_promise(monkeypatch):
     solves = []
     plain = factorisations.krylov
     monkeypatch.setattr(factorisations, "krylov", lambda A, solve, *a: plain(A, lambda b: solves.append(1) or solve(b), *a))
-    problem = upsetting((10, 8), 0.1, increments=2, reductions=(0.05,))
+    problem = upsetting((10, 8), 0.1, increments=2, reductions=(0.1,))
     promised = run(problem, ALWAYS)
     few = len(solves)
     solves.clear()
@@ -328,6 +328,10 @@ def test_upsetting_takes_the_same_increments_and_is_resumed_bit_for_bit():
 @pytest.mark.parametrize("nu", [0.3, 0.4999])
 def test_stiff_exact_and_incompressible_ones_have_the_forces_of_double_precision(enforcement, error, nu):
     """Whether single precision bears them or gives way: no more iterations, and the same force."""
+    confined = (1.0 - nu) ** 2 / (1.0 - 2.0 * nu)  # M/E*: springs are as much stiffer, and the round-off of their gaps is
+    error *= confined
+    if enforcement.beta > 1e3:
+        enforcement = pr.Penalty(beta=enforcement.beta / confined)
     base = upsetting((6, 5), 0.1, enforcement=enforcement, reductions=(0.01,), increments=2)
     body = base.bodies["billet"]
     problem = replace(base, bodies={"billet": replace(body, material=pr.NeoHooke(E=200e3, nu=nu))})

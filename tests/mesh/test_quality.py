@@ -54,7 +54,7 @@ def test_check_prints_the_quality_and_warns_of_the_worst_element(tmp_path, capsy
 
     text = line(problem)
     assert (
-        "4 elements q4_fbar, 9 nodes" in text
+        "4 elements q4_enhanced (it is elastic and may bend), 9 nodes" in text
         and "Q4: scaled Jacobian 0.14" in text
         and "stresses are poor there" in text
     )

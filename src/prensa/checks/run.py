@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from prensa.checks.after.quality import hidden_forces, penetrations, soft_springs, untouched_tools
+from prensa.checks.after.quality import PenaltyShare, hidden_forces, penetrations, soft_springs, untouched_tools
 from prensa.checks.before.table_starts import table_jumps
 from prensa.checks.check import (
     Attempted,
@@ -39,6 +39,7 @@ class RunChecks:
         corners = Corners(system)
         folding = Folding(system, policy, corners)
         self.validity = validity or Validity(system, policy)
+        penalties = PenaltyShare(system)
         self.step_begins: list[Check[StepBegun]] = [partial(table_jumps, system)]
         self.attempted: list[Check[Attempted]] = [
             partial(tunnelling, system, policy), partial(turning, system, policy), partial(support, system),
@@ -50,10 +51,10 @@ class RunChecks:
         ]  # fmt: skip
         self.committed: list[Check[Committed]] = [self.validity]
         self.step_ends: list[Check[Committed]] = [
-            partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system),
+            partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), penalties,
         ]  # fmt: skip
         self.tools_leave: list[Check[Finished]] = [partial(untouched_tools, system)]
-        self.run_ends: list[Check[Finished]] = [*self.tools_leave, self.validity.warnings]
+        self.run_ends: list[Check[Finished]] = [*self.tools_leave, self.validity.warnings, penalties.warnings]
         # Who asks stops at the first finding that ends the run: what the run has seen up to here comes before that.
         self.failed: list[Check[Failed]] = [
             self.validity.warnings, partial(tool_balance, system), partial(unilateral_support, system),

@@ -23,7 +23,8 @@ def lines_of(system: System) -> Iterator[str]:
     for name, body in p.bodies.items():
         mesh = system.meshes[name]
         (x0, y0), (x1, y1) = mesh.points.min(axis=0), mesh.points.max(axis=0)
-        yield f"body {name}: {len(mesh.cells)} elements {body.element_in(p.space)}, {len(mesh.points)} nodes"
+        why = " (it is elastic and may bend)" if name in system.chosen else ""
+        yield f"body {name}: {len(mesh.cells)} elements {body.element_in(p.space)}{why}, {len(mesh.points)} nodes"
         yield f"  x {x0:g} … {x1:g}, y {y0:g} … {y1:g}; {brief(body.material)}"
         yield f"  {quality(mesh).line()}"
         yield from (f"  sides: {note}" for note in mesh.notes)

@@ -30,7 +30,7 @@ class Enforcement(Member, abstract=True):
     max_updates: int = 0
 
     def stiffness(self, unit: Array) -> tuple[Array, Array]:
-        """Stiffnesses per area k_n, k_T (k,) of points whose elements have E*/h = unit (k,)."""
+        """Stiffnesses per area k_n, k_T (k,) of points whose elements have M/h = unit (k,)."""
         raise NotImplementedError(type(self).__name__)
 
     def initial_multipliers(self, lam: Array) -> Array:
@@ -55,11 +55,11 @@ class Enforcement(Member, abstract=True):
         return ()
 
     def beta_of(self, unit: Array) -> float:
-        """Penalty over E*/h, at the median point."""
+        """Penalty over M/h, at the median point."""
         # The median: single elements much flatter or deeper than the rest would hide what was meant.
         return float(np.median(self.stiffness(unit)[0] / unit))
 
 
 def given_or(value: float | None, factor: float, unit: Array) -> Array:
-    """An absolute stiffness where one is given, else factor E*/h (k,)."""
+    """An absolute stiffness where one is given, else factor M/h (k,)."""
     return factor * unit if value is None else np.full_like(unit, value)

@@ -98,7 +98,7 @@ class Surface:
 
     @property
     def unit(self) -> Array:
-        """E*/h (k,) of the points: what β multiplies, h what they press in; of multipliers the unit, h the depth there."""
+        """M/h (k,) of the points: what β multiplies, h what they press in; of multipliers the unit, E*/h, h the depth there."""
         # Not the body's own stiffness at the point: that differs with every law and state, and its derivative would belong to
         # the tangent.
         return self.modulus / (self.points.depth if self.exact else self.points.pressed_length)
@@ -113,7 +113,7 @@ class Surface:
         return Supports(at, free[at]) if len(at) else None
 
     def scale(self, k_t_least: Array) -> Scale:
-        """Penalty stiffnesses of the points: k_n = β E*/h, k_T = β_T E*/h, not below ``k_t_least`` (k,)."""
+        """Penalty stiffnesses of the points: k_n = β M/h, k_T = β_T M/h, not below ``k_t_least`` (k,)."""
         unit = self.unit
         k_n, k_t = self.description.enforcement.stiffness(unit)
         # A law that falls by more than k_T per slip has no unique slip; the least stiffness comes from `FrictionLaw.softening`.

@@ -81,6 +81,10 @@ class _Isotropic:
         """Plane-strain modulus E/(1 − ν²)."""
         return self.E / (1 - self.nu**2)
 
+    def confined_modulus(self) -> float:
+        """Stress over strain of a layer that cannot spread, λ + 2μ."""
+        return self.lam + 2.0 * self.mu
+
     def principal(
         self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out
     ) -> None:

@@ -77,8 +77,12 @@ class PlaneStress:
         return self.law.nu
 
     def modulus(self) -> float:
-        """Stiffness scale of contact, E* = E in plane stress."""
+        """Stiffness scale, E* = E in plane stress."""
         return self.law.E
+
+    def confined_modulus(self) -> float:
+        """Stress over strain of a layer that cannot spread in the plane and is free across it."""
+        return self.law.E / (1.0 - self.law.nu**2)
 
     def energy(self, history: Array) -> Array:
         """Elastic energy per initial volume, (..., h) → (...)."""

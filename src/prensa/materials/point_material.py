@@ -414,6 +414,10 @@ class PointMaterialLaw:
         """Plane-strain modulus E/(1 − ν²)."""
         return self.E / (1.0 - self.nu**2)
 
+    def confined_modulus(self) -> float:
+        """Stress over strain of a layer that cannot spread."""
+        return self.E * (1.0 - self.nu) / ((1.0 + self.nu) * (1.0 - 2.0 * self.nu))
+
     def thickness(self, history: Array) -> Array | None:
         """None: the law does not change the thickness that the element integrates over."""
         return None

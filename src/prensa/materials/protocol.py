@@ -128,7 +128,10 @@ class Material(Protocol):
         """Cauchy stress xx, yy, zz, xy (in space xz, yz too) from a committed history, (n, h) → (n, k)."""
 
     def modulus(self) -> float:
-        """Elastic modulus E* = E/(1 − ν²) (plane stress: E), the stiffness scale of contact."""
+        """Elastic modulus E* = E/(1 − ν²) (plane stress: E), a scale of the body's stiffness."""
+
+    def confined_modulus(self) -> float:
+        """Stress over strain of a layer that cannot spread, M = E(1 − ν)/((1 + ν)(1 − 2ν)) (plane stress: E/(1 − ν²))."""
 
     def thickness(self, history: Array) -> Array | None:
         """Thickness over the initial one in plane stress, (..., h) → (...); None where it does not change."""

@@ -10,7 +10,8 @@ Numbers are in one consistent system of units (``Problem.units`` names it); in a
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from copy import copy
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
@@ -104,7 +105,8 @@ class Body:
     ``q4_sheet`` is ``q4_enhanced`` with nine points across each layer, for elastic-plastic bending and springback;
     ``q8`` (2 × 2 points) and ``t6`` are quadratic; ``q4``, ``t3`` and ``q8_full`` (3 × 3 points) are the textbook elements,
     which lock in plastic flow.
-    Without ``element``: ``q4_fbar``, and ``q4`` in plane stress, where nothing locks in volume and F-bar has no meaning.
+    Without ``element``: ``q4_fbar``, and ``q4`` in plane stress, where nothing locks in volume and F-bar has no meaning;
+    ``q4_enhanced`` for elastic bodies whose layers would err by 5 % in bending and that nothing presses across their thickness.
     """
 
     mesh: Mesh
@@ -459,6 +461,13 @@ class Problem:
     def driven(self, step: Step) -> dict[str, Motion | Feed]:
         """Boundaries that a step moves ``by`` a way, what it says of no tool, and those that it feeds."""
         return {name: motion for name, motion in step.by.items() if name not in self.tools} | dict(step.feed)
+
+    def with_elements(self, chosen: Mapping[str, str]) -> Problem:
+        """The same problem with elements ``chosen`` for bodies that name none; what was written in it stays known."""
+        made = copy(self)
+        bodies = {name: replace(b, element=chosen.get(name, b.element)) for name, b in self.bodies.items()}
+        object.__setattr__(made, "bodies", bodies)
+        return made
 
     @model_validator(mode="after")
     def _check(self) -> Problem:

@@ -317,6 +317,7 @@ class _Run:
         def last(column: str) -> float:
             return float(table[column][-1]) if len(table[column]) else 0.0
 
+        bodies = self.system.problem.bodies  # with the elements that were chosen
         summary: dict[str, Any] = {
             "name": problem.name,
             "status": status,
@@ -348,7 +349,10 @@ class _Run:
                 "tolerance": self.case.numerics.tolerance,
             },
             "timings": timings,
-            "bodies": {b: {"nodes": len(m.points), "elements": len(m.cells)} for b, m in self._meshes().items()},
+            "bodies": {
+                b: {"nodes": len(m.points), "elements": len(m.cells), "element": bodies[b].element_in(problem.space)}
+                for b, m in self._meshes().items()
+            },
             "tools": {t.name: {"at": t.at.tolist(), "direction": list(map(float, t.direction))} for t in self.system.tools},
             "warnings": self.warnings.texts,
             "case": self.text,

@@ -31,7 +31,7 @@ class Change(NamedTuple):
     """Derivatives of a system by a parameter.
 
     ``X`` (n, 2) of the initial places, or None; ``at`` (tools, 2) of the tools' reference points; ``modulus`` (blocks,), E*;
-    ``law`` and ``volume`` (e, q) by block; ``scale`` by contact: (3, k) of k_n, k_T and E*/h.
+    ``law`` and ``volume`` (e, q) by block; ``scale`` by contact: (3, k) of k_n, k_T and M/h.
     """
 
     X: Array | None

@@ -84,7 +84,7 @@ def _rest_of_outline(problem: model.Problem, contact: model.Contact, body: str, 
 
 def symmetry_lines(problem: model.Problem, body: str, mesh: Mesh) -> set[tuple[int, float]]:
     """Lines (axis of the normal, place) all outline on which is held along the normal in all steps, and not along itself."""
-    edges, held = mesh.boundary[:, :2], _held(problem, body, mesh)
+    edges, held = mesh.boundary[:, :2], always_held(problem, body, mesh)
     ends, out, near = mesh.points[edges], set(), 1e-9 * float(mesh.extent.max())
     for axis in (0, 1):
         flat = np.ptp(ends[..., axis], axis=1) <= near
@@ -95,7 +95,7 @@ def symmetry_lines(problem: model.Problem, body: str, mesh: Mesh) -> set[tuple[i
     return out
 
 
-def _held(problem: model.Problem, body: str, mesh: Mesh) -> Flags:
+def always_held(problem: model.Problem, body: str, mesh: Mesh) -> Flags:
     """Components (n, 2) of the nodes that supports hold where they are in all steps: none moves, releases or feeds them."""
     held = np.zeros((len(mesh.points), 2), dtype=bool)
     for name, support in problem.fixed.items():
@@ -125,7 +125,7 @@ def _own_nodes(name: str, body: str, mesh: Mesh) -> Iterator[Index]:
 
 def symmetric(problem: model.Problem, body: str, mesh: Mesh, edges: Index) -> Flags:
     """Edges (k,) on the axis of revolution, and those that supports hold along their normal in all steps."""
-    held, ends = _held(problem, body, mesh), mesh.points[edges[:, :2]]
+    held, ends = always_held(problem, body, mesh), mesh.points[edges[:, :2]]
     if problem.space == "axisymmetric":
         held[:, 0] |= mesh.points[:, 0] <= 1e-12 * float(mesh.extent.max())
     t = ends[:, 1] - ends[:, 0]

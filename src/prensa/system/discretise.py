@@ -16,6 +16,7 @@ from prensa.elements.element import Mode, element_of
 from prensa.errors import PrensaError, take
 from prensa.layout import DofMap
 from prensa.materials.material import material_of
+from prensa.materials.protocol import Material as Law
 from prensa.mesh.bricks import BrickMesh
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh, MeshError, ordered_nodes
@@ -24,6 +25,7 @@ from prensa.model import problem as model
 from prensa.model.crank import AXIS
 from prensa.registry import DOORS
 from prensa.system.assembly import Block, Pattern, Slots, make_pattern, slots_of
+from prensa.system.bending import with_elements_for_bending
 from prensa.system.body_contact import body_contacts
 from prensa.system.contact_surfaces import contact_edges
 from prensa.system.control import couplings, factor_field
@@ -108,6 +110,8 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
         system.boundary_nodes(name)
     for name in [*problem.loads, *(k for s in problem.steps for k in s.loads)]:
         system.boundary_edges(name)
+    like = earlier.system if earlier is not None else beside
+    system = with_elements_for_bending(system, None if like is None else like.problem)
     if earlier is not None:
         if earlier.system.first is not None:
             system = on_meshes(system, earlier.remeshed(system))
@@ -122,8 +126,9 @@ def with_laws(system: System, problem: model.Problem) -> System:
     """
     laws = {name: material_of(b.material, problem.kinematics, problem.space) for name, b in problem.bodies.items()}
     blocks = [replace(b, law=laws[b.body]) for b in system.blocks]
+    problem = problem.with_elements({name: b.element for name, b in system.problem.bodies.items() if b.element is not None})
     surfaces = [
-        replace(s, description=contact, modulus=laws[s.body].modulus())
+        replace(s, description=contact, modulus=_modulus(laws[s.body], contact))
         for s, contact in zip(system.surfaces, problem.contacts, strict=True)
     ]
     return replace(system, problem=problem, blocks=blocks, surfaces=surfaces)
@@ -273,12 +278,21 @@ def _surfaces(
         out.append(
             Surface(
                 contact.name, contact, owner, points, sum(len(s.points) for s in out), points.at(X),
-                dofs.stencils(points.support, master), points.normals(X), points.node_normals(X), law.modulus(),
+                dofs.stencils(points.support, master), points.normals(X), points.node_normals(X), _modulus(law, contact),
                 points.elements_behind(meshes[owner].cells + offsets[owner]),
                 dofs.fields[contact.name] if contact.enforcement.has_multipliers else None,
             )
         )  # fmt: skip
     return out
+
+
+def _modulus(law: Law, contact: model.Contact) -> float:
+    """What the stiffnesses of a contact are measured by.
+
+    Springs are in series with the body, and the stiffest that one can meet is material that cannot spread; multipliers only
+    decide with theirs, best with that of a point alone.
+    """
+    return law.modulus() if contact.enforcement.has_multipliers else law.confined_modulus()
 
 
 def _sharpened(s: Surface, tool: PlacedTool, dofs: DofMap) -> Surface:

@@ -217,8 +217,9 @@ def earlier_run(
             f"start: no body of this case is in the earlier run, which has {', '.join(map(repr, before.bodies))}"
         )
     for name in bodies:
-        new, old = problem.bodies[name], before.bodies[name]
-        if new.material != old.material or new.element_in(problem.space) != old.element_in(before.space):
+        new, old = problem.bodies[name], system.problem.bodies[name]
+        # an element that is left open is that of the earlier run, whatever it was chosen for there
+        if new.material != old.material or new.element not in (before.bodies[name].element, old.element_in(before.space)):
             raise StartError(
                 f"start: body {name!r} has another material or element in the earlier run; make them equal"
             )

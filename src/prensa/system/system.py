@@ -107,7 +107,7 @@ class System:
 
     ``gone``: whether its tools are, and ``removed`` the contacts that they had; their rows in the state stay. ``first``: the
     system on the meshes of the description, where this one is on others. ``mirrors``: how many of its tools, the last ones, stand
-    for lines of symmetry.
+    for lines of symmetry. ``chosen``: bodies whose element, which the description leaves open, was chosen for bending.
     """
 
     problem: model.Problem
@@ -127,6 +127,7 @@ class System:
     removed: Sequence[Surface] = ()
     first: System | None = None
     mirrors: int = 0
+    chosen: frozenset[str] = frozenset()
     _places: dict[str, Ints] = field(default_factory=dict)
     _volumes: dict[str, Array] = field(default_factory=dict)
 
@@ -546,7 +547,7 @@ class System:
         total = self.problem.kinematics == "small" and not self.has_memory
         du = self.displacement(u if total else u - c.state.u)
         base = self.initial_history if total else c.history
-        history, scale, floor = [], 0.0, FORCE_ROUND_OFF * EPS * self.stiffness * self.nodes
+        history, scale, floor = [], 0.0, self.round_off
         now, begun = elapsed(self.problem, c.time, c.state.ends), c.rule.share > 0.0
         for block, old, held in zip(self.blocks, base, flows or [None] * len(self.blocks)):
             here = At(c.rule.seconds(block, c.seconds), now, data is not None, secant, held, begun)
@@ -565,6 +566,13 @@ class System:
         if self.dofs.dimension == 3:
             depth = self.length
         return max(b.law.modulus() for b in self.blocks) * self.length * depth
+
+    @cached_property
+    def round_off(self) -> float:
+        """Force that round-off alone makes of the bodies."""
+        # Round-off of strains is one of volume too, which nearly incompressible bodies resist most.
+        confined = max(b.law.confined_modulus() / b.law.modulus() for b in self.blocks)
+        return FORCE_ROUND_OFF * EPS * self.stiffness * confined * self.nodes
 
     @cached_property
     def has_memory(self) -> bool:

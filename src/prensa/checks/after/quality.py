@@ -6,8 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prensa.checks.check import Committed, Finished, warning
+from prensa.checks.check import Committed, Failed, Finished, warning
 from prensa.checks.thresholds import NOTABLE_DEPTH, SLIGHT
+from prensa.contact.forces import ContactForces, Scale
+from prensa.contact.record import magnitude
 from prensa.errors import Finding
 from prensa.model.problem import Problem, Step
 from prensa.system.system import System
@@ -27,6 +29,43 @@ def penetrations(system: System, given: Committed) -> Iterator[Finding]:
                 f"contact {s.name}: node {node - system.offsets[s.body]} (initially at {x[0]:.4g}, {x[1]:.4g}) lies "
                 f"{-f.g[k]:.3g} inside the tool, {depth[k]:.2g} of an element: raise its stiffness 'beta', or use 'augmented'"
             )
+
+
+class PenaltyShare:
+    """Forces that are too low because the penalties of the contacts give way, by the step in which most work had been done.
+
+    A spring of stiffness k that carries the force f lowers the force F over a prescribed travel d: dF/d(1/k) = −f²/d of a linear
+    body (Castigliano). Of all springs together that is the share of their energy in the work done.
+    """
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.work, self.share, self.softest = 0.0, 0.0, ""
+
+    def __call__(self, given: Committed) -> Iterator[Finding]:
+        """Note the end of a step."""
+        # Steps of little work, in which a sheet is clamped, have large shares without a meaning for what is asked of the run.
+        energy, contacts = given.state.energy, zip(self.system.surfaces, given.evaluation.contacts, given.context.scales)
+        stored = {s.name: _gives_way(f, scale) for s, f, scale in contacts if s.description.enforcement.sinks}
+        if stored and energy.external > self.work:
+            self.work, self.share = energy.external, sum(stored.values()) / energy.external
+            self.softest = max(stored, key=lambda name: stored[name])
+        yield from ()
+
+    def warnings(self, _: Finished | Failed) -> Iterator[Finding]:
+        """The share, where it shows."""
+        if self.share > SLIGHT:
+            yield warning(
+                f"the penalties of the contacts, of {self.softest!r} most, store {100.0 * self.share:.2g} % of the work done: "
+                "forces of prescribed travels are too low by about as much; raise 'beta' and 'beta_T', or use "
+                "'enforcement: {type: exact}'"
+            )
+
+
+def _gives_way(f: ContactForces, scale: Scale) -> float:
+    """Energy in the springs of a contact through which forces of prescribed travels depend on them: not of those that slide."""
+    held = np.where(f.slip, 0.0, f.area * magnitude(f.t) ** 2 / scale.k_t)
+    return float(0.5 * (f.weight * f.p**2 / scale.k_n + held).sum())
 
 
 def hidden_forces(system: System, given: Committed) -> Iterator[Finding]:

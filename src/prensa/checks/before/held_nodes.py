@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.before.moments import Moment, contact_path
 from prensa.checks.thresholds import ALONG, SLIGHT
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
 from prensa.model import problem as model
+from prensa.system.moments import Moment, contact_path
 from prensa.system.system import System
 from prensa.types import Array
 

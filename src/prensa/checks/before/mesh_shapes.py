@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prensa.checks.before.moments import driven, moments
 from prensa.errors import Finding
 from prensa.mesh.quality import quality
+from prensa.system.moments import driven, moments
 from prensa.system.system import System
 from prensa.types import Array
 

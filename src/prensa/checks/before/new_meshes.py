@@ -6,13 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prensa.checks.before.moments import stages
 from prensa.errors import Finding, Severity
 from prensa.mesh.triangulate import NO_MESHER, has_mesher
 from prensa.model import problem as model
 from prensa.model.meshes import MOST_ELEMENTS
 from prensa.model.remeshing import remeshing_of
 from prensa.system.element_sizes import elements_asked, section_area, size_field
+from prensa.system.moments import stages
 from prensa.system.system import System
 
 ADVISED_SIZE = 0.02

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from prensa.checks.before.moments import moments
 from prensa.contact.surface import Surface
+from prensa.system.moments import moments
 from prensa.system.system import System
 
 

@@ -6,13 +6,14 @@ Every finding names the place in the description, the amount and what to write i
 
 from __future__ import annotations
 
+from prensa.checks.before.bending import stiff_in_bending
 from prensa.checks.before.bores import bores
 from prensa.checks.before.feeding import feeding
 from prensa.checks.before.flow_curves import flow_curves
 from prensa.checks.before.forces import mounts, pushes
+from prensa.checks.before.joint_motions import joint_motions
 from prensa.checks.before.measured_places import measured_places
 from prensa.checks.before.mesh_shapes import mesh_shapes
-from prensa.checks.before.moments import moments
 from prensa.checks.before.new_meshes import new_meshes, new_sizes
 from prensa.checks.before.obsolete_keys import obsolete_keys
 from prensa.checks.before.off_centre import off_centre
@@ -34,6 +35,7 @@ from prensa.checks.before.units import lengths, thick_sheets, turns
 from prensa.checks.check import Check
 from prensa.errors import Finding
 from prensa.model.remeshing import remeshing_of
+from prensa.system.moments import moments
 from prensa.system.system import System
 
 IN_ANY_SPACE: tuple[Check[System], ...] = (obsolete_keys,)
@@ -41,9 +43,9 @@ IN_ANY_SPACE: tuple[Check[System], ...] = (obsolete_keys,)
 AT_REST: tuple[Check[System], ...] = (tool_sizes, surface_corners, starting_places, overlapping_bodies)
 """Those of where things are before anything moves."""
 CHECKS: tuple[Check[System], ...] = (
-    obsolete_keys, new_meshes, flow_curves, tables, lengths, pushes, mesh_shapes, bores, table_starts, standstills, travels,
-    small_strain, feeding, new_sizes, mounts, turns, off_centre, thick_sheets, *AT_REST, tools_inside, tool_paths, rigid_motions,
-    tied_gaps, measured_places,
+    obsolete_keys, new_meshes, flow_curves, tables, lengths, pushes, mesh_shapes, stiff_in_bending, bores, table_starts,
+    standstills, travels, small_strain, feeding, new_sizes, mounts, turns, off_centre, thick_sheets, *AT_REST, tools_inside,
+    tool_paths, rigid_motions, joint_motions, tied_gaps, measured_places,
 )  # fmt: skip
 """In the plane, in the order in which they are reported."""
 AFTER: dict[Check[System], tuple[Check[System], ...]] = {tools_inside: AT_REST, tool_paths: (*AT_REST, tools_inside)}

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prensa.checks.before.moments import Stage, stages
 from prensa.checks.during.validity import STRAIN_LIMIT
 from prensa.checks.thresholds import ALONG
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
+from prensa.system.moments import Stage, stages
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prensa.checks.before.moments import AXES, stages
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding
 from prensa.model.problem import Step
+from prensa.system.moments import AXES, stages
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prensa.checks.before.moments import AXES, stages
 from prensa.checks.check import StepBegun, warning
 from prensa.checks.thresholds import NO_DIFFERENCE, SLIGHT
 from prensa.errors import Finding
+from prensa.system.moments import AXES, stages
 from prensa.system.planning import plan_step
 from prensa.system.schedule import Amplitude, StepPlan, Table, tabulated
 from prensa.system.state import State

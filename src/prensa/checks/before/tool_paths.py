@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from prensa.checks.before.held_nodes import Pressed, deepest, held, overconstrained
-from prensa.checks.before.moments import Moment, contact_path, driven, moments
 from prensa.checks.during.penetration import Watch, inside, watches
 from prensa.checks.thresholds import ALONG, NO_DIFFERENCE
 from prensa.errors import Finding, Severity
 from prensa.linear.rigid_modes import CLOSED
+from prensa.system.moments import Moment, contact_path, driven, moments
 from prensa.system.system import System
 from prensa.types import Array, Flags
 

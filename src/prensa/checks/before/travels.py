@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prensa.checks.before.moments import AXES, stages
 from prensa.errors import Finding
+from prensa.system.moments import AXES, stages
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array, Flags

@@ -17,7 +17,7 @@ from prensa.types import Array
 class Exact(Enforcement):
     """Exact enforcement: Lagrange multipliers as degrees of freedom, by semi-smooth Newton; no penetration, no elastic slip.
 
-    ``beta`` and ``beta_T``, scaled as in `Penalty`, weigh gap against pressure where open or closed, stick or slip is
+    ``beta`` and ``beta_T``, in units of E/(1 − ν²)/h, weigh gap against pressure where open or closed, stick or slip is
     decided during the iteration; the answer does not depend on them.
     """
 

@@ -17,9 +17,10 @@ if TYPE_CHECKING:
 
 
 class Penalty(Enforcement):
-    """Penalty enforcement; k_n = beta E*/h and k_T = beta_T E*/h with E* = E/(1 − ν²).
+    """Penalty enforcement; k_n = beta M/h and k_T = beta_T M/h with M = E (1 − ν)/((1 + ν)(1 − 2ν)), in plane stress E/(1 − ν²).
 
-    h is the depth of the elements behind, or two of their edges where these are shorter.
+    M is the stiffness of material that cannot spread, h the depth of the elements behind, or two of their edges where these are
+    shorter.
 
     ``k_n`` and ``k_T`` set absolute stiffnesses (pressure per length) instead, to reproduce published work.
     ``continuation`` has no effect any more; it is read so that older case files go on, and reported.

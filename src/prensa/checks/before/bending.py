@@ -1,0 +1,23 @@
+"""Bodies that may bend, of elements that do not do so well."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from prensa.errors import Finding
+from prensa.system.bending import bendings
+from prensa.system.system import System
+
+
+def stiff_in_bending(system: System) -> Iterator[Finding]:
+    """Bodies that flow and are not pressed across their thickness, by how much the default element errs in bending them."""
+    open_ = (name for name, b in system.problem.bodies.items() if b.element is None and b.material.plastic)
+    for body, b in bendings(system, open_).items():
+        if b.bent and not b.pressed:
+            default = system.problem.bodies[body].element_in(system.problem.space)
+            way = "stiff" if b.error > 0 else "soft"
+            yield Finding(
+                f"bodies.{body}",
+                f"if {body!r} bends, its elements, {default!r}, are too {way} by {100 * abs(b.error):.2g} %: give it "
+                f"'element: q4_enhanced', or 'q4_sheet' for springback; 'element: {default}' if it does not bend",
+            )

@@ -1,0 +1,77 @@
+"""Motions of bodies together with pushed tools, and bodies that tools push away: drawn at random, against statics."""
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.checks.before.preflight import preflight
+
+SIDES = {"left": ("x", 1.0), "right": ("x", -1.0), "bottom": ("y", 1.0), "top": ("y", -1.0)}
+OPPOSITE = {"left": "right", "right": "left", "bottom": "top", "top": "bottom"}
+
+
+def box(tools, fixed, step, friction=None, space="plane strain"):
+    """A block with planes on some of its sides."""
+    return pr.Problem(
+        "box", space=space, bodies={"box": pr.Body(pr.Rectangle((4.0, 3.0), n=(4, 3)), pr.Elastic(1000.0, 0.3))},
+        tools={side: pr.Plane(touching=f"box.{side}") for side in tools}, friction=friction, fixed=fixed, steps=[step],
+    )  # fmt: skip
+
+
+def refused(problem):
+    """What the check refuses."""
+    return [f.message for f in preflight(pr.discretise(problem)) if f.fatal]
+
+
+@pytest.mark.parametrize("seed", range(16))
+def test_a_block_between_two_forces_is_free_along_them(seed):
+    """Held by a support, a tool whose motion is prescribed, or friction of one, it is not; its force is the one given."""
+    rng = np.random.default_rng(seed)
+    side = str(rng.choice(list(SIDES)))
+    axis, sign = SIDES[side]
+    across = "y" if axis == "x" else "x"
+    other = OPPOSITE[side]
+    rest = {f"box.{'bottom' if axis == 'x' else 'left'}": across}
+    push = {side: {axis: sign * 10.0}, other: {axis: -sign * 10.0}}
+    (words,) = refused(box((side, other), rest, pr.Step("press", push=push)))
+    assert f"move along {axis} together" in words and side in words and other in words
+    held = box((side, other), rest, pr.Step("press", push={side: push[side]}, move={other: {axis: 0.0}}))
+    assert not refused(held)
+    *_, last = pr.solve(held)
+    assert getattr(last.force(other), axis) == pytest.approx(sign * 10.0, rel=1e-6)
+    assert not refused(box((side, other), rest | {"box.bottom-left": "xy"}, pr.Step("press", push=push)))
+    third = "top" if axis == "x" else "right"
+    rough = box((side, other, third), rest, pr.Step("press", push=push, move={third: {across: -0.01}}), pr.Coulomb(0.3))
+    assert not refused(rough)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+@pytest.mark.parametrize("space", ["plane strain", "axisymmetric"])
+@pytest.mark.parametrize("side", ["top", "bottom"])
+def test_a_block_that_nothing_stands_behind_is_pushed_away(side, space, mu):
+    """With a support, a tool or a load on its other side it is not."""
+    _, sign = SIDES[side]
+    friction = pr.Coulomb(mu) if mu else None
+    middle = {} if space == "axisymmetric" else {"box.left": "x"}
+    step = pr.Step("press", move={side: {"y": 0.1 * sign}})
+    (words,) = refused(box((side,), middle, step, friction, space))
+    assert f"free to move along {'-' if sign < 0 else '+'}y, away from" in words
+    other = OPPOSITE[side]
+    assert not refused(box((side,), middle | {f"box.{other}": "y"}, step, friction, space))
+    assert not refused(box((side, other), middle, step, friction, space))
+    pressure = pr.Step("press", move={side: {"y": 0.1 * sign}}, loads={f"box.{other}": pr.Load(pressure=1.0)})
+    assert not refused(box((side,), middle, pressure, friction, space))
+
+
+def test_a_strip_that_rolls_grip_is_not_pushed_away():
+    """The roll stands above the strip and before it: without friction it pushes the strip back, with friction it draws it in."""
+
+    def strip(friction):
+        mesh = pr.Rectangle((20.0, 2.0), n=(20, 2), origin=(-20.0, 0.0))
+        return pr.Problem(
+            "strip", bodies={"strip": pr.Body(mesh, pr.Elastic(1000.0, 0.3))},
+            tools={"roll": pr.Circle(radius=20.0, at=(4.0, 21.5))}, friction=friction, fixed={"strip.bottom": "y"},
+            steps=[pr.Step("roll", move={"roll": {"rz": -0.3}})],
+        )  # fmt: skip
+    assert any("free to move along" in words for words in refused(strip(None)))
+    assert not refused(strip(pr.Coulomb(0.3)))
