@@ -220,7 +220,7 @@ def lines_of(path: Path) -> tuple[int, int, int]:
     code: set[int] = set()
     lines = text.splitlines()
     skip = (tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER)
-    docs = set()
+    docs: set[int] = set()
     for node in ast.walk(structure.tree(path)):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
             docs.update(range(node.lineno, (node.end_lineno or node.lineno) + 1))
@@ -344,7 +344,7 @@ def _trace(source: Path, predictor: bool) -> None:
 
 def main() -> None:
     """Print everything."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("source", nargs="?", type=Path, default=ROOT / "src" / "prensa")
     parser.add_argument("--no-trace", action="store_true")
     given = parser.parse_args()

@@ -74,9 +74,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
     for extension in extensions:
         take("discretise", "an extension", extension, Extension, "give a list of Extension")
     meshes = meshes_of(problem, {} if beside is None else beside.meshes)
-    offsets, total = {}, 0
-    for name, mesh in meshes.items():
-        offsets[name], total = total, total + len(mesh.points)
+    offsets, total = _numbered(meshes)
     X = np.concatenate([m.points for m in meshes.values()])
     ties, X = make_ties(problem, meshes, offsets, X, held_components(problem, meshes, offsets, X))
     candidates = [_candidates(problem, contact, meshes, offsets, X) for contact in problem.contacts]
@@ -117,6 +115,14 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
             system = on_meshes(system, earlier.remeshed(system))
         system.beginning = earlier.begin(system)
     return system
+
+
+def _numbered(meshes: Mapping[str, Mesh]) -> tuple[dict[str, int], int]:
+    """The number of the first node of each body, and of all nodes."""
+    offsets, total = {}, 0
+    for name, mesh in meshes.items():
+        offsets[name], total = total, total + len(mesh.points)
+    return offsets, total
 
 
 def with_laws(system: System, problem: model.Problem) -> System:
@@ -181,9 +187,7 @@ def on_meshes(system: System, remeshed: Remeshed) -> System:
     What the description's mesh decides elsewhere (sizes of elements at contacts, penalties) follows from the new ones.
     """
     problem, meshes = system.problem, dict(remeshed.meshes)
-    offsets, total = {}, 0
-    for name, mesh in meshes.items():
-        offsets[name], total = total, total + len(mesh.points)
+    offsets, total = _numbered(meshes)
     x = np.concatenate([m.points for m in meshes.values()])
     candidates = [_candidates(problem, contact, meshes, offsets, x) for contact in problem.contacts]
     dofs = _dofs(problem, candidates, total, ())

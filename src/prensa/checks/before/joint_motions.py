@@ -91,7 +91,6 @@ def _flight(system: System, body: str, frame: Frame, plan: StepPlan) -> Array | 
     Loads may press it against them, and where no tool is driven towards it nothing is asked of the contacts.
     """
     from scipy.linalg import null_space
-    from scipy.optimize import linprog
 
     p = system.problem
     owners: tuple[model.Problem | model.Step, ...] = (p, p.steps[plan.number])
@@ -115,12 +114,20 @@ def _flight(system: System, body: str, frame: Frame, plan: StepPlan) -> Array | 
     free = null_space(held, rcond=NO_DIFFERENCE) if len(held) else np.eye(2)
     if not free.shape[1]:
         return None
-    # the largest t with n·v ≥ t for all normals and |v| ≤ 1: v = free z
-    n = np.unique(np.round(np.concatenate(normals), 6), axis=0) @ free
-    m = free.shape[1]
-    within = [(-1.0, 1.0)] * m + [(0.0, 1.0)]
-    found = linprog([*np.zeros(m), -1.0], np.column_stack([-n, np.ones(len(n))]), np.zeros(len(n)), bounds=within)
-    return free @ found.x[:m] if found.success and found.x[m] > NO_DIFFERENCE else None
+    seen = np.concatenate(normals) @ free
+    way = free @ _along_all(seen)
+    return way if (np.concatenate(normals) @ way > NO_DIFFERENCE).all() else None
+
+
+def _along_all(n: Array) -> Array:
+    """The direction (d,) that has the largest angle to being across any of vectors n (k, d), d being 1 or 2, if there is one."""
+    if n.shape[1] == 1:
+        return np.sign(n[0])
+    angles = np.sort(np.arctan2(n[:, 1], n[:, 0]))
+    gaps = np.diff(angles, append=angles[0] + 2.0 * np.pi)
+    # opposite to the middle of the largest sector without a vector
+    opposite = angles[np.argmax(gaps)] + 0.5 * float(gaps.max()) + np.pi
+    return np.array([np.cos(opposite), np.sin(opposite)])
 
 
 def _together(system: System, frames: dict[str, Frame], plan: StepPlan) -> tuple[list[str], str]:
