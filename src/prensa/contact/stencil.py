@@ -37,6 +37,7 @@ class Stencils(NamedTuple):
     slave's nodes, as it does where forces act at their place and not at that in the undeformed body.
     dcoef (k, j, m): derivatives of the coefficients, None where these stay.
     kept (k, t, d): tangents that committed tractions are kept along, None: e.
+    area (k,): that pressures and tractions belong to, if it moves with the nodes as the coefficients do; None: it is the points'.
     """
 
     dofs: Index
@@ -52,6 +53,7 @@ class Stencils(NamedTuple):
     moving: bool
     dcoef: Array | None = None
     kept: Array | None = None
+    area: Array | None = None
 
     def act(self, f: Array) -> Array:
         """Generalised forces (k, m) on the unknowns of forces f (k, d) on the slave, and of their opposites on the master."""

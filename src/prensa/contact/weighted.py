@@ -89,6 +89,9 @@ def _integrals(x, there, coef, n):
         length = np.sqrt(tx * tx + ty * ty)
         wx, wy = nu[i + 1, 0] - nu[i, 0], nu[i + 1, 1] - nu[i, 1]
         for c in range(5, len(x) - 1):
+            ex, ey = x[c + 1, 0] - x[c, 0], x[c + 1, 1] - x[c, 1]
+            if tx.real * ex.real + ty.real * ey.real >= 0.0:
+                continue  # a side that looks the same way is the far side of its body
             for e in range(2):
                 px, py = x[c + e, 0], x[c + e, 1]
                 s = ((px - ax) * tx + (py - ay) * ty) / (length * length)
@@ -108,7 +111,6 @@ def _integrals(x, there, coef, n):
                 hi = hi * 0.0 + 1.0
             if hi.real - lo.real < NO_PIECE:
                 continue
-            ex, ey = x[c + 1, 0] - x[c, 0], x[c + 1, 1] - x[c, 1]
             for q in range(3):
                 s = lo + (hi - lo) * _GAUSS_PLACES[q]
                 vx, vy = nu[i, 0] + s * wx, nu[i, 1] + s * wy

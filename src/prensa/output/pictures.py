@@ -112,8 +112,8 @@ def _drawings(
             yield "remeshing", lambda: plot.new_meshes(pairs, problem)
     if not len(stored):
         return
-    files = file_names(c.name for c in problem.contacts)
-    for contact in problem.contacts:
+    files = file_names(c.name for c in problem.all_contacts)
+    for contact in problem.all_contacts:
         if (k := _most_pressed(stored, contact.name, contact.against)) is not None:
             yield _PRESSURE + files[contact.name], lambda k=k, n=contact.name: plot.contact_at(stored[k], n, problem)  # type: ignore[misc]
     if any(history[f"{t}.{c}"].any() for t in problem.tools for c in ("fx", "fy")):

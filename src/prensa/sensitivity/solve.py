@@ -12,6 +12,7 @@ from prensa.checks.after.passages import Passages
 from prensa.errors import ArgumentError, take
 from prensa.linear.threads import threads_with_follower
 from prensa.model import problem as model
+from prensa.model.body_contacts import DERIVATIVES
 from prensa.model.feed import ends_early
 from prensa.model.remeshing import remeshing_of
 from prensa.policy import Policy
@@ -115,7 +116,7 @@ def refuse(system: System, start: State | None, derivatives: Sequence[str]) -> N
     if system.problem.heat is not None:
         raise ArgumentError("derivatives: those of temperatures are not there yet; leave 'derivatives' out")
     if system.problem.body_contacts:
-        raise ArgumentError("derivatives: those of contact between bodies are not there yet; leave 'derivatives' out")
+        raise ArgumentError(f"derivatives: {DERIVATIVES}; leave 'derivatives' out")
     if system.more:
         raise ArgumentError(
             "derivatives: a system that is more than its description (with extensions) has no numbers to vary; solve a Problem"
