@@ -7,6 +7,7 @@ the stencils of the points that lie against it. What is a tool's alone (its desc
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import NamedTuple, Protocol
@@ -61,6 +62,9 @@ class Master(Protocol):
 
     def nodes_seen(self, s: Surface, bodies: Geometry, u: Array) -> Seen:
         """Gaps and normals at the nodes of the surface of a contact, whatever the rule."""
+
+    def moved(self, s: Surface, bodies: Geometry, u: Array, change: Callable[[Seen], Array]) -> Array:
+        """Ways (k, d) of these nodes along the normals by which their gaps change (k,) as asked."""
 
     def coordinates(self, s: Surface, x: Stencils, bodies: Geometry, u: Array) -> Array:
         """Size (k,) of the coordinates whose differences the gaps are: their round-off is ε times that."""
@@ -155,6 +159,11 @@ class RigidMaster:
         """See `Master`."""
         return self.node_pairs(s, bodies, u)
 
+    def moved(self, s: Surface, bodies: Geometry, u: Array, change: Callable[[Seen], Array]) -> Array:
+        """See `Master`."""
+        pairs = self.node_pairs(s, bodies, u)
+        return change(pairs)[:, None] * pairs.n
+
     def coordinates(self, s: Surface, x: Stencils, bodies: Geometry, u: Array) -> Array:
         """See `Master`: arms, and where the reference point is."""
         centre = max(map(abs, self.at.tolist())) + max(map(abs, u[self.dofs[: self.dimension]].tolist()))
@@ -188,7 +197,13 @@ class SideMaster:
 
     def nodes_seen(self, s: Surface, bodies: Geometry, u: Array) -> Seen:
         """See `Master`: the points are the nodes."""
-        return self.stencils(s, bodies, u, None)
+        assert s.opposite is not None
+        return s.opposite.sides.seen(bodies.positions(u))
+
+    def moved(self, s: Surface, bodies: Geometry, u: Array, change: Callable[[Seen], Array]) -> Array:
+        """See `Master`."""
+        assert s.opposite is not None
+        return s.opposite.sides.moved(bodies.positions(u), change)
 
     def coordinates(self, s: Surface, x: Stencils, bodies: Geometry, u: Array) -> Array:
         """See `Master`: positions of the nodes of both sides."""

@@ -1,4 +1,4 @@
-"""Contact nodes put at a given gap: each is moved along the normal of its tool, whatever asked for the gap.
+"""Contact nodes put at a given gap: each is moved along the normal of its master, whatever asked for the gap.
 
 A straight step along a curved tool changes the gap by d²/2R, more than the penetration p/k_n: Newton's steps and
 extrapolations need the nodes back where the contact law means them to be.
@@ -21,8 +21,7 @@ from prensa.types import Array, Flags
 
 def project(system: System, s: Surface, u: Array, change: Callable[[Seen], Array]) -> None:
     """Move the nodes (k,) of a surface in u (ndof,), in place, by the ``change`` (k,) of their gaps."""
-    pairs = system.nodes_seen(s, u)
-    system.displacement(u)[s.points.nodes] += change(pairs)[:, None] * pairs.n
+    system.displacement(u)[s.points.nodes] += system.masters[s.against].moved(s, system, u, change)
 
 
 def to_gap(target: Array, where: Flags, pairs: Seen) -> Array:
@@ -39,7 +38,7 @@ def project_prediction(system: System, c: Context, u: Array, policy: Policy = DE
     """
     state = c.state
     share = c.extrapolated_for / state.dt_last if state.dt_last > 0.0 else 0.0
-    for s, now in zip(system.tool_contacts, c.surfaces):
+    for s, now in zip(system.surfaces, c.surfaces):
         closed = s.points.any_at_nodes(state.contact.closed[s.rows])
         moves = s.points.has_point
         if s.sharp:  # of a cut edge the point between its nodes has a gap to keep, neither of these
@@ -74,7 +73,7 @@ def contact_corrected(system: System, c: Context, e: Evaluation, u: Array, step:
     if system.problem.contact_geometry != "current":
         return moved
     after_lam = system.multipliers(moved, lam)
-    for s, f, scale in zip(system.tool_contacts, e.contacts, c.scales):
+    for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
         nodes = s.points.nodes
         target = f.stencils.linear_gap(step)
         stays = s.points.any_at_nodes(after_lam[s.rows, 0] - scale.k_n * target > 0)
