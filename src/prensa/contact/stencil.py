@@ -116,7 +116,8 @@ def assemble(x: Stencils, law: Response, turning: tuple[Array, Array]) -> Assemb
         f = (law.weight * P)[:, None] * x.n + ((law.area[:, None] * T)[:, :, None] * x.e).sum(axis=1)
         s = d * x.coef.shape[1]
         # Weighted gaps: the coefficients move with both sides, and −∂F/∂q has the term of forces that change nodes.
-        K[:, :s] -= np.einsum("kjq,ki->kjiq", x.dcoef, f).reshape(k, s, m)
+        acts = np.flatnonzero(f.any(axis=1))
+        K[acts, :s] -= np.einsum("kjq,ki->kjiq", x.dcoef[acts], f[acts]).reshape(len(acts), s, m)
     return Assembled(F, K, dp, dt)
 
 

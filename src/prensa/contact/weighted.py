@@ -45,10 +45,12 @@ class FacingSides(NamedTuple):
     there: Flags
 
     @classmethod
-    def of(cls, slave: Index, master: Index) -> FacingSides:
-        """From the nodes (k,) and (c,) of the two sides, each in walking order."""
+    def of(cls, slave: Index, master: Index, closed: tuple[bool, bool] = (False, False)) -> FacingSides:
+        """From the nodes (k,) and (c,) of the two sides, each in walking order; ``closed``: which of them end where they begin."""
         k = len(slave)
         at = np.arange(k)[:, None] + np.arange(-NEIGHBOURS_BEFORE, NEIGHBOURS_BEFORE + 1)
+        at = at % k if closed[0] else at
+        master = np.append(master, master[:1]) if closed[1] else master
         # Stencils have one width: beyond the ends of the side the end node stands in, and `there` leaves it out.
         nodes = np.hstack([slave[np.clip(at, 0, k - 1)], np.tile(master, (k, 1))])
         return cls(nodes, (at >= 0) & (at < k))
@@ -73,13 +75,14 @@ class FacingSides(NamedTuple):
         A gap is a mean over its neighbours' ways too: these are found by sweeps, as many as a stencil is wide. No mean need be
         invertible for them, as that of an end which is hardly covered is not, and what they leave is Newton's.
         """
-        seen, own = self.seen(x), np.arange(len(self.nodes))
+        seen, width = self.seen(x), self.there.shape[1]
         wanted = change(seen)
-        near = np.clip(own[:, None] + np.arange(-NEIGHBOURS_BEFORE, NEIGHBOURS_BEFORE + 1), 0, len(own) - 1)
-        share, way = np.where(self.there, seen.coef[:, : self.there.shape[1]], 0.0), wanted.copy()
-        for _ in range(near.shape[1]):
-            way = np.where(wanted != 0.0, way + wanted - (share * way[near]).sum(axis=1), 0.0)
-        return way[:, None] * seen.n
+        near, share = self.nodes[:, :width], np.where(self.there, seen.coef[:, :width], 0.0)
+        own, all_ways = self.nodes[:, NEIGHBOURS_BEFORE], np.zeros(len(x))
+        for _ in range(width):
+            left = wanted - (share * all_ways[near]).sum(axis=1)
+            all_ways[own] += np.where(wanted != 0.0, left, 0.0)
+        return all_ways[own][:, None] * seen.n
 
     def stencils(self, x: Array, committed: Array, dofs: Index) -> Stencils:
         """Stencils on positions x (n, 2), of which the coefficients have the areas in them; infinite gaps of what faces nothing.
@@ -143,12 +146,14 @@ def _integrals(x, there, first, last, coef, n):
                 lo = lo * 0.0
             if hi.real > 1.0:
                 hi = hi * 0.0 + 1.0
-            if hi.real - lo.real < NO_PIECE:
+            if not hi.real - lo.real >= NO_PIECE:  # nor where a projection runs along the master
                 continue
             for q in range(3):
                 s = lo + (hi - lo) * _GAUSS_PLACES[q]
                 vx, vy = nu[i, 0] + s * wx, nu[i, 1] + s * wy
                 m = ((ax + s * tx - x[c, 0]) * vy - (ay + s * ty - x[c, 1]) * vx) / (ex * vy - ey * vx)
+                if not 0.0 <= m.real <= 1.0:
+                    continue  # projections found no way to the master: normals that fan out cross farther on
                 part = (1.0 - s if i == 2 else s) * length * (hi - lo) * _GAUSS_SHARES[q]
                 # `part` has N_A of the own node, the third of five: its row of (∫ N_A N_B, −∫ N_A M_C).
                 coef[i] += part * (1.0 - s)

@@ -136,7 +136,12 @@ def remeshings(stored: Stored) -> list[tuple[Increment, Increment]]:
 
 
 def _most_pressed(stored: Stored, contact: str, tool: str) -> int | None:
-    """Place in the history of the largest force of a contact's tool while the contact is closed; None if it never is."""
-    history = stored.history
-    force = np.where(history[f"{contact}.area"] > 0, np.hypot(history[f"{tool}.fx"], history[f"{tool}.fy"]), -1.0)
+    """Place in the history of the largest force of a contact's tool while the contact is closed; None if it never is.
+
+    Of a contact between bodies, whose force is no column, that of its largest area.
+    """
+    history, size = stored.history, stored.history[f"{contact}.area"]
+    if tool in stored.problem.tools:
+        size = np.hypot(history[f"{tool}.fx"], history[f"{tool}.fy"])
+    force = np.where(history[f"{contact}.area"] > 0, size, -1.0)
     return int(np.argmax(force)) if len(force) and force.max() >= 0 else None

@@ -257,8 +257,23 @@ def _opposite(
     """The master's side of a contact of two bodies, whose points are those of the slave's."""
     owner = contact.master.partition(".")[0]
     side = _on_side(problem, contact.master, meshes[owner], offsets[owner], X)
+    closed = _closed(points, contact.slave), _closed(side, contact.master)
     law = material_of(problem.bodies[owner].material, problem.kinematics, problem.space)
-    return Opposite(owner, FacingSides.of(points.nodes, side.nodes), law.modulus(), float(side.pressed_length.max()))
+    return Opposite(owner, FacingSides.of(points.nodes, side.nodes, closed), law.modulus(), float(side.pressed_length.max()))
+
+
+def _closed(side: Points, name: str) -> bool:
+    """Whether a side of a body ends where it begins.
+
+    Raises
+    ------
+    MeshError
+        If it is in pieces, between which nothing is in contact.
+
+    """
+    if len(side.edges) < len(side.nodes) - 1:
+        raise MeshError(f"body_contacts: {name!r} is in pieces; give each a boundary and a contact of its own")
+    return len(side.edges) == len(side.nodes)
 
 
 def _dofs(problem: model.Problem, candidates: list[Points], nodes: int, extensions: Sequence[Extension]) -> DofMap:
