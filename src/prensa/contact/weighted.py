@@ -46,7 +46,7 @@ class FacingSides(NamedTuple):
 
     @classmethod
     def of(cls, slave: Index, master: Index, closed: tuple[bool, bool] = (False, False)) -> FacingSides:
-        """From the nodes (k,) and (c,) of the two sides, each in walking order; ``closed``: which of them end where they begin."""
+        """From the nodes (k,) and (c,) of the two sides, each in walking order; ``closed``: whether they end where they begin."""
         k = len(slave)
         at = np.arange(k)[:, None] + np.arange(-NEIGHBOURS_BEFORE, NEIGHBOURS_BEFORE + 1)
         at = at % k if closed[0] else at
