@@ -99,11 +99,8 @@ class FacingSides(NamedTuple):
 
 
 @njit(cache=True)
-def _integrals(x, there, first, last, coef, n):
-    """Places x (5 + c, 2), real or complex → coefficients (5 + c,) with the area in them, normal n (2,) of the master; area.
-
-    The master's edges from number ``first`` to before ``last`` are looked at.
-    """
+def _averaged(x, there):
+    """Unit normals (5, 2) of the slave at the nodes (5, 2) of a stencil, those at its ends left out: means over their edges."""
     nu = np.zeros((5, 2), x.dtype)
     for i in range(1, 4):
         if not there[i]:
@@ -114,6 +111,16 @@ def _integrals(x, there, first, last, coef, n):
                 nu[i, 1] -= x[j + 1, 0] - x[j, 0]
         size = np.sqrt(nu[i, 0] * nu[i, 0] + nu[i, 1] * nu[i, 1])
         nu[i, 0], nu[i, 1] = nu[i, 0] / size, nu[i, 1] / size
+    return nu
+
+
+@njit(cache=True)
+def _integrals(x, there, first, last, coef, n):
+    """Places x (5 + c, 2), real or complex → coefficients (5 + c,) with the area in them, normal n (2,) of the master; area.
+
+    The master's edges from number ``first`` to before ``last`` are looked at.
+    """
+    nu = _averaged(x, there)
     # The slave's averaged normal at the own node, turned round: on flat sides it does not depend on the master's mesh.
     n[0], n[1] = -nu[2, 0], -nu[2, 1]
     coef[:] = 0.0
