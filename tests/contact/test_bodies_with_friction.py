@@ -221,6 +221,25 @@ def test_bodies_that_overlap_at_first_press_each_other_apart(overlap):
     assert len(said) == (1 if overlap > 0.01 else 0)
 
 
+def test_an_elastic_punch_in_a_plastic_block_is_nearly_a_rigid_one():
+    """To 3 % of a stamp's force; the block is the slave, whose nodes come and go at the punch's edges."""
+    metal = pr.J2(E=70e3, nu=0.33, flow=pr.Swift(K=200.0, e0=0.01, n=0.2))
+    block = pr.Body(pr.Rectangle((4.0, 2.0), (16, 8)), metal)
+    punch = pr.Body(pr.Rectangle((2.0, 1.0), (11, 5), (1.0, 2.0)), pr.Elastic(210e3, 0.3))
+    two = pr.Problem(
+        "punch", {"lower": block, "upper": punch}, (pr.Step("press", fixed={"upper.top": pr.Fixed(y=-0.3)}),),
+        body_contacts=(pr.BodyContact("lower.top", "upper.bottom"),), fixed={"lower.bottom": "xy", "upper.top": "x"},
+    )  # fmt: skip
+    stamp = pr.Problem(
+        "stamp", {"lower": block}, (pr.Step("press", move={"stamp": pr.Motion(y=-0.3)}),),
+        tools={"stamp": pr.Stamp(width=2.0, at=(2.0, 2.0), fillet=0.02)}, fixed={"lower.bottom": "xy"},
+    )  # fmt: skip
+    path, (*_, rigid) = list(pr.solve(two)), pr.solve(stamp)
+    assert sum(i.statistics.cutbacks for i in path) == 0
+    assert path[-1].supports["lower.bottom"].y == pytest.approx(-path[-1].supports["upper.top"].y, rel=1e-8)
+    assert path[-1].supports["lower.bottom"].y == pytest.approx(rigid.tools["stamp"].force.y, rel=0.03)
+
+
 def stack(step, gap=0.0, mu=0.2):
     """A block that nothing holds but friction, between a block below and a plane above."""
     return pr.Problem(

@@ -26,6 +26,7 @@ def project(system: System, s: Surface, u: Array, change: Callable[[Seen], Array
 
 def to_gap(target: Array, where: Flags, pairs: Seen) -> Array:
     """Change (k,) that takes the nodes ``where`` to the gap ``target``; zero elsewhere, gaps that are not finite included."""
+    where = where & np.isfinite(pairs.g)  # a step may take a node beyond the end of its master
     return np.where(where, target, 0.0) - np.where(where, pairs.g, 0.0)
 
 
