@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.analysis import solve
 from prensa.contact.forces import Scale, forces
 from prensa.contact.pairing import rotation
 from prensa.contact.record import ContactRecord
@@ -14,8 +13,6 @@ from prensa.contact.weighted import FacingSides
 from prensa.friction.law import At
 from prensa.friction.laws.coulomb import Coulomb
 from prensa.friction.return_map import DECIDE
-from prensa.system.body_contact import BodyContact
-from prensa.system.discretise import Extension, discretise
 
 
 def sides(rng, shift=0.05):
@@ -88,20 +85,11 @@ def blocks(meshes, top):
             "lower": pr.Body(pr.Rectangle(size=(1.0, 1.0), n=(lower, 3)), pr.Elastic(1000.0, 0.3), "q4"),
             "upper": pr.Body(pr.Rectangle(size=(1.0, 0.7), n=(upper, 2), origin=(0.0, 1.0)), pr.Elastic(3000.0, 0.3), "q4"),
         },
+        body_contacts=(pr.BodyContact("lower.top", "upper.bottom", pr.Penalty(k_n=1e5)),),
         fixed={"lower.bottom": "y", "lower.left": "x", "lower.right": "x", "upper.left": "x", "upper.right": "x"},
         steps=(pr.Step("press", fixed={"upper.top": pr.Fixed(y=top)}, increments=1),), tools={}, contacts=(),
     )  # fmt: skip
-
-    def contact(dofs, X, cells):
-        """The upper side of the lower block, walked to the left, against the lower side of the upper one, walked to the right."""
-        on = np.flatnonzero(np.isclose(X[:, 1], 1.0))
-        below, above = np.unique(cells["lower"]), np.unique(cells["upper"])
-        slave, master = (on[np.isin(on, own)] for own in (below, above))
-        slave, master = slave[np.argsort(-X[slave, 0])], master[np.argsort(X[master, 0])]
-        return [BodyContact("upper on lower", dofs, X, slave, master, 1e5)]
-
-    system = discretise(problem, [Extension("none", (), contact)])
-    (last,) = solve(system)
+    (last,) = pr.solve(problem)
     return np.concatenate([last.bodies[b].stress.reshape(-1, 4)[:, 1] for b in ("lower", "upper")])
 
 

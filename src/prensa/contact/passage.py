@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.contact.forces import ContactForces
-from prensa.contact.surface import Geometry, Surface
+from prensa.contact.masters import Geometry
+from prensa.contact.surface import Surface
 from prensa.types import Array
 
 STAIR = 0.75  # step of the force, over its mean, times the elements in the contact: measured in drawing, within 20 %
@@ -37,7 +38,7 @@ def passable(system: Geometry) -> list[Surface]:
     """Contacts through which elements can pass: those in the plane, with tools that have an end."""
     if system.dofs.dimension != 2:
         return []
-    return [s for s in system.surfaces if not system.masters[s.against].shape.half_space]
+    return [s for s in system.tool_contacts if not system.tool_masters[s.against].shape.half_space]
 
 
 def passing(system: Geometry, s: Surface, f: ContactForces, before: Array, after: Array) -> Passing:
@@ -62,18 +63,18 @@ def _elements(system: Geometry, s: Surface, points: int) -> float:
 
 def _carried(system: Geometry, s: Surface, x: Array, arm: Array, n: Array, before: Array, after: Array) -> Array:
     """Where points x (k, 2) come with the tool; one that turns within its own surface, as a roll does, does not turn them."""
-    p, q = system.masters[s.against].place(before), system.masters[s.against].place(after)
+    p, q = system.tool_masters[s.against].place(before), system.tool_masters[s.against].place(after)
     turn = q[2] - p[2]
     if turn == 0.0 or turns_within(system, s, arm, n):
         return np.asarray(x + q[:2] - p[:2])
     cos, sin = np.cos(turn), np.sin(turn)
-    centre = system.masters[s.against].at + p[:2]
+    centre = system.tool_masters[s.against].at + p[:2]
     return np.asarray((x - centre) @ np.array([[cos, sin], [-sin, cos]]) + centre + q[:2] - p[:2])
 
 
 def turns_within(system: Geometry, s: Surface, arm: Array, n: Array) -> bool:
     """Whether the surface of a tool at points with arms and normals n (k, 2) is round about its reference point."""
-    if np.isfinite(system.masters[s.against].shape.cylinder):
+    if np.isfinite(system.tool_masters[s.against].shape.cylinder):
         return True
     across = np.abs(arm[:, 0] * n[:, 1] - arm[:, 1] * n[:, 0])
     return bool((across <= ROUNDNESS * np.hypot(*arm.T)).all())

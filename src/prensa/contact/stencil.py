@@ -37,6 +37,7 @@ class Stencils(NamedTuple):
     slave's nodes, as it does where forces act at their place and not at that in the undeformed body.
     dcoef (k, j, m): derivatives of the coefficients, None where these stay.
     kept (k, t, d): tangents that committed tractions are kept along, None: e.
+    area (k,): that pressures and tractions belong to, if it moves with the nodes as the coefficients do; None: it is the points'.
     """
 
     dofs: Index
@@ -52,6 +53,7 @@ class Stencils(NamedTuple):
     moving: bool
     dcoef: Array | None = None
     kept: Array | None = None
+    area: Array | None = None
 
     def act(self, f: Array) -> Array:
         """Generalised forces (k, m) on the unknowns of forces f (k, d) on the slave, and of their opposites on the master."""
@@ -114,7 +116,8 @@ def assemble(x: Stencils, law: Response, turning: tuple[Array, Array]) -> Assemb
         f = (law.weight * P)[:, None] * x.n + ((law.area[:, None] * T)[:, :, None] * x.e).sum(axis=1)
         s = d * x.coef.shape[1]
         # Weighted gaps: the coefficients move with both sides, and −∂F/∂q has the term of forces that change nodes.
-        K[:, :s] -= np.einsum("kjq,ki->kjiq", x.dcoef, f).reshape(k, s, m)
+        acts = np.flatnonzero(f.any(axis=1))
+        K[acts, :s] -= np.einsum("kjq,ki->kjiq", x.dcoef[acts], f[acts]).reshape(len(acts), s, m)
     return Assembled(F, K, dp, dt)
 
 

@@ -1,23 +1,34 @@
-"""Contacts as data: candidate points of a surface against a tool, and what contact sees of the bodies and tools."""
+"""Contacts as data: candidate points of a surface against a master, which is a tool or a side of another body."""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import NamedTuple
 
 import numpy as np
 
 from prensa.contact.cut import Corners
 from prensa.contact.forces import Scale
 from prensa.contact.integration import Points
-from prensa.contact.masters import RigidMaster
 from prensa.contact.redundant import Supports
+from prensa.contact.weighted import FacingSides
 from prensa.layout import DofMap, Field
-from prensa.mesh.mesh import Mesh
 from prensa.model import problem as model
-from prensa.tools.place import PlacedTool
 from prensa.types import Array, Index
+
+
+class Opposite(NamedTuple):
+    """The other side of a contact of two bodies: its ``body``, the nodes of both ``sides``, the body's modulus E*.
+
+    ``pressed``: the longest length of material that a node of the side presses in.
+    """
+
+    body: str
+    sides: FacingSides
+    modulus: float
+    pressed: float
 
 
 @dataclass(frozen=True)
@@ -25,16 +36,17 @@ class Surface:
     """One contact: candidate points against a master. ``first`` is the row of its first point in the state's arrays.
 
     ``X`` (k, d) initial positions of the points, ``dofs`` (k, m) unknowns of their stencils: displacements of each supporting
-    node, then those of the master; ``normal`` (k, d) of the undeformed surface at the points, ``node_normal`` (n, d) at
-    its nodes;
+    node, then those of the master (of the nodes of both sides, where that is a body); ``normal`` (k, d) of the undeformed
+    surface at the points, ``node_normal`` (n, d) at its nodes;
     ``behind`` (m,): elements of the body behind the edges.
     ``multipliers``: their field, normal and tangential of each point; None if they are no degrees of freedom.
     ``corners``: those of the tool that hold points in this increment. ``shift`` (n,): what is added to the gaps at the nodes of
-    the system, for overlaps that are meant; None: nothing.
+    the system, for overlaps that are meant; None: nothing. ``opposite``: the side of the body that is the master, None where that
+    is a tool.
     """
 
     name: str
-    description: model.Contact
+    description: model.Contact | model.BodyContact
     body: str
     points: Points
     first: int
@@ -47,6 +59,7 @@ class Surface:
     multipliers: Field | None = None
     corners: Corners | None = None
     shift: Array | None = None
+    opposite: Opposite | None = None
 
     @cached_property
     def against(self) -> str:
@@ -77,7 +90,17 @@ class Surface:
     @property
     def of_master(self) -> slice:
         """Which of the unknowns of a stencil are the master's."""
-        return slice(self.X.shape[1] * self.points.N.shape[1], None)
+        slaves = self.points.N.shape[1] if self.opposite is None else self.opposite.sides.there.shape[1]
+        return slice(self.X.shape[1] * slaves, None)
+
+    @cached_property
+    def bodies(self) -> tuple[str, ...]:
+        """The bodies that it acts on: its own, and the one that is its master, if one is."""
+        return (self.body,) if self.opposite is None else (self.body, self.opposite.body)
+
+    def acts_on(self, bodies: Collection[str]) -> bool:
+        """Whether it acts on one of some bodies."""
+        return any(body in bodies for body in self.bodies)
 
     @cached_property
     def coupled(self) -> Index:
@@ -98,10 +121,16 @@ class Surface:
 
     @property
     def unit(self) -> Array:
-        """M/h (k,) of the points: what β multiplies, h what they press in; of multipliers the unit, E*/h, h the depth there."""
+        """M/h (k,) of the points: what β multiplies, h what they press in; of multipliers the unit, E*/h, h the depth there.
+
+        Between bodies the least of both sides, at all points: the softer side decides how much a layer of elements gives.
+        """
         # Not the body's own stiffness at the point: that differs with every law and state, and its derivative would belong to
         # the tangent.
-        return self.modulus / (self.points.depth if self.exact else self.points.pressed_length)
+        own = self.modulus / (self.points.depth if self.exact else self.points.pressed_length)
+        if self.opposite is None:
+            return own
+        return np.full(len(own), min(float(own.min()), self.opposite.modulus / self.opposite.pressed))
 
     def supports(self, fixed: Index) -> Supports | None:
         """Of exact contacts in the plane: the points with ``fixed`` degrees of freedom of the body; None if there are none."""
@@ -118,24 +147,3 @@ class Surface:
         k_n, k_t = self.description.enforcement.stiffness(unit)
         # A law that falls by more than k_T per slip has no unique slip; the least stiffness comes from `FrictionLaw.softening`.
         return Scale(k_n, np.maximum(k_t, k_t_least), self.points.depth, unit)
-
-
-class Geometry(Protocol):
-    """Where bodies and tools are, as contact sees it; `prensa.system.system.System` is one."""
-
-    meshes: dict[str, Mesh]
-    offsets: dict[str, int]
-    X: Array
-    tools: list[PlacedTool]
-    surfaces: list[Surface]
-    dofs: DofMap
-
-    def positions(self, u: Array) -> Array:
-        """Node positions (n, d) for degrees of freedom u (ndof,)."""
-
-    def place_of(self, t: int, u: Array) -> Array:
-        """Displacement and rotation of tool number t."""
-
-    @property
-    def masters(self) -> dict[str, RigidMaster]:
-        """What contacts lie against, by name."""

@@ -13,6 +13,7 @@ after another, so that nothing is left out.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +30,14 @@ _GAUSS_SHARES = np.array([5.0, 8.0, 5.0]) / 18.0
 _PROJECTIONS = 8  # Newton steps of a projection, which is linear where normals do not turn
 
 
+class SidesSeen(NamedTuple):
+    """Gaps g (k,), infinite where nothing is faced, normals n (k, 2) and coefficients (k, 5 + c) over the areas of the points."""
+
+    g: Array
+    n: Array
+    coef: Array
+
+
 class FacingSides(NamedTuple):
     """A slave side and a master side: nodes (k, 5 + c) of the stencils, and which of the first five there are (k, 5)."""
 
@@ -36,10 +45,12 @@ class FacingSides(NamedTuple):
     there: Flags
 
     @classmethod
-    def of(cls, slave: Index, master: Index) -> FacingSides:
-        """From the nodes (k,) and (c,) of the two sides, each in walking order."""
+    def of(cls, slave: Index, master: Index, closed: tuple[bool, bool] = (False, False)) -> FacingSides:
+        """From the nodes (k,) and (c,) of the two sides, each in walking order; ``closed``: whether they end where they begin."""
         k = len(slave)
         at = np.arange(k)[:, None] + np.arange(-NEIGHBOURS_BEFORE, NEIGHBOURS_BEFORE + 1)
+        at = at % k if closed[0] else at
+        master = np.append(master, master[:1]) if closed[1] else master
         # Stencils have one width: beyond the ends of the side the end node stands in, and `there` leaves it out.
         nodes = np.hstack([slave[np.clip(at, 0, k - 1)], np.tile(master, (k, 1))])
         return cls(nodes, (at >= 0) & (at < k))
@@ -49,6 +60,29 @@ class FacingSides(NamedTuple):
         out, area = np.zeros(self.nodes.shape), np.zeros(len(self.nodes))
         _coefficients(x[self.nodes], self.there, out, area)
         return out
+
+    def seen(self, x: Array) -> SidesSeen:
+        """Gaps, normals and coefficients on positions x (n, 2)."""
+        k, j = self.nodes.shape
+        coef, v = np.zeros((k, j)), np.empty((k, 4))
+        _seen(x[self.nodes], self.there, coef, v)
+        area = coef[:, : self.there.shape[1]].sum(axis=1)
+        return SidesSeen(v[:, 0].copy(), v[:, 1:3].copy(), coef / np.where(area > 0.0, area, 1.0)[:, None])
+
+    def moved(self, x: Array, change: Callable[[SidesSeen], Array]) -> Array:
+        """Ways (k, 2) of the slave's nodes along the normals by which their gaps change as asked, on positions x (n, 2).
+
+        A gap is a mean over its neighbours' ways too: these are found by sweeps, as many as a stencil is wide. No mean need be
+        invertible for them, as that of an end which is hardly covered is not, and what they leave is Newton's.
+        """
+        seen, width = self.seen(x), self.there.shape[1]
+        wanted = change(seen)
+        near, share = self.nodes[:, :width], np.where(self.there, seen.coef[:, :width], 0.0)
+        own, all_ways = self.nodes[:, NEIGHBOURS_BEFORE], np.zeros(len(x))
+        for _ in range(width):
+            left = wanted - (share * all_ways[near]).sum(axis=1)
+            all_ways[own] += np.where(wanted != 0.0, left, 0.0)
+        return all_ways[own][:, None] * seen.n
 
     def stencils(self, x: Array, committed: Array, dofs: Index) -> Stencils:
         """Stencils on positions x (n, 2), of which the coefficients have the areas in them; infinite gaps of what faces nothing.
@@ -65,8 +99,8 @@ class FacingSides(NamedTuple):
 
 
 @njit(cache=True)
-def _integrals(x, there, coef, n):
-    """Places x (5 + c, 2), real or complex → coefficients (5 + c,) with the area in them, normal n (2,) of the master; area."""
+def _averaged(x, there):
+    """Unit normals (5, 2) of the slave at the nodes (5, 2) of a stencil, those at its ends left out: means over their edges."""
     nu = np.zeros((5, 2), x.dtype)
     for i in range(1, 4):
         if not there[i]:
@@ -77,6 +111,16 @@ def _integrals(x, there, coef, n):
                 nu[i, 1] -= x[j + 1, 0] - x[j, 0]
         size = np.sqrt(nu[i, 0] * nu[i, 0] + nu[i, 1] * nu[i, 1])
         nu[i, 0], nu[i, 1] = nu[i, 0] / size, nu[i, 1] / size
+    return nu
+
+
+@njit(cache=True)
+def _integrals(x, there, first, last, coef, n):
+    """Places x (5 + c, 2), real or complex → coefficients (5 + c,) with the area in them, normal n (2,) of the master; area.
+
+    The master's edges from number ``first`` to before ``last`` are looked at.
+    """
+    nu = _averaged(x, there)
     # The slave's averaged normal at the own node, turned round: on flat sides it does not depend on the master's mesh.
     n[0], n[1] = -nu[2, 0], -nu[2, 1]
     coef[:] = 0.0
@@ -88,7 +132,10 @@ def _integrals(x, there, coef, n):
         tx, ty = x[i + 1, 0] - ax, x[i + 1, 1] - ay
         length = np.sqrt(tx * tx + ty * ty)
         wx, wy = nu[i + 1, 0] - nu[i, 0], nu[i + 1, 1] - nu[i, 1]
-        for c in range(5, len(x) - 1):
+        for c in range(first, last):
+            ex, ey = x[c + 1, 0] - x[c, 0], x[c + 1, 1] - x[c, 1]
+            if tx.real * ex.real + ty.real * ey.real >= 0.0:
+                continue  # a side that looks the same way is the far side of its body
             for e in range(2):
                 px, py = x[c + e, 0], x[c + e, 1]
                 s = ((px - ax) * tx + (py - ay) * ty) / (length * length)
@@ -106,13 +153,14 @@ def _integrals(x, there, coef, n):
                 lo = lo * 0.0
             if hi.real > 1.0:
                 hi = hi * 0.0 + 1.0
-            if hi.real - lo.real < NO_PIECE:
+            if not hi.real - lo.real >= NO_PIECE:  # nor where a projection runs along the master
                 continue
-            ex, ey = x[c + 1, 0] - x[c, 0], x[c + 1, 1] - x[c, 1]
             for q in range(3):
                 s = lo + (hi - lo) * _GAUSS_PLACES[q]
                 vx, vy = nu[i, 0] + s * wx, nu[i, 1] + s * wy
                 m = ((ax + s * tx - x[c, 0]) * vy - (ay + s * ty - x[c, 1]) * vx) / (ex * vy - ey * vx)
+                if not 0.0 <= m.real <= 1.0:
+                    continue  # projections found no way to the master: normals that fan out cross farther on
                 part = (1.0 - s if i == 2 else s) * length * (hi - lo) * _GAUSS_SHARES[q]
                 # `part` has N_A of the own node, the third of five: its row of (∫ N_A N_B, −∫ N_A M_C).
                 coef[i] += part * (1.0 - s)
@@ -123,9 +171,9 @@ def _integrals(x, there, coef, n):
 
 
 @njit(cache=True)
-def _state(x, there, committed, coef, v):
-    """Coefficients (j,) and v (4,) = gap, normal, slip."""
-    area = _integrals(x, there, coef, v[1:3])
+def _state(x, there, committed, first, last, coef, v):
+    """Coefficients (j,) and v (4,) = gap, normal, slip; edges as in `_integrals`."""
+    area = _integrals(x, there, first, last, coef, v[1:3])
     length = abs(x[1, 0].real - x[3, 0].real) + abs(x[1, 1].real - x[3, 1].real)
     if area.real <= NO_PIECE * length:
         coef[:] = 0.0
@@ -143,9 +191,17 @@ def _state(x, there, committed, coef, v):
 def _coefficients(x, there, out, area):
     n = np.empty(2)
     for k in range(len(x)):
-        area[k] = _integrals(x[k], there[k], out[k], n)
+        area[k] = _integrals(x[k], there[k], 5, x.shape[1] - 1, out[k], n)
         for j in range(out.shape[1]):
             out[k, j] = out[k, j] / area[k] if area[k] > 0.0 else 0.0
+
+
+@njit(cache=True)
+def _seen(x, there, coef, v):
+    """States v (k, 4) of the stencils x (k, j, 2), and coefficients (k, j)."""
+    nothing = np.zeros(x.shape[1])
+    for k in range(len(x)):
+        _state(x[k], there[k], nothing, 5, x.shape[1] - 1, coef[k], v[k])
 
 
 @njit(cache=True)
@@ -154,14 +210,20 @@ def _weighted(x, there, committed, coef, v, dcoef, dv):
     j = x.shape[1]
     z, zc, zv = np.empty((j, 2), np.complex128), np.empty(j, np.complex128), np.empty(4, np.complex128)
     for k in range(len(x)):
-        _state(x[k], there[k], committed[k], coef[k], v[k])
+        _state(x[k], there[k], committed[k], 5, j - 1, coef[k], v[k])
         if not np.isfinite(v[k, 0]):
             continue
+        first, last = j - 1, 5
+        for a in range(5, j):
+            if coef[k, a] != 0.0:
+                first, last = min(first, a), max(last, a)
         for q in range(2 * j):
+            if q >= 10 and coef[k, q // 2] == 0.0 and committed[k, q // 2] == 0.0:
+                continue  # a node of the master that the point does not face, and did not
             for a in range(j):
                 z[a, 0], z[a, 1] = x[k, a, 0], x[k, a, 1]
             z[q // 2, q % 2] += COMPLEX_STEP * 1j
-            _state(z, there[k], committed[k], zc, zv)
+            _state(z, there[k], committed[k], first, last, zc, zv)
             for i in range(4):
                 dv[k, i, q] = zv[i].imag / COMPLEX_STEP
             for a in range(j):

@@ -34,6 +34,7 @@ from prensa.linear.factorisations import DenseFactors, SingularError
 from prensa.linear.reduction import Reduced, equations_of, in_lengths, weights_of
 from prensa.linear.rigid_modes import free_to_move
 from prensa.model import problem as model
+from prensa.model.body_contacts import CONDENSED
 from prensa.model.interference import interfering
 from prensa.policy import DEFAULT, Policy
 from prensa.precision import EPS
@@ -57,8 +58,10 @@ def refusal(system: System) -> str:
         return "viscous forces ('stabilise') act on all nodes"
     if system.dofs.dimension != 2:
         return "only bodies in the plane are condensed"
+    if system.problem.body_contacts:
+        return CONDENSED
     if system.more:
-        return "contact between bodies and extensions act on nodes that would be condensed"
+        return "extensions act on nodes that would be condensed"
     if interfering(system.problem):
         return "overlaps that are meant (interference) move nodes that would be condensed"
     if system.problem.kinematics != "small":

@@ -28,7 +28,7 @@ def free_to_move(system: System, body: str, c: Context, contacts: bool = True) -
     frame = Frame.of(system, body)
     rows = [support_rows(system, frame, c.plan)]
     for s, law in zip(c.surfaces, c.laws):
-        if s.body in system.tied_bodies(body) and contacts:
+        if contacts and s.acts_on(system.tied_bodies(body)):
             closed = c.state.contact.closed[s.rows]
             pairs = system.stencils(s, c.state.u)
             x = s.X[closed]

@@ -42,7 +42,7 @@ def columns(problem: Problem) -> dict[str, Column]:
     for tool in problem.tools:
         out |= {f"{tool}.{c}": _place(tool, k, places[k]) for k, c in enumerate(PLACE_COLUMNS)}
         out |= {f"{tool}.{c}": _force(tool, k, forces[k]) for k, c in enumerate(FORCE_COLUMNS)}
-    for contact in problem.contacts:
+    for contact in problem.all_contacts:
         out[f"{contact.name}.area"] = _area(contact.name, area_unit(problem))
     for body in problem.bodies if problem.space == "plane stress" else ():
         out[f"{body}.thickness.min"] = _thickness(body, "min", length_unit(problem))

@@ -99,7 +99,7 @@ def names(problem: Problem) -> Iterator[str]:
     yield from (name for name in columns(problem) if name not in NOT_NUMBERS)
     for tool in problem.tools:
         yield from (f"{tool}.{q}" for q in (*TOOL_QUANTITIES, *_contact_quantities()))
-    for contact in problem.contacts:
+    for contact in problem.all_contacts:
         yield from (f"{contact.name}.{q}" for q in (*_contact_quantities(), "passages", "elements") if q != "area")
     for name in problem.bodies:
         corners, edges = _boundaries(problem, name)
@@ -178,7 +178,7 @@ class _Reader:
             return self._function(match[1], _arguments(match[2]), text)
         for kind, names_ in (
             # Contacts first: their names begin with the name of a body.
-            (self._contact, [c.name for c in self.problem.contacts]),
+            (self._contact, [c.name for c in self.problem.all_contacts]),
             (self._tool, list(self.problem.tools)),
             (self._body, list(self.problem.bodies)),
         ):
@@ -232,7 +232,7 @@ class _Reader:
             to, attribute, unit = vectors[kind]
             axes = (1,) if p.space == "axisymmetric" else (0, 1)
             return _Part(unit, _size(tool, attribute, axes), _size_slope(to, tool, attribute, axes))
-        return self._contacts([c.name for c in p.contacts if c.against == tool], quantity)
+        return self._contacts([c.name for c in p.all_contacts if c.against == tool], quantity)
 
     # ---------------------------------------------------------------------------------------------------------- contacts
     def _contact(self, name: str, quantity: str) -> _Part | None:
@@ -426,7 +426,7 @@ class _Reader:
         return _Part(part.unit, bodies.change(part.body, part.geometry, part.turn), None)
 
     def _passage_mean(self, name: str, text: str) -> _Part:
-        known = {c for c in self.columns if c not in NOT_NUMBERS} | {f"{c.name}.pressure" for c in self.problem.contacts}
+        known = {c for c in self.columns if c not in NOT_NUMBERS} | {f"{c.name}.pressure" for c in self.problem.all_contacts}
         if text not in known:
             near = difflib.get_close_matches(text, known, n=1)
             remedy = f"did you mean {near[0]!r}?" if near else "write it like 'die.fx'"
@@ -498,7 +498,7 @@ def _body_of(part: Outline | Place) -> str:
 
 def _old_order(text: str, problem: Problem) -> str:
     """``force.punch.y`` as it would be written here, ``punch.force.y``; '' for other texts."""
-    owners = [*(c.name for c in problem.contacts), *problem.tools, *problem.bodies]
+    owners = [*(c.name for c in problem.all_contacts), *problem.tools, *problem.bodies]
     for owner in sorted(owners, key=len, reverse=True):
         for middle in (f".{owner}.", f".{owner}"):
             head, found, tail = text.partition(middle)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from prensa.model import crank, feed, heat, interference, space, until
+from prensa.model import body_contacts, crank, feed, heat, interference, space, until
 from prensa.model.names import SYMMETRY, Finding, suggest
 from prensa.model.remeshing import remeshing_of
 from prensa.registry import DOORS
@@ -41,7 +41,7 @@ def find(p: Any) -> Iterator[Finding]:
     yield from _friction(p)
     yield from _measures(p)
     yield from _ties(p)
-    yield from _body_contacts(p)
+    yield from body_contacts.findings(p, _boundary)
     yield from interference.findings(p)
     yield from heat.findings(p)
     for name in p.heat.held if p.heat is not None else ():
@@ -287,18 +287,18 @@ def _friction(p: Any) -> Iterator[Finding]:
             )
             yield Finding(path, message)
 
-    for i, c in enumerate(p.contacts):
-        if c is not None and c.friction is not None:
-            yield from needs(c.friction, c, ("contacts", i, "friction"))
+    every = (*p.contacts, *p.body_contacts)
+    for kind in ("contacts", "body_contacts"):
+        for i, c in enumerate(getattr(p, kind)):
+            if c is not None and c.friction is not None:
+                yield from needs(c.friction, c, (kind, i, "friction"))
     if p.friction is not None:
-        found = [
-            f for c in p.contacts if c is not None and c.friction is None for f in needs(p.friction, c, ("friction",))
-        ]
+        found = [f for c in every if c is not None and c.friction is None for f in needs(p.friction, c, ("friction",))]
         # One law of the whole problem is one mistake, however many contacts it reaches.
         yield from found[:1]
     for i, step in enumerate(p.steps):
         for name, law in step.friction.items() if step is not None else ():
-            c = next((c for c in p.contacts if c is not None and c.name == name), None)
+            c = next((c for c in every if c is not None and c.name == name), None)
             yield from needs(law, c, ("steps", i, "friction", name))
 
 
@@ -310,31 +310,6 @@ def _ties(p: Any) -> Iterator[Finding]:
             yield from _boundary(p, getattr(tie, key), ("ties", i, key))
         if tie.slave.partition(".")[0] == tie.master.partition(".")[0]:
             yield Finding(("ties", i, "master"), "a tie joins two bodies; both sides are of the same one")
-
-
-def _body_contacts(p: Any) -> Iterator[Finding]:
-    """What contact between bodies cannot do yet."""
-    for i, c in enumerate(p.body_contacts):
-        path = ("body_contacts", i)
-        for key in ("slave", "master"):
-            yield from _boundary(p, getattr(c, key), (*path, key))
-        owners = [name.partition(".")[0] for name in (c.slave, c.master)]
-        if owners[0] == owners[1]:
-            yield Finding((*path, "master"), "it joins two bodies; contact of a body with itself is not there yet")
-        quadratic = [b for b in owners if b in p.bodies and DOORS["element"].find(p.bodies[b].element_in(p.space)).quadratic]  # type: ignore[attr-defined]
-        if quadratic:
-            yield Finding(path, f"sides of {quadratic[0]!r} have quadratic edges; contact between bodies needs straight ones")
-        if c.enforcement.type != "penalty":
-            yield Finding((*path, "enforcement"), "contact between bodies is enforced by 'penalty'")
-    if p.body_contacts and p.space != "plane strain":
-        yield Finding(("body_contacts",), "contact between bodies is there in plane strain alone yet")
-    if p.body_contacts and p.contact_geometry == "reference":
-        yield Finding(("contact_geometry",), "contact between bodies is on moved sides; use 'current'")
-    for i, step in enumerate(p.steps):
-        if p.body_contacts and step is not None and step.remove_tools:
-            yield Finding(("steps", i, "remove_tools"), "bodies in contact with one another cannot be freed of all supports yet")
-    if p.body_contacts and remeshing_of(p) is not None:
-        yield _not_remeshed("sides in contact with other bodies are not carried over; use 'remesh: off'")
 
 
 def _supports(p: Any, owner: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:
@@ -407,7 +382,7 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
     yield from feed.findings(p, step, path)
     yield from _supports(p, step, path)
     yield from _control(p, step, (*path, "control"))
-    contacts = [c.name for c in p.contacts if c is not None]
+    contacts = [c.name for c in (*p.contacts, *p.body_contacts) if c is not None]
     for key in step.friction:
         if key not in contacts and None not in p.contacts and contacts:
             message = f"unknown contact {key!r}{suggest(key, contacts)}"

@@ -75,7 +75,8 @@ def warnings_of(problem: Problem) -> list[str]:
                 "lasts: it is taken to last 1 s; give 'duration'"
             )
     laws = [("friction", problem.friction)]
-    laws += [(f"contacts.{i}.friction", c.friction) for i, c in enumerate(problem.contacts)]
+    for key in ("contacts", "body_contacts"):
+        laws += [(f"{key}.{i}.friction", c.friction) for i, c in enumerate(getattr(problem, key))]
     for where, law in laws:
         mu = getattr(law, "mu", None)
         # Above 2 no friction of metals lies; 5 or 10 were meant in percent.

@@ -231,17 +231,31 @@ class Tie:
 
 @described
 class BodyContact:
-    """Contact of two bodies along a side of each, without friction: they press on each other, slide, and open.
+    """Contact of two bodies along a side of each: they press on each other, slide with friction, and open.
 
     Gaps are weighted with the shape functions of the ``slave`` side, the finer or softer one (mortar method): a uniform pressure
-    goes through meshes that do not match. ``enforcement``: a `Penalty`, at E*/h of the softer side.
+    goes through meshes that do not match. ``enforcement``: a `Penalty`, at M/h of the softer side. ``friction`` overrides the
+    problem's.
     """
 
     slave: str
     master: str
     enforcement: Enforcement = field(default_factory=_default_enforcement)
+    friction: Friction | None = None
 
     offered: ClassVar[bool] = False
+    integration: ClassVar[str] = "nodal"
+    """The slave's nodes are the contact points."""
+
+    @property
+    def surface(self) -> tuple[str, ...]:
+        """The side whose points are in contact: the slave's."""
+        return (self.slave,)
+
+    @property
+    def against(self) -> str:
+        """What they lie against: the master's side."""
+        return self.master
 
     @property
     def name(self) -> str:
@@ -479,6 +493,11 @@ class Problem:
         if findings := tuple(find(self)):
             raise FindingsError(findings)
         return self
+
+    @property
+    def all_contacts(self) -> tuple[Contact | BodyContact, ...]:
+        """The contacts with tools, then those between bodies."""
+        return (*self.contacts, *self.body_contacts)
 
     def every_contact(self) -> tuple[Contact, ...]:
         """Every tool against the outline of every body, but those that ``no_contact`` lists as a whole."""

@@ -104,7 +104,7 @@ def findings(p: Any, step: Any, path: Path) -> Iterator[Finding]:
                 for key in ("x", "m", "rz"):
                     if getattr(target, key, None) is not None:
                         yield Finding((*here, key), "in axisymmetry a tool moves along y only", at_key=True)
-    contacts = [c.name for c in p.contacts if c is not None]
+    contacts = [c.name for c in (*p.contacts, *p.body_contacts) if c is not None]
     for name in until.contact:
         if name not in p.tools and name not in contacts and None not in p.contacts:
             message = f"unknown tool or contact {name!r}{suggest(name, [*p.tools, *contacts])}"

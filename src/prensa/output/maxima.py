@@ -114,7 +114,7 @@ def _of_tools(stored: Stored, problem: Problem) -> Iterator[Maximum]:
 def _of_contacts(stored: Stored, problem: Problem) -> Iterator[Maximum]:
     best: dict[str, tuple[float, tuple[float, float], int]] = {}
     for k in range(len(stored)):
-        if not any(stored.history[f"{c.name}.area"][k] for c in problem.contacts):
+        if not any(stored.history[f"{c.name}.area"][k] for c in problem.all_contacts):
             continue
         for name, contact in stored[k].contacts.items():
             j = int(np.argmax(contact.pressure))

@@ -112,8 +112,8 @@ def _drawings(
             yield "remeshing", lambda: plot.new_meshes(pairs, problem)
     if not len(stored):
         return
-    files = file_names(c.name for c in problem.contacts)
-    for contact in problem.contacts:
+    files = file_names(c.name for c in problem.all_contacts)
+    for contact in problem.all_contacts:
         if (k := _most_pressed(stored, contact.name, contact.against)) is not None:
             yield _PRESSURE + files[contact.name], lambda k=k, n=contact.name: plot.contact_at(stored[k], n, problem)  # type: ignore[misc]
     if any(history[f"{t}.{c}"].any() for t in problem.tools for c in ("fx", "fy")):
@@ -136,7 +136,12 @@ def remeshings(stored: Stored) -> list[tuple[Increment, Increment]]:
 
 
 def _most_pressed(stored: Stored, contact: str, tool: str) -> int | None:
-    """Place in the history of the largest force of a contact's tool while the contact is closed; None if it never is."""
-    history = stored.history
-    force = np.where(history[f"{contact}.area"] > 0, np.hypot(history[f"{tool}.fx"], history[f"{tool}.fy"]), -1.0)
+    """Place in the history of the largest force of a contact's tool while the contact is closed; None if it never is.
+
+    Of a contact between bodies, whose force is no column, that of its largest area.
+    """
+    history, size = stored.history, stored.history[f"{contact}.area"]
+    if tool in stored.problem.tools:
+        size = np.hypot(history[f"{tool}.fx"], history[f"{tool}.fy"])
+    force = np.where(history[f"{contact}.area"] > 0, size, -1.0)
     return int(np.argmax(force)) if len(force) and force.max() >= 0 else None

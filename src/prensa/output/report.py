@@ -128,7 +128,7 @@ def _tables(stored: Stored, summary: dict[str, Any]) -> dict[str, Any]:
         "words": list(_words(summary, stored, case)),
         "file": f"{file_name(problem.name)}.yaml",
         "tools": [(t, [float(last[f"{t}.{c}"]) for c in ("ux", "uy", "rz", "fx", "fy", "mz")]) for t in problem.tools if last],
-        "areas": [(c.name, float(last[f"{c.name}.area"])) for c in problem.contacts if last],
+        "areas": [(c.name, float(last[f"{c.name}.area"])) for c in problem.all_contacts if last],
         "measured_steps": list(dict.fromkeys(s for m in summary.get("measures", {}).values() for s in m["steps"])),
         "means": [(step, *row) for step, rows in summary.get("passage_means", {}).items() for row in _means(rows, problem)],
         "energies": [(e, float(last[f"energy.{e}"]), abs(float(last[f"energy.{e}"])) / scale if scale else 0.0)
@@ -221,7 +221,7 @@ def _facts(case: Case, summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield f"Body {name}", f"{size.get('elements', '?')} elements {element}, {mesh}; {brief(body.material)}"
     for name, tool in p.tools.items():
         yield f"Tool {name}", brief(tool)
-    for contact in p.contacts:
+    for contact in p.all_contacts:
         friction = contact.friction or p.friction
         yield (
             f"Contact {contact.name}",

@@ -162,7 +162,7 @@ class _Run:
         self.last: Increment | None = None
         self.saved: Increment | None = None
         self.checkpoint_seconds = 0.0
-        self.names = file_names(c.name for c in case.problem.contacts)
+        self.names = file_names(c.name for c in case.problem.all_contacts)
         tables = (history.HISTORY, history.CONVERGENCE, passages.PASSAGES, measured.MEASURES, vtk.COLLECTION)
         self.growing = [directory / name for name in tables]
         self.written: list[Path] = []  # since the last checkpoint
@@ -332,7 +332,7 @@ class _Run:
             "passage_means": passages.last_means(self.directory),
             "measures": measured.measured(self.directory, problem),
             "units": history.units_of(problem),
-            "last_area": {c.name: last(f"{c.name}.area") for c in problem.contacts},
+            "last_area": {c.name: last(f"{c.name}.area") for c in problem.all_contacts},
             "energy": {e: last(f"energy.{e}") for e in history.energies_of(problem)},
             "totals": {
                 "increments": len(iterations),

@@ -179,7 +179,7 @@ def _alike(a: Increment, b: Increment) -> bool:
 
 def _touched(stored: Stored) -> list[str]:
     """Contacts that were closed at some time: the others have nothing to show."""
-    return [c.name for c in stored.problem.contacts if stored.history[f"{c.name}.area"].any()]
+    return [c.name for c in stored.problem.all_contacts if stored.history[f"{c.name}.area"].any()]
 
 
 def _contact(name: str, problem: Problem, increments: list[Increment], packer: Packer) -> dict[str, Any]:

@@ -69,12 +69,12 @@ class Stored(Sequence[Increment]):
         self.directory, self.problem, self.placements, self.mirror = directory, case.problem, placements, case.output.mirror
         problem = case.problem
         self.history = history.read_history(directory)
-        self._files = file_names(c.name for c in problem.contacts)
+        self._files = file_names(c.name for c in problem.all_contacts)
         step = self.history["step"]
         self.ends = np.append(step[1:] != step[:-1], completed)[: len(step)]
         """(n,) whether a step ends with the increment."""
         self._steps = Contents(directory / history.HISTORY, ((s.name, k) for k, s in enumerate(problem.steps, 1)))
-        self._areas = {c.name: f"{c.name}.area" for c in problem.contacts}
+        self._areas = {c.name: f"{c.name}.area" for c in problem.all_contacts}
 
     @cached_property
     def with_fields(self) -> tuple[int, ...]:
@@ -142,7 +142,7 @@ class Stored(Sequence[Increment]):
 
     def _contacts(self, number: int, row: dict[str, Any]) -> dict[str, ContactState]:
         out = {}
-        for contact in self.problem.contacts:
+        for contact in self.problem.all_contacts:
             path = self.directory / history.CONTACT_FOLDER / self._files[contact.name] / f"{number:04d}.csv"
             out[contact.name] = _contact(path, contact, float(row[self._areas[contact.name]]))
         return out

@@ -241,9 +241,9 @@ class Remeshing:
         then = 0.0 if state.remeshed is None else state.remeshed.tools
         way = np.abs(system.dofs.tool.of(u) - then)
         most = 0.0
-        for s in system.surfaces:
+        for s in system.tool_contacts:
             if s.body in self.bodies:
-                master = system.masters[s.against]
+                master = system.tool_masters[s.against]
                 reach = float(np.hypot(*(system.positions(u)[s.points.nodes] - master.at).T).max())
                 x, y, turn = way[master.number]
                 most = max(most, float(np.hypot(x, y) + reach * turn))

@@ -236,7 +236,7 @@ class _Places:
         for share in np.unique(s.points.N[:, 0])[::-1]:  # points at nodes first, then those that neighbours carry with theirs
             of = np.flatnonzero(s.points.N[:, 0] == share)
             nodes = s.points.support[of, 0]
-            pairs = self.new.masters[s.against].seen(s.points.at(self.x)[of], self.tools_at)
+            pairs = self.new.tool_masters[s.against].seen(s.points.at(self.x)[of], self.tools_at)
             free = np.where(self.held[nodes], 0.0, pairs.n)
             # Along the directions that supports leave free; where these hardly point along the normal a small gap would ask for
             # a long way.
@@ -256,7 +256,7 @@ class _Places:
         free[nodes] = ~self.held[nodes].any(axis=1)
         for s, (_, closed, _) in zip(self.new.surfaces, self.values):
             own = s.points.support[:, 0]
-            pairs = self.new.masters[s.against].seen(self.x[own], self.tools_at)
+            pairs = self.new.tool_masters[s.against].seen(self.x[own], self.tools_at)
             free[own] &= ~closed & (pairs.g > CLEAR * s.points.depth)
         if free.sum() < FEWEST:
             return

@@ -33,7 +33,7 @@ from prensa.result.increment import (
     Statistics,
     ToolState,
 )
-from prensa.system.assembly import Block
+from prensa.system.assembly import Block, scatter_vector
 from prensa.system.interaction import Context
 from prensa.system.outcome import NewtonResult
 from prensa.system.schedule import StepPlan
@@ -162,13 +162,11 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
     for s, f, law in zip(system.surfaces_at(state.clock.time), e.contacts, plan.friction_at(state.clock.time)):
         # Where a sharp corner cuts edges the points are others in each increment.
         s = s if f.points is None else replace(s, points=f.points, X=f.points.at(system.X))
-        nodes, pairs = s.points.nodes, system.node_pairs(s, state.u)
-        area, weight = system.tributary(s, where, depth), system.weights(s, where, depth)
+        nodes, pairs = s.points.nodes, system.nodes_seen(s, state.u)
+        area, (weight, p, t) = system.tributary(s, where, depth), _now(system, s, f, where, depth)
         from_stress = _pressure_of(patches, nodes, pairs.n)
         slides = f.slip | system.frictionless(law)
         status = np.where(f.p > 0, np.where(slides, 2, 1), 0).astype(np.int8)
-        # The law has pressures per area at the last commit, what is reported is per area now: the force is the same.
-        p, t = f.p * f.weight / weight, _tangential(f.area[:, None] * f.t / weight[:, None])
         nodal = _together(s, _Nodal(weight, p, t, f.kappa, status)) if s.points.one_a_node else _at_nodes(s, f, area, status)
         if s.points.rule.projected:
             p, t = ((s.points.N * v[s.points.slots]).sum(axis=1) for v in (nodal.pressure, nodal.shear))
@@ -176,13 +174,31 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
             surface="+".join(s.description.surface), tool=s.against, body=s.body,
             node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=pairs.g, pressure=nodal.pressure,
             shear=nodal.shear, slip=nodal.slip, status=nodal.status, weight=nodal.weight,
-            force=s.points.to_nodes(f.vectors), pressure_from_stress=from_stress,
+            force=_on_nodes(system, s, f), pressure_from_stress=from_stress,
             pressure_smoothed=_pressure_of(smooth, nodes, pairs.n),
             error=np.where(nodal.status > 0, np.abs(nodal.pressure - from_stress), 0.0),
-            area=float(system.touching(s, where, depth, f.p > 0).sum()),
+            area=float((system.touching(s, where, depth, f.p > 0) if f.stencils.area is None else weight[f.p > 0]).sum()),
             points=PointValues(s.X, s.points.at(x), f.g, p, t, f.kappa, status, weight, state.contact.speed[s.rows]),
         )  # fmt: skip
     return out
+
+
+def _now(system: System, s: Surface, f: ContactForces, where: Array, depth: Array | None) -> tuple[Array, Array, Array]:
+    """Areas, pressures (k,) and tractions (k,) or (k, 2) of the points of a contact, per area now."""
+    if f.stencils.area is not None:
+        return f.weight, f.p, _tangential(f.t)
+    # The law has pressures per area at the last commit, what is reported is per area now: the force is the same.
+    weight = system.weights(s, where, depth)
+    return weight, f.p * f.weight / weight, _tangential(f.area[:, None] * f.t / weight[:, None])
+
+
+def _on_nodes(system: System, s: Surface, f: ContactForces) -> Array:
+    """Forces (n, d) of a contact on the nodes of its surface."""
+    if f.stencils.area is None:
+        return s.points.to_nodes(f.vectors)
+    out, own = np.zeros(system.ndof), slice(s.of_master.start)
+    scatter_vector(np.ascontiguousarray(f.F[:, own]), np.ascontiguousarray(s.dofs[:, own]), out)
+    return np.asarray(system.displacement(out)[s.points.nodes])
 
 
 class _Nodal(NamedTuple):
@@ -348,6 +364,9 @@ def _loaded(system: System, e: Evaluation) -> Flags:
     for s, f in zip(system.surfaces, e.contacts):
         points = s.points if f.points is None else f.points
         out[points.nodes] |= points.any_at_nodes(f.p > 0)
+        if s.opposite is not None:
+            pressed = (f.stencils.coef != 0.0) & (f.p > 0)[:, None]
+            out[s.opposite.sides.nodes[pressed]] = True
     if system.problem.space == "axisymmetric":
         out |= system.X[:, 0] <= 1e-9 * system.X[:, 0].max()
     return out

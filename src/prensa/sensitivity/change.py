@@ -105,7 +105,7 @@ def known(system: System) -> bool:
     """Whether the closed derivatives know the elements, materials, contacts and geometry of a system."""
     p = system.problem
     return (
-        p.space in ("axisymmetric", "plane strain")
+        not p.body_contacts and p.space in ("axisymmetric", "plane strain")
         and p.kinematics == "finite"
         and p.contact_geometry == "current"
         and system.ties is None and system.bodies is None and not system.more and not system.gone

@@ -35,7 +35,7 @@ def landing_of(system: System, c: Context, before: Weights) -> Landing:
         w = np.where(c.committed[k].closed | (c.laws[k] is None), 0.0, adjoints.s)
         before.contact[k] = adjoints._replace(s=adjoints.s - w)
         weights.append(w)
-    for master in system.masters.values():
+    for master in system.tool_masters.values():
         along = way[master.dofs]
         own = [(s, weights[k], c.scales[k].k_n * c.weights[k]) for k, s in enumerate(c.surfaces) if s.against == master.name]
         pairs = [system.stencils(s, u, c.state) for s, *_ in own]

@@ -12,6 +12,7 @@ from prensa.checks.after.passages import Passages
 from prensa.errors import ArgumentError, take
 from prensa.linear.threads import threads_with_follower
 from prensa.model import problem as model
+from prensa.model.body_contacts import DERIVATIVES
 from prensa.model.feed import ends_early
 from prensa.model.interference import interfering
 from prensa.model.remeshing import remeshing_of
@@ -116,7 +117,7 @@ def refuse(system: System, start: State | None, derivatives: Sequence[str]) -> N
     if system.problem.heat is not None:
         raise ArgumentError("derivatives: those of temperatures are not there yet; leave 'derivatives' out")
     if system.problem.body_contacts:
-        raise ArgumentError("derivatives: those of contact between bodies are not there yet; leave 'derivatives' out")
+        raise ArgumentError(f"derivatives: {DERIVATIVES}; leave 'derivatives' out")
     if interfering(system.problem):
         raise ArgumentError(
             "derivatives: those of runs with 'interference' are not there yet; run the case with other values instead ('sweep')"

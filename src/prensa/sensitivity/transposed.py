@@ -533,7 +533,7 @@ class Points:
             p, t = p + rows[:, :, 0], t + rows[:, :, 1]
         z, q = self._back(F, p, t, bound)
         nodal = q[:, :, : s.of_master.start].reshape(*q.shape[:2], -1, 2)
-        adjoints.at[:, self.system.masters[s.against].number] += q[:, :, s.of_master][:, :, :2].sum(axis=1)
+        adjoints.at[:, self.system.tool_masters[s.against].number] += q[:, :, s.of_master][:, :, :2].sum(axis=1)
         for out, w in zip(adjoints.X, nodal):
             np.add.at(out, s.points.support, w)
         flat = {name: w[:, :, 0] for name, w in z.items() if name != "numbers"}
@@ -600,7 +600,7 @@ class Points:
     def _touch(self, adjoints: Adjoints, g: Array, turn: Array, s: Array) -> None:
         """Keep the points that depend on the shape of their tool."""
         on = np.flatnonzero(np.any((g != 0) | (turn != 0) | (s != 0), axis=0))
-        master = self.system.masters[self.surface.against]
+        master = self.system.tool_masters[self.surface.against]
         shape, place = master.shape, master.place(self.u)
         cos, sin = np.cos(place[2]), np.sin(place[2])
         local = self.f.stencils.arm[on] @ np.array([[cos, -sin], [sin, cos]])

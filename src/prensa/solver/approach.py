@@ -60,8 +60,8 @@ def first_touch(
     """
     now = state.clock.time
     notes: list[str] = []
-    for s in system.surfaces:
-        dof = int(system.masters[s.against].dofs[0])
+    for s in system.tool_contacts:
+        dof = int(system.tool_masters[s.against].dofs[0])
         if were_closed(state, s) or not np.isin(dof + np.arange(system.dofs.dimension), plan.moved).all():
             continue
 
@@ -88,10 +88,10 @@ def first_touch(
 
 def _looks(system: System, s: Surface, state: State, plan: StepPlan, end: float, most: int) -> int:
     """How often to look for a touch before *end*: a cylinder at every half radius of its way."""
-    radius = system.masters[s.against].shape.cylinder
+    radius = system.tool_masters[s.against].shape.cylinder
     if radius == np.inf:
         return 1
-    dof = int(system.masters[s.against].dofs[0])
+    dof = int(system.tool_masters[s.against].dofs[0])
     place = dict(zip(plan.moved.tolist(), plan.motion(end).tolist()))
     way = float(np.hypot(place[dof] - state.u[dof], place[dof + 1] - state.u[dof + 1]))
     return min(1 + int(2 * way / radius), most)
@@ -168,7 +168,7 @@ def approach_of_bodies(system: System, c: Context, loose: list[Loose], policy: P
     names, clear = [name for b in unheld for name in b.bodies], policy.approach_gap_ratio * system.length
     tools = np.array(sorted(_brought(system, c)), dtype=np.int64)
     rigid = RigidBalance.of_bodies(system, c, unheld, tools, clear)
-    before = [float(system.stencils(s, rigid.base).g.min()) if s.body in names else np.inf for s in c.surfaces]
+    before = [float(system.stencils(s, rigid.base).g.min()) if s.acts_on(names) else np.inf for s in c.surfaces]
     if not rigid.room:
         z = rigid.balanced(policy)
         u = None if z is None else rigid.dofs(z)
@@ -179,13 +179,13 @@ def approach_of_bodies(system: System, c: Context, loose: list[Loose], policy: P
     rigid.pushers = [i for i, g in enumerate(before) if g < -0.1 * clear]
     if not rigid.pushers:
         # contacts that were closed and press no more are a lost support, which the acceptance reports
-        held = any(were_closed(c.state, s) for s in c.surfaces if s.body in names)
+        held = any(were_closed(c.state, s) for s in c.surfaces if s.acts_on(names))
         return None if held else Approach(None, None, names, floating=True)
     z = rigid.balanced(policy) if all(abs(g) > 0.1 * clear for g in before) else None
     u = None if z is None else rigid.dofs(z)
     if u is None or not _near(system, c, unheld, u, policy):
         return None
-    stops = [s for i, s in enumerate(c.surfaces) if s.body in names and i not in rigid.pushers]
+    stops = [s for i, s in enumerate(c.surfaces) if s.acts_on(names) and i not in rigid.pushers]
     return Approach(u, None, names, floating=all(float(system.stencils(s, u).g.min()) > -clear for s in stops))
 
 
@@ -222,15 +222,15 @@ def _near(system: System, c: Context, loose: list[Loose], u: Array, policy: Poli
 
 
 def _pressed(system: System, c: Context, body: Loose, policy: Policy) -> bool:
-    """Whether tools press a body in the committed state, by more than what rounded positions make of their springs."""
+    """Whether tools or bodies press a body in the committed state, by more than what rounded positions make of the springs."""
     nothing = policy.approach_depth_ratio * system.length
-    own = [(s, scale) for s, scale in zip(c.surfaces, c.scales) if s.body in body.bodies]
+    own = [(s, scale) for s, scale in zip(c.surfaces, c.scales) if s.acts_on(body.bodies)]
     return any((c.state.lam[s.rows, 0] > nothing * scale.k_n).any() for s, scale in own)
 
 
 def _brought(system: System, c: Context) -> Iterator[int]:
     """Degrees of freedom along which tools are pushed that touched nothing."""
-    for master in system.masters.values():
+    for master in system.tool_masters.values():
         own = system.against(master.name)
         if own and not any(were_closed(c.state, s) for s in own):
             yield from (dof for dof in master.dofs[:2].tolist() if dof in c.plan.push)
@@ -245,9 +245,11 @@ def starts_inside(system: System, state: State, policy: Policy) -> list[tuple[St
     if state.clock.number or system.dofs.dimension != 2:
         return []
     for s in system.surfaces_at(state.clock.time):  # of overlaps that are meant there is nothing yet
+        if s.opposite is not None:
+            continue
         if were_closed(state, s):
             continue
-        pairs = system.node_pairs(s, state.u)
+        pairs = system.nodes_seen(s, state.u)
         k, depth = int(np.argmin(pairs.g)), float(s.points.depth.min())
         deep = -float(pairs.g[k])
         if deep > policy.overlap_ratio * depth and (s.against not in found or deep > found[s.against][0].depth):
@@ -267,7 +269,7 @@ def overlap_stages(system: System, c: Context, policy: Policy) -> list[Context]:
     fixed, values = c.plan.fixed, c.plan.values(c.time)
     back = np.zeros(system.ndof)
     for reason, way in inside:
-        back[system.masters[reason.tool].dofs[:2]] = way
+        back[system.tool_masters[reason.tool].dofs[:2]] = way
     count = int(np.ceil(max(reason.elements for reason, _ in inside) / policy.overlap_stage_ratio))
     return [
         replace(c, plan=replace(c.plan, groups=[Prescribed(fixed, values + (1.0 - share) * back[fixed])]))

@@ -224,7 +224,7 @@ def _free_tools(eq: Equilibrium) -> Iterator[str]:
         if not pushed or system.dofs.dimension != 2:
             continue
         own = system.against(tool.name)
-        if all(system.node_pairs(s, c.state.u).g.min() > CLOSED * s.points.depth.min() for s in own):
+        if all(system.nodes_seen(s, c.state.u).g.min() > CLOSED * s.points.depth.min() for s in own):
             yield f"tool {tool.name!r} touches nothing and is driven by force along {' and '.join(pushed)}"
         elif system.dofs.tool.dofs(t)[-1] in c.plan.push and np.isfinite(tool.shape.period):
             yield f"tool {tool.name!r} is free to turn, and as it is round only friction resists that"
@@ -241,7 +241,7 @@ def _node(system: System, node: int, result: NewtonResult, e: Evaluation) -> str
         k = np.flatnonzero(((s.points.support == node) & (s.points.N > 0.0)).any(axis=1))
         if len(k) and np.isfinite(f.g[k[0]]):
             status = "open" if f.p[k[0]] <= 0 else "slipping" if f.slip[k[0]] else "sticking"
-            text += f", {status} at tool {s.against!r} (gap {f.g[k[0]]:.3g})"
+            text += f", {status} at {'tool ' if s.opposite is None else ''}{s.against!r} (gap {f.g[k[0]]:.3g})"
     return text
 
 

@@ -1,4 +1,4 @@
-"""Contact nodes put at a given gap: each is moved along the normal of its tool, whatever asked for the gap.
+"""Contact nodes put at a given gap: each is moved along the normal of its master, whatever asked for the gap.
 
 A straight step along a curved tool changes the gap by d²/2R, more than the penetration p/k_n: Newton's steps and
 extrapolations need the nodes back where the contact law means them to be.
@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from prensa.contact.pairing import Pairs
+from prensa.contact.masters import Seen
 from prensa.contact.surface import Surface
 from prensa.policy import DEFAULT, Policy
 from prensa.system.interaction import Context
@@ -19,14 +19,14 @@ from prensa.system.system import Evaluation, System
 from prensa.types import Array, Flags
 
 
-def project(system: System, s: Surface, u: Array, change: Callable[[Pairs], Array]) -> None:
+def project(system: System, s: Surface, u: Array, change: Callable[[Seen], Array]) -> None:
     """Move the nodes (k,) of a surface in u (ndof,), in place, by the ``change`` (k,) of their gaps."""
-    pairs = system.node_pairs(s, u)
-    system.displacement(u)[s.points.nodes] += change(pairs)[:, None] * pairs.n
+    system.displacement(u)[s.points.nodes] += system.masters[s.against].moved(s, system, u, change)
 
 
-def to_gap(target: Array, where: Flags, pairs: Pairs) -> Array:
+def to_gap(target: Array, where: Flags, pairs: Seen) -> Array:
     """Change (k,) that takes the nodes ``where`` to the gap ``target``; zero elsewhere, gaps that are not finite included."""
+    where = where & np.isfinite(pairs.g)  # a step may take a node beyond the end of its master
     return np.where(where, target, 0.0) - np.where(where, pairs.g, 0.0)
 
 
@@ -44,13 +44,13 @@ def project_prediction(system: System, c: Context, u: Array, policy: Policy = DE
         moves = s.points.has_point
         if s.sharp:  # of a cut edge the point between its nodes has a gap to keep, neither of these
             moves = moves & ~now.points.any_at_nodes(now.points.N[:, 0] < 1.0)
-        committed, before = system.node_pairs(s, state.u).g, system.node_pairs(s, state.u - state.du).g
+        committed, before = system.nodes_seen(s, state.u).g, system.nodes_seen(s, state.u - state.du).g
         touched = (before <= 0.0) & np.isfinite(committed)
         grown = share * np.subtract(committed, before, out=np.zeros_like(before), where=touched)
         landed = -policy.landed_start_ratio * s.points.depth.min()
 
         def change(
-            pairs: Pairs,
+            pairs: Seen,
             closed: Flags = closed,
             held: Array = committed + grown,
             committed: Array = committed,
@@ -87,8 +87,9 @@ def contact_corrected(system: System, c: Context, e: Evaluation, u: Array, step:
 
 def _linear_gap(system: System, s: Surface, u: Array, step: Array) -> Array:
     """Gaps (k,) of the nodes of a surface after a step (ndof,) from u, by the linear model."""
-    pairs, d = system.node_pairs(s, u), system.dofs.dimension
-    way, by_master = system.displacement(step)[s.points.nodes], step[system.masters[s.against].dofs]
+    master, d = system.tool_masters[s.against], system.dofs.dimension
+    pairs, by_master = master.node_pairs(s, system, u), step[master.dofs]
+    way = system.displacement(step)[s.points.nodes]
     return np.asarray(pairs.g + (pairs.dg[:, :d] * way).sum(axis=1) + pairs.dg[:, d:] @ by_master)
 
 

@@ -166,7 +166,7 @@ class RigidBalance:
         """Derivatives (points, k) of the gaps by the unknowns."""
         out = np.zeros((len(x.g), len(fields) + len(self.drives)))
         for j, (bodies, field) in enumerate(fields):
-            if s.body in bodies:
+            if s.acts_on(bodies):
                 way = np.zeros(self.system.ndof)
                 self.system.displacement(way)[:] = field
                 out[:, j] = (x.dg * way[x.dofs]).sum(axis=1)
@@ -222,9 +222,10 @@ class RigidBalance:
     def stride(self) -> float:
         """Half the least width of the tools and of the boxes about the bodies that may meet."""
         system, own = self.system, [self.c.surfaces[i] for i in self.pushers]
-        bodies = {s.body: system.X[system.offsets[s.body] :][: len(system.meshes[s.body].points)] for s in own}
+        names = {body for s in own for body in s.bodies}
+        bodies = {body: system.X[system.offsets[body] :][: len(system.meshes[body].points)] for body in names}
         widths = [float(np.ptp(x, axis=0).min()) for x in bodies.values()]
-        tools = [system.masters[s.against].tool for s in own]
+        tools = [system.tool_masters[s.against].tool for s in own if s.opposite is None]
         widths += [2.0 * tool.shape.cylinder for tool in tools]
         if system.dofs.dimension == 2:
             widths += [tool.thickness for tool in tools]  # of shapes with an end that may be sharp

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from prensa.contact.surface import Surface
 from prensa.policy import Policy
 from prensa.system.failure import Failure, FreeToMove
 from prensa.system.interaction import Context
@@ -74,16 +75,34 @@ class StepControl:
             return np.zeros(len(surfaces))
         t = np.linspace(plan.t0, plan.t1, 65)
         path = np.array([plan.motion(ti) for ti in t])
-        return np.array([max(self._speed(n, t, path), self._speed_past(n, t, path)) for n in range(len(surfaces))])
+        return np.array([self._speed_between(s, t, path) for s in surfaces])
 
-    def _speed(self, surface: int, t: Array, path: Array) -> float:
+    def _speed_between(self, s: Surface, t: Array, path: Array) -> float:
+        """Largest prescribed speed of the two that meet in a contact; path: prescribed dofs at the times t."""
+        if s.opposite is not None:
+            return self._speed_of_bodies(s.bodies, t, path)
+        return max(self._speed(s, t, path), self._speed_past(s, t, path))
+
+    def _speed_of_bodies(self, bodies: tuple[str, ...], t: Array, path: Array) -> float:
+        """Largest speed of what is prescribed of one body past what is prescribed of another, or past its supports."""
+        moved, field, most = self.plan.moved, self.system.dofs.displacement, 0.0
+        for axis in range(self.system.dofs.dimension):
+            ways = []
+            for body in bodies:
+                nodes = self.system.offsets[body] + np.arange(len(self.system.meshes[body].points))
+                own = np.isin(moved, field.first + field.width * nodes + axis)
+                ways.append(np.diff(path[:, own], axis=0) if own.any() else np.zeros((len(t) - 1, 1)))
+            a, b = ways
+            most = max(most, float(np.maximum(a.max(axis=1) - b.min(axis=1), b.max(axis=1) - a.min(axis=1)).max()))
+        return most / float(t[1] - t[0])
+
+    def _speed(self, s: Surface, t: Array, path: Array) -> float:
         """Largest speed of the tool of a contact; path: prescribed dofs at the times t.
 
         A turn moves the tool by its angle times the distance of the farthest contact point from the reference point.
         """
         system, moved = self.system, self.plan.moved
-        s = system.surfaces[surface]
-        master = system.masters[s.against]
+        master = system.tool_masters[s.against]
         arm = system.X[s.points.nodes] - master.at
         first, d, width = int(master.dofs[0]), master.dimension, len(master.dofs)
         reach = np.where(np.arange(width) < d, 1.0, float(np.hypot.reduce(arm, axis=1).max()))
@@ -91,14 +110,14 @@ class StepControl:
         way = reach[moved[own] - first] * np.abs(np.diff(path[:, own], axis=0))
         return float(way.max(initial=0.0)) / (t[1] - t[0])
 
-    def _speed_past(self, surface: int, t: Array, path: Array) -> float:
+    def _speed_past(self, s: Surface, t: Array, path: Array) -> float:
         """Largest speed of what is prescribed of the body of a contact past its tool, where the tool's is prescribed too.
 
         What counts is the motion of one past the other, whichever of them the description has moved.
         """
         system, moved, field = self.system, self.plan.moved, self.system.dofs.displacement
-        s, speed = system.surfaces[surface], 0.0
-        first = int(system.masters[s.against].dofs[0])
+        speed = 0.0
+        first = int(system.tool_masters[s.against].dofs[0])
         nodes = system.offsets[s.body] + np.arange(len(system.meshes[s.body].points))
         for axis in range(system.dofs.dimension):
             tool = np.flatnonzero(moved == first + axis)

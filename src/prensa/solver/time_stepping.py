@@ -139,7 +139,7 @@ class TimeStepping(IncrementSolver):
     def note_touch(self, state: State) -> None:
         """Note the tools that have touched something by a committed state."""
         contact = state.contact
-        for s in self.system.surfaces:
+        for s in self.system.tool_contacts:
             name = s.against
             if name not in self.passages.met and (contact.closed[s.rows].any() or (contact.slip[s.rows] > 0).any()):
                 self.passages.met.add(name)

@@ -106,7 +106,9 @@ def bendings(system: System, unnamed: Iterator[str]) -> dict[str, Bending]:
             errors[body], through[body] = error, _Thickness.of(mesh, s, system.offsets[body])
     if not errors:
         return {}
-    pressed, bent = dict.fromkeys(errors, False), {b: _driven_across(system, b, t) for b, t in through.items()}
+    # Of two bodies in contact nobody knows where they press on each other.
+    pressed = {b: any(s.opposite is not None and s.acts_on((b,)) for s in system.surfaces) for b in errors}
+    bent = {b: _driven_across(system, b, t) for b, t in through.items()}
     for moment in moments(system):
         for body, t in through.items():
             gaps = _gaps(system, body, t, moment)
@@ -122,9 +124,9 @@ def _gaps(system: System, body: str, t: _Thickness, moment: Moment) -> Array:
     towards = np.abs(t.across)[:, None, None, :] > np.sqrt(0.5)
     out[(held[t.ends] & towards).any(axis=3).all(axis=2)] = 0.0
     outward = np.stack([-t.across, t.across], axis=1)
-    for s in system.surfaces:
+    for s in system.tool_contacts:
         if s.body == body:
-            seen = system.masters[s.against].seen(t.middle.reshape(-1, 2), moment.u)
+            seen = system.tool_masters[s.against].seen(t.middle.reshape(-1, 2), moment.u)
             # a tool that has come through from the other side faces away from this one
             facing = (seen.n.reshape(-1, 2, 2) * outward).sum(axis=2) < 0.0
             out = np.where(facing, np.minimum(out, seen.g.reshape(-1, 2)), out)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import reduce
 
 import numpy as np
 
@@ -48,12 +47,14 @@ class ContactInteraction:
     def respond(self, c: Context, ask: Request) -> Response:
         """See `Interaction`."""
         system, s, k = self.system, c.surfaces[self.number], self.number
-        scale, weight, law, own = c.scales[k], c.weights[k], c.laws[k], s.rows
+        scale, law, own = c.scales[k], c.laws[k], s.rows
+        stencils, lam = system.stencils(s, ask.u, c.state), ask.lam[own]
+        weight = c.weights[k] if stencils.area is None else stencils.area
         # the first guess has the tools deep in the bodies: what those overlaps would turn with the frame outweighs the bodies
         turning = (c.state.lam[own, 0].copy(), c.committed[k].traction) if ask.guess else None
         follows = law is not None and not law.proportional and system.problem.kinematics == "finite" and not s.sharp
+        follows = follows and stencils.area is None  # those that move with the coefficients are in these
         area = system.weights(s, system.positions(ask.u), c.depth) if follows else None
-        stencils, lam = system.stencils(s, ask.u, c.state), ask.lam[own]
         round_off = self._round_off(stencils, ask.u)
         f = forces(
             stencils,
@@ -109,10 +110,7 @@ class ContactInteraction:
 
     def _round_off(self, x: Stencils, u: Array) -> Array:
         """Round-off of the gaps (k,): ε × the coordinates whose differences they are."""
-        master = self.system.masters[self.surface.against]
-        place = u[master.dofs[: master.dimension]]
-        centre = max(map(abs, master.at.tolist())) + max(map(abs, place.tolist()))
-        return ROUND * EPS * (reduce(np.maximum, np.abs(x.arm).T) + centre)
+        return ROUND * EPS * self.system.masters[self.surface.against].coordinates(self.surface, x, self.system, u)
 
     def _redundant(
         self, c: Context, f: ContactForces, round_off: Array, active_sets: ActiveSets | None
@@ -153,7 +151,7 @@ class ContactInteraction:
         """Largest residual of the multipliers' equations as a length over the element depth, beyond round-off."""
         system = self.system
         lengths = np.abs(rows).max(axis=1, initial=0.0) / (f.weight * scale.unit)
-        at = np.abs(system.masters[self.surface.against].at).max()
+        at = np.abs(system.tool_masters[self.surface.against].at).max()
         size = max(reach, float(np.abs(system.X).max()), float(at))
         return float(((lengths - ROUND * EPS * size) / scale.h).max(initial=0.0))
 

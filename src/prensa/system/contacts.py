@@ -8,9 +8,9 @@ from prensa.system.system import System
 
 
 def contacts_of(system: System, body: str) -> list[int]:
-    """Numbers of the contacts of a body and of those that ties join to it."""
+    """Numbers of the contacts that act on a body or on those that ties join to it, as its own or as those of their master."""
     group = system.tied_bodies(body)
-    return [i for i, s in enumerate(system.surfaces) if s.body in group]
+    return [i for i, s in enumerate(system.surfaces) if s.acts_on(group)]
 
 
 def were_closed(state: State, s: Surface) -> bool:

@@ -11,7 +11,9 @@ import numpy as np
 from prensa.contact.cut import may_cut, with_neighbours
 from prensa.contact.faces import face_points
 from prensa.contact.integration import Points, depth_of, points_of
-from prensa.contact.surface import Surface
+from prensa.contact.rules.nodal import Nodal
+from prensa.contact.surface import Opposite, Surface
+from prensa.contact.weighted import FacingSides
 from prensa.elements.element import Mode, element_of
 from prensa.errors import PrensaError, take
 from prensa.layout import DofMap
@@ -26,8 +28,7 @@ from prensa.model.crank import AXIS
 from prensa.registry import DOORS
 from prensa.system.assembly import Block, Pattern, Slots, make_pattern, slots_of
 from prensa.system.bending import with_elements_for_bending
-from prensa.system.body_contact import body_contacts
-from prensa.system.contact_surfaces import contact_edges
+from prensa.system.contact_surfaces import contact_edges, named_edges
 from prensa.system.control import couplings, factor_field
 from prensa.system.interaction import Interaction
 from prensa.system.interference import TIE_SHARES, shares_field
@@ -77,7 +78,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
     offsets, total = _numbered(meshes)
     X = np.concatenate([m.points for m in meshes.values()])
     ties, X = make_ties(problem, meshes, offsets, X, held_components(problem, meshes, offsets, X))
-    candidates = [_candidates(problem, contact, meshes, offsets, X) for contact in problem.contacts]
+    candidates = [_candidates(problem, contact, meshes, offsets, X) for contact in problem.all_contacts]
     dofs = _dofs(problem, candidates, total, extensions)
     if ties is not None and ties.jump is not None:
         ties = replace(ties, shares=dofs.fields[TIE_SHARES].slice)
@@ -90,13 +91,12 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
         for name, d in problem.tools.items()
     ]
     named = {tool.name: tool for tool in tools}
-    surfaces = [_sharpened(s, named[s.against], dofs) for s in surfaces]
+    surfaces = [s if s.opposite is not None else _sharpened(s, named[s.against], dofs) for s in surfaces]
     if problem.contact_geometry == "current":
-        for surface in surfaces:
+        for surface in (s for s in surfaces if s.opposite is None):
             _refuse_edges_on_points(named[surface.against], surface.points, surface.X, surface.normal)
     cells = {name: m.cells + offsets[name] if offsets[name] else m.cells for name, m in meshes.items()}
     more: list[Interaction] = [i for e in extensions for i in e.interactions(dofs, X, cells)]
-    more += body_contacts(problem, meshes, offsets, dofs, X)
     if beside is not None and not more and _joined_alike(beside, cells, surfaces):
         pattern, slots = beside.pattern, [b.slots for b in beside.blocks]
     else:
@@ -133,11 +133,16 @@ def with_laws(system: System, problem: model.Problem) -> System:
     laws = {name: material_of(b.material, problem.kinematics, problem.space) for name, b in problem.bodies.items()}
     blocks = [replace(b, law=laws[b.body]) for b in system.blocks]
     problem = problem.with_elements({name: b.element for name, b in system.problem.bodies.items() if b.element is not None})
-    surfaces = [
-        replace(s, description=contact, modulus=_modulus(laws[s.body], contact))
-        for s, contact in zip(system.surfaces, problem.contacts, strict=True)
-    ]
+    surfaces = [_with_laws(s, contact, laws) for s, contact in zip(system.surfaces, problem.all_contacts, strict=True)]
     return replace(system, problem=problem, blocks=blocks, surfaces=surfaces)
+
+
+def _with_laws(s: Surface, contact: model.Contact | model.BodyContact, laws: Mapping[str, Law]) -> Surface:
+    """A contact of another description, between bodies of other laws."""
+    opposite = s.opposite
+    if opposite is not None:
+        opposite = opposite._replace(modulus=_modulus(laws[opposite.body], contact))
+    return replace(s, description=contact, modulus=_modulus(laws[s.body], contact), opposite=opposite)
 
 
 def first_way(problem: model.Problem, tool: str) -> Array | None:
@@ -189,10 +194,12 @@ def on_meshes(system: System, remeshed: Remeshed) -> System:
     problem, meshes = system.problem, dict(remeshed.meshes)
     offsets, total = _numbered(meshes)
     x = np.concatenate([m.points for m in meshes.values()])
-    candidates = [_candidates(problem, contact, meshes, offsets, x) for contact in problem.contacts]
+    candidates = [_candidates(problem, contact, meshes, offsets, x) for contact in problem.all_contacts]
     dofs = _dofs(problem, candidates, total, ())
     surfaces = _surfaces(problem, candidates, meshes, offsets, x, dofs)
-    surfaces = [_sharpened(s, system.masters[s.against].tool, dofs) for s in surfaces]
+    surfaces = [
+        s if s.opposite is not None else _sharpened(s, system.tool_masters[s.against].tool, dofs) for s in surfaces
+    ]
     cells = {name: m.cells + offsets[name] if offsets[name] else m.cells for name, m in meshes.items()}
     pattern = _pattern(cells, surfaces, dofs, (), _sets(problem, meshes, offsets, dofs, surfaces))
     blocks = [_block(problem, name, cells[name], x, slots_of(cells[name], pattern, 2)) for name in problem.bodies]
@@ -235,11 +242,15 @@ def meshes_of(problem: model.Problem, beside: Mapping[str, Mesh]) -> dict[str, M
 
 
 def _candidates(
-    problem: model.Problem, contact: model.Contact, meshes: dict[str, Mesh], offsets: dict[str, int], X: Array
-) -> Points:
+    problem: model.Problem, contact: model.Contact | model.BodyContact, meshes: dict[str, Mesh], offsets: dict[str, int],
+    X: Array,
+) -> Points:  # fmt: skip
     """Candidate points of a contact on its surface."""
     owner = contact.surface[0].partition(".")[0]
-    mesh, edges = meshes[owner], contact_edges(problem, contact, meshes)
+    mesh = meshes[owner]
+    if isinstance(contact, model.BodyContact):
+        return _on_side(problem, contact.slave, mesh, offsets[owner], X)
+    edges = contact_edges(problem, contact, meshes)
     if isinstance(mesh, BrickMesh):
         cells = mesh.cells + offsets[owner]
         volume, _ = element_of(problem.bodies[owner].element_in(problem.space)).volumes(X[cells], _mode(problem))
@@ -252,11 +263,45 @@ def _candidates(
     return points_of(rule, X, nodes, edges, depth, axisymmetric, problem.thickness)
 
 
+def _on_side(problem: model.Problem, side: str, mesh: Mesh, offset: int, X: Array) -> Points:
+    """The nodes of a side of a body, as contact points."""
+    edges = named_edges(mesh, (side,))
+    nodes, depth = ordered_nodes(edges), depth_of(edges, mesh.cells, mesh.points)
+    return points_of(Nodal(), X, nodes + offset, edges + offset, depth, False, problem.thickness)
+
+
+def _opposite(
+    problem: model.Problem, contact: model.BodyContact, points: Points, meshes: dict[str, Mesh], offsets: dict[str, int],
+    X: Array,
+) -> Opposite:  # fmt: skip
+    """The master's side of a contact of two bodies, whose points are those of the slave's."""
+    owner = contact.master.partition(".")[0]
+    side = _on_side(problem, contact.master, meshes[owner], offsets[owner], X)
+    closed = _closed(points, contact.slave), _closed(side, contact.master)
+    law = material_of(problem.bodies[owner].material, problem.kinematics, problem.space)
+    sides = FacingSides.of(points.nodes, side.nodes, closed)
+    return Opposite(owner, sides, _modulus(law, contact), float(side.pressed_length.max()))
+
+
+def _closed(side: Points, name: str) -> bool:
+    """Whether a side of a body ends where it begins.
+
+    Raises
+    ------
+    MeshError
+        If it is in pieces, between which nothing is in contact.
+
+    """
+    if len(side.edges) < len(side.nodes) - 1:
+        raise MeshError(f"body_contacts: {name!r} is in pieces; give each a boundary and a contact of its own")
+    return len(side.edges) == len(side.nodes)
+
+
 def _dofs(problem: model.Problem, candidates: list[Points], nodes: int, extensions: Sequence[Extension]) -> DofMap:
     """Displacements of the nodes, motions of the tools, multipliers of contacts that have them, fields of extensions."""
     more: list[tuple[str, str, int, tuple[str, ...]]] = [
         (contact.name, "contact point", len(points), ("n", "t"))
-        for contact, points in zip(problem.contacts, candidates)
+        for contact, points in zip(problem.all_contacts, candidates)
         if contact.enforcement.has_multipliers
     ]
     more += [(e.field, "node", nodes, e.components) for e in extensions]
@@ -270,27 +315,32 @@ def _surfaces(
     dofs: DofMap,
 ) -> list[Surface]:  # fmt: skip
     out: list[Surface] = []
-    for contact, points in zip(problem.contacts, candidates):
+    for contact, points in zip(problem.all_contacts, candidates):
         if not len(points):
             why = f"has an area with a thickness of {problem.thickness:g}; give it in the case's unit of length"
             if problem.space == "axisymmetric":
                 why = "lies off the axis, where a body of revolution ends; leave that side out"
             raise PrensaError(f"contact {contact.name!r}: no point of its surface {why}")
         owner = contact.surface[0].partition(".")[0]
-        master = dofs.tool.dofs(list(problem.tools).index(contact.against))
+        opposite = None
+        if isinstance(contact, model.BodyContact):
+            opposite = _opposite(problem, contact, points, meshes, offsets, X)
+            stencils = dofs.displacement.dofs(opposite.sides.nodes).reshape(len(points), -1)
+        else:
+            stencils = dofs.stencils(points.support, dofs.tool.dofs(list(problem.tools).index(contact.against)))
         law = material_of(problem.bodies[owner].material, problem.kinematics, problem.space)
         out.append(
             Surface(
                 contact.name, contact, owner, points, sum(len(s.points) for s in out), points.at(X),
-                dofs.stencils(points.support, master), points.normals(X), points.node_normals(X), _modulus(law, contact),
+                stencils, points.normals(X), points.node_normals(X), _modulus(law, contact),
                 points.elements_behind(meshes[owner].cells + offsets[owner]),
-                dofs.fields[contact.name] if contact.enforcement.has_multipliers else None,
+                dofs.fields[contact.name] if contact.enforcement.has_multipliers else None, opposite=opposite,
             )
         )  # fmt: skip
     return out
 
 
-def _modulus(law: Law, contact: model.Contact) -> float:
+def _modulus(law: Law, contact: model.Contact | model.BodyContact) -> float:
     """What the stiffnesses of a contact are measured by.
 
     Springs are in series with the body, and the stiffest that one can meet is material that cannot spread; multipliers only
@@ -315,7 +365,7 @@ def _sets(
     return [*couplings(dofs, _loaded(problem, meshes, offsets, dofs)), *share_couplings(dofs), *stretched]
 
 
-def _bounded_by_area(problem: model.Problem, contact: model.Contact) -> bool:
+def _bounded_by_area(problem: model.Problem, contact: model.Contact | model.BodyContact) -> bool:
     """Whether the friction of a contact may depend on the areas of its points: not where it is always the same share of p."""
     laws = [problem.friction if contact.friction is None else contact.friction]
     laws += [s.friction[contact.name] for s in problem.steps if contact.name in s.friction]
@@ -343,7 +393,8 @@ def _pattern(
         np.unique(np.concatenate([none, *(s.points.nodes for s in surfaces if own in s.dofs[0])]))
         for own in dofs.tool.dofs(np.arange(dofs.tool.count))[:, 0]
     ]
-    coupled = [*(s.coupled for s in surfaces if s.exact or s.sharp), *(group for i in more for group in i.couplings())]
+    whole = [s for s in surfaces if s.exact or s.sharp or s.opposite is not None]
+    coupled = [*(s.coupled for s in whole), *(group for i in more for group in i.couplings())]
     coupled += sets
     return make_pattern(list(cells.values()), dofs, near, coupled)
 

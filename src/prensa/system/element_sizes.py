@@ -30,7 +30,7 @@ def size_field(system: System, state: State, body: str, asked: Sizes, area: floa
         values = strain.reshape(*at.shape[:2], 1)
         return Strain(float(np.ptp(strain)), lambda: recover(positions, mesh.cells, at, values)[:, 0])
 
-    distances = [partial(_distance, system.masters[name], state.u) for name in names]
+    distances = [partial(_distance, system.tool_masters[name], state.u) for name in names]
     return SizeField(mesh, positions, asked, area, distances, strained, share)
 
 

@@ -15,10 +15,11 @@ from typing import NamedTuple, Protocol, TypedDict
 import numpy as np
 
 from prensa.contact.forces import ContactForces, ContactSets, Scale
+from prensa.contact.masters import Geometry
 from prensa.contact.record import ContactRecord
 from prensa.contact.redundant import Supports
 from prensa.contact.stencil import Stencils
-from prensa.contact.surface import Geometry, Surface
+from prensa.contact.surface import Surface
 from prensa.friction.law import At, FrictionLaw
 from prensa.model import problem as model
 from prensa.precision import NEGLIGIBLE

@@ -75,8 +75,7 @@ def _shift(
 
     A length is a tool that is thicker by it; a drawn overlap is taken away at first and comes back.
     """
-    given = interference_of(s.description)
-    if given is None:
+    if isinstance(s.description, model.BodyContact) or (given := interference_of(s.description)) is None:
         return None
     share = grown(problem, s.description, time)
     if given.by != "geometry":

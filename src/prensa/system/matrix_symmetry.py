@@ -4,8 +4,8 @@ It is where everything derives from an energy: hyperelastic laws and associative
 on the volume, elements whose forces are derivatives of their strains, contact without friction, dead loads. F-bar in
 finite strain integrates the virtual work of another deformation gradient than that of its gradients and is not
 symmetric (de Souza Neto et al. 1996); Coulomb friction is not (its limit depends on the pressure), nor are follower loads
-on part of a boundary. On the undeformed geometry the gap changes with a tool along the tool's normal, the force acts
-along the surface's: symmetric among the nodes, not towards a tool that is free to move.
+on part of a boundary, nor weighted gaps between bodies. On the undeformed geometry the gap changes with a tool along the
+tool's normal, the force acts along the surface's: symmetric among the nodes, not towards a tool that is free to move.
 
 One F-bar element has an energy: neo-Hooke in plane strain. Its forces are those of ∫ μ/2 tr b dV + V (λ/2 ln²J₀ − μ ln J₀),
 because (J/J₀) τ(f̄) = μ b + (J/J₀)(λ ln J₀ − μ) I and the area of a quadrilateral, ∫J dV, is J₀ times a constant.
@@ -26,6 +26,7 @@ def is_symmetric(system: System, plan: StepPlan) -> bool:
         plan.control is None
         and all(b.law.symmetric and (b.element.symmetric(b.mode) or _has_energy(b)) for b in system.blocks)
         and all(system.frictionless(d) for d in plan.friction)
+        and not system.problem.body_contacts
         and not any(load.follower for load in plan.loads.values())
         and (system.problem.contact_geometry == "current" or _tools_are_prescribed(system, plan))
     )

@@ -277,7 +277,7 @@ def _fading(p: model.Problem, number: int, ends: Ends) -> list[FrictionLaw | Non
 
 def _friction(p: model.Problem, number: int) -> list[FrictionLaw | None]:
     out = []
-    for c in p.contacts:
+    for c in p.all_contacts:
         law = c.friction if c.friction is not None else p.friction
         for s in p.steps[: number + 1]:
             if c.name in s.friction:

@@ -68,7 +68,9 @@ class Earlier:
 
     def surface(self, s: Surface, system: System) -> Surface | None:
         """The contact of the run that goes on in contact *s* of the new system."""
-        tool = system.masters[s.against].tool
+        if s.opposite is not None:  # folders know no contact between bodies yet
+            return None
+        tool = system.tool_masters[s.against].tool
         if s.body not in self.bodies or self.tool(tool.name, tool.description) is None:
             return None
         for old in self.system.surfaces:

@@ -95,10 +95,13 @@ class Guard:
 def guard_of(system: System) -> Guard | None:
     """What to look at in a system; None if it has no line that a free outline could come to.
 
-    In small strain nothing comes near what it was not near at; systems with further fields are left as they are.
+    In small strain nothing comes near what it was not near at; systems with further fields, or with contact between bodies, are
+    left as they are.
     """
     p = system.problem
-    if system.dofs.dimension != 2 or system.more or p.kinematics == "small" or p.contact_geometry == "reference":
+    if system.dofs.dimension != 2 or system.more or p.body_contacts:
+        return None
+    if p.kinematics == "small" or p.contact_geometry == "reference":
         return None
     u = system.initial().u
     watched = _watched(system, _lines(system, system.positions(u)), u)
@@ -143,8 +146,8 @@ def _lines(system: System, x: Array) -> list[Line]:
 
 def _stands(system: System, body: str, axis: int, at: float, side: float) -> bool:
     """Whether a plane that a body has contact with is a line, on the other side of which it is."""
-    for s in system.surfaces:
-        master = system.masters[s.against]
+    for s in system.tool_contacts:
+        master = system.tool_masters[s.against]
         tool = master.tool
         if s.body == body and tool.description.type == "plane" and side * tool.direction[axis] > 1 - ON_LINE:
             place = master.at + master.place(system.initial().u)[:2]

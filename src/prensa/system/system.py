@@ -12,8 +12,7 @@ import numpy as np
 
 from prensa.contact.cut import PIERCED, Cut, corners_of, cut, cuts_of
 from prensa.contact.forces import ContactForces, Scale
-from prensa.contact.masters import RigidMaster
-from prensa.contact.pairing import Pairs, Since, current_pairs
+from prensa.contact.masters import Committed, Master, RigidMaster, Seen, SideMaster
 from prensa.contact.record import ContactRecord
 from prensa.contact.recovery import recover
 from prensa.contact.stencil import Stencils
@@ -147,9 +146,24 @@ class System:
         return int(self.dofs.tool.dofs(t)[0])
 
     @cached_property
-    def masters(self) -> dict[str, RigidMaster]:
+    def masters(self) -> dict[str, Master]:
         """What contacts lie against, by name."""
+        sides: dict[str, Master] = {}
+        for s in self.surfaces:
+            if s.opposite is not None:
+                moving = np.unique(s.dofs[:, s.of_master])
+                sides[s.against] = SideMaster(s.against, moving, self.problem.thickness)
+        return {**self.tool_masters, **sides}
+
+    @cached_property
+    def tool_masters(self) -> dict[str, RigidMaster]:
+        """Those of them that are rigid tools."""
         return {tool.name: RigidMaster(tool, t, self.dofs.tool.dofs(t)) for t, tool in enumerate(self.tools)}
+
+    @cached_property
+    def tool_contacts(self) -> list[Surface]:
+        """The contacts with tools, which come first among all."""
+        return [s for s in self.surfaces if s.opposite is None]
 
     def against(self, master: str) -> list[Surface]:
         """The contacts that have a master."""
@@ -395,7 +409,7 @@ class System:
 
     def surfaces_at(self, time: float) -> list[Surface]:
         """The contacts with what overlaps that are meant add to their gaps at a time."""
-        return at_time(self.problem, self.surfaces, time, self.nodes, lambda s: self.node_pairs(s, np.zeros(self.ndof)).g)
+        return at_time(self.problem, self.surfaces, time, self.nodes, lambda s: self.nodes_seen(s, np.zeros(self.ndof)).g)
 
     def _cut_by(self, s: Surface, u: Array, ahead: Array, flanks: bool) -> Surface:
         """A contact with its edges, of bodies at degrees of freedom u (ndof,), cut by its tool where it is in ``ahead`` (ndof,).
@@ -406,10 +420,10 @@ class System:
         Where a corner has sunk into its edge between the nodes, the point that a cut makes would lie deep in the tool, and
         its force be there at once: such edges stay whole.
         """
-        cuts = self.cuts(s, u, self.masters[s.against].place(ahead), flanks) if s.sharp else []
+        cuts = self.cuts(s, u, self.tool_masters[s.against].place(ahead), flanks) if s.sharp else []
         while cuts:
             points = cut(s.points, self.positions(u) if self.problem.kinematics == "finite" else self.X, cuts)
-            corners = corners_of(points, self.masters[s.against].shape, cuts)
+            corners = corners_of(points, self.tool_masters[s.against].shape, cuts)
             out = replace(s, points=points, X=points.at(self.X), corners=corners)
             gap = self.stencils(out, ahead).g
             if corners is not None:  # what they hold they take along: only where they lie now may they be too deep
@@ -424,7 +438,7 @@ class System:
     def cuts(self, s: Surface, u: Array, place: Array, flanks: bool = False) -> list[Cut]:
         """Where sharp corners of a contact's tool at a place (3,) lie over its edges, of bodies at degrees of freedom u."""
         x = self.positions(u) if self.problem.contact_geometry == "current" else self.X
-        master = self.masters[s.against]
+        master = self.tool_masters[s.against]
         return cuts_of(master.shape, master.at, place, x, s.points.edges, 100.0 * self.length, flanks)
 
     def _committed(self, s: Surface, state: State) -> ContactRecord:
@@ -440,33 +454,21 @@ class System:
 
         since: the committed state from which slip goes on, where its master has a memory of that; the undeformed one if None.
         """
-        master, moved, before = self.masters[s.against], s.points.at(self.displacement(u)), None
-        if since is not None and (self._reference or master.has_memory):
-            then = s.points.at(self.displacement(since.u))
-            before = Since(since.contact.coordinate[s.rows], then, master.place(since.u))
-        pairs = master.pairs(s.X, s.normal, moved, u, self._reference, self._reach, before)
-        if s.corners is not None:
-            rows = s.corners.rows
-            pairs = pairs.replaced(rows, current_pairs(s.corners, (s.X + moved)[rows], master.at, master.place(u)))
-        if s.shift is not None:
-            pairs = pairs._replace(g=pairs.g + s.points.at(s.shift))
-        return pairs.stencils(s.points.N, s.points.coefficients, s.dofs)
+        before = None if since is None else Committed(since.contact.coordinate[s.rows], since.u)
+        return self.masters[s.against].stencils(s, self, u, before)
 
-    def node_pairs(self, s: Surface, u: Array) -> Pairs:
-        """Gaps, normals and their derivatives at the nodes of a contact's surface, whatever the rule."""
-        nodes = s.points.nodes
-        moved = self.displacement(u)[nodes]
-        pairs = self.masters[s.against].pairs(self.X[nodes], s.node_normal, moved, u, self._reference, self._reach, None)
-        return pairs if s.shift is None else pairs._replace(g=pairs.g + s.shift[nodes])
+    def nodes_seen(self, s: Surface, u: Array) -> Seen:
+        """Gaps and normals at the nodes of a contact's surface, whatever the rule."""
+        return self.masters[s.against].nodes_seen(s, self, u)
 
     @property
-    def _reference(self) -> bool:
+    def on_undeformed(self) -> bool:
         """Whether contact is that of the undeformed surface."""
         return self.problem.contact_geometry == "reference"
 
     @property
-    def _reach(self) -> float:
-        """How far masters are looked for."""
+    def reach(self) -> float:
+        """How far masters are looked for along its normals."""
         return 100.0 * self.length
 
     def evaluate(

@@ -25,9 +25,10 @@ def penetrations(system: System, given: Committed) -> Iterator[Finding]:
         k = int(np.argmax(depth))
         if depth[k] > NOTABLE_DEPTH:
             x, node = s.X[k], s.points.support[k, np.argmax(s.points.N[k])]
+            into, other = ("the tool", ", or use 'augmented'") if s.opposite is None else (repr(s.against), "")
             yield warning(
                 f"contact {s.name}: node {node - system.offsets[s.body]} (initially at {x[0]:.4g}, {x[1]:.4g}) lies "
-                f"{-f.g[k]:.3g} inside the tool, {depth[k]:.2g} of an element: raise its stiffness 'beta', or use 'augmented'"
+                f"{-f.g[k]:.3g} inside {into}, {depth[k]:.2g} of an element: raise its stiffness 'beta'{other}"
             )
 
 

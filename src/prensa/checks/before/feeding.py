@@ -46,7 +46,7 @@ def feeding(system: System) -> Iterator[Finding]:
 def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) -> Iterator[Finding]:
     """What there is to say of a way along which a body is fed."""
     body = boundary.partition(".")[0]
-    against = [s for s in system.surfaces if s.body == body]
+    against = [s for s in system.tool_contacts if s.body == body]
     nearest: dict[str, float] = {}
     for s in against:
         gap, velocity = _meeting(system, s, plan, feed, u)
@@ -72,7 +72,7 @@ def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) ->
 
 def _meeting(system: System, s: Surface, plan: StepPlan, feed: Feed, u: Array) -> tuple[float, Array]:
     """Least gap on the way, and the way (2,) on which the tool's turn takes its surface where the body meets it first."""
-    shift, nearest, at, master = np.zeros(2), np.inf, u.copy(), system.masters[s.against]
+    shift, nearest, at, master = np.zeros(2), np.inf, u.copy(), system.tool_masters[s.against]
     x, least = system.X[s.points.nodes], CLOSED * float(s.points.depth.min())
     start, now = master.place(u), u.copy()
     now[plan.fixed] = plan.values(plan.t1)

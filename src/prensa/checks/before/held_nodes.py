@@ -37,7 +37,7 @@ def held(system: System, s: Surface, i: int, m: Moment, x: Array, pressed: dict[
     nodes, axis = nodes[mine], axis[mine]
     if not len(nodes):
         return
-    master = system.masters[s.against]
+    master = system.tool_masters[s.against]
     place, pairs = master.place(m.u), master.seen(x[nodes], m.u)
     h = float(s.points.depth.min())
     deep = (pairs.g < -SLIGHT * h) & (np.abs(pairs.n[np.arange(len(nodes)), axis]) > ALONG)
@@ -87,7 +87,7 @@ def overconstrained(system: System, s: Surface, i: int, most: Pressed, candidate
         f"tool {tool!r} reaches {depth:.4g} beyond {where} at time {t:.4g}, which a support holds: is its travel larger than "
         "the body?",
         Severity.REFUSE
-        if system.problem.kinematics == "finite" and system.masters[s.against].shape.half_space
+        if system.problem.kinematics == "finite" and system.tool_masters[s.against].shape.half_space
         else Severity.WARN,
     )
 

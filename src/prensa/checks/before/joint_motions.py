@@ -37,7 +37,7 @@ class _Columns(NamedTuple):
         first = list(self.frames).index(name) * len(self.kept)
         x = system.positions(system.initial().u)[s.points.nodes]
         out[:, first : first + len(self.kept)] = rows_of(self.frames[name], x, way[:, :2])[:, self.kept]
-        own = system.masters[s.against].dofs
+        own = system.tool_masters[s.against].dofs
         for column, dof in enumerate(self.free.tolist()):
             for k in np.flatnonzero(own == dof):
                 # turns are measured by the length of the model, so that all columns are displacements
@@ -47,6 +47,8 @@ class _Columns(NamedTuple):
 
 def joint_motions(system: System) -> Iterator[Finding]:
     """Bodies that nothing holds against the tools which press them."""
+    if system.problem.body_contacts:
+        return  # they push each other on
     frames = {name: Frame.of(system, name) for name in (system.tied_bodies(b)[0] for b in system.problem.bodies)}
     reported: set[str] = set()
     for stage in stages(system):
@@ -80,9 +82,9 @@ def _axis(way: Array) -> str:
 def _contacts(system: System, body: str) -> Iterator[tuple[Surface, Pairs]]:
     """The contacts of a body and of those tied to it, with what its points see of the tools in the beginning."""
     u = system.initial().u
-    for s in system.surfaces:
+    for s in system.tool_contacts:
         if s.body in system.tied_bodies(body):
-            yield s, system.masters[s.against].seen(system.positions(u)[s.points.nodes], u)
+            yield s, system.tool_masters[s.against].seen(system.positions(u)[s.points.nodes], u)
 
 
 def _flight(system: System, body: str, frame: Frame, plan: StepPlan) -> Array | None:
@@ -104,7 +106,7 @@ def _flight(system: System, body: str, frame: Frame, plan: StepPlan) -> Array | 
         n, e = pairs.n[~np.isnan(pairs.g)], pairs.e[~np.isnan(pairs.g), 0]
         # Friction up to the pressure itself may hold it, as rolls grip a strip: no force of that cone may push it back.
         normals += [n] if system.frictionless(laws[s.name]) else [n + e, n - e]
-        own = system.masters[s.against].dofs
+        own = system.tool_masters[s.against].dofs
         driven |= bool(np.isin(own, list(plan.push)).any() or (at != moved)[np.isin(plan.fixed, own)].any())
     if not driven or not sum(map(len, normals)):
         return None

@@ -28,12 +28,12 @@ def _far_from_tools(system: System, body: str, x: Array) -> Array:
     A tool whose course is not known is looked at where it starts; 0 for a body that is brought to them.
     """
     out = np.full(len(x), np.inf)
-    against = [s for s in system.surfaces if s.body == body]
+    against = [s for s in system.tool_contacts if s.body == body]
     if not against or driven(system, body):
         return np.zeros(len(x))
     for m in moments(system):
         for s in against:
-            master = system.masters[s.against]
+            master = system.tool_masters[s.against]
             if m.known[master.number] or m.t == 0.0:
                 out = np.minimum(out, master.seen(x, m.u).g)
     return out

@@ -69,7 +69,7 @@ def new_sizes(system: System) -> Iterator[Finding]:
                 f"an element; write {width / 12:.2g}, or leave it out",
             )
             continue
-        for name in dict.fromkeys(s.against for s in system.surfaces if s.body == body):
+        for name in dict.fromkeys(s.against for s in system.tool_contacts if s.body == body):
             given = getattr(system.problem.tools[name], "fillet", None)
             radii = [r for r in (given if isinstance(given, tuple) else (given,)) if r]
             arc = 0.5 * np.pi * min(radii, default=np.inf)

@@ -15,10 +15,10 @@ def few_nodes_met(system: System, s: Surface) -> str:
     Counted are those that lie in it at once, past the undeformed bodies: a tip that goes in deep is as wide as its flanks there.
     Ways that a force or the end of a step decides are not known.
     """
-    number, most, known = system.masters[s.against].number, 0, True
+    number, most, known = system.tool_masters[s.against].number, 0, True
     for m in moments(system):
         known &= bool(m.known[number])
-        gap = system.node_pairs(s, m.u).g
+        gap = system.nodes_seen(s, m.u).g
         most = max(most, int(np.count_nonzero(np.where(np.isfinite(gap), gap, 0.0) < 0.0)))
     if most >= 4:  # three elements across
         return ""

@@ -10,6 +10,7 @@ from prensa.system.system import System
 
 def obsolete_keys(system: System) -> Iterator[Finding]:
     """Old keys of enforcements that are read and do nothing."""
-    for k, contact in enumerate(system.problem.contacts):
-        for key in contact.enforcement.without_effect():
-            yield Finding(f"contacts.{k}.enforcement.{key}", "has no effect any more; leave it out")
+    for group in ("contacts", "body_contacts"):
+        for k, contact in enumerate(getattr(system.problem, group)):
+            for key in contact.enforcement.without_effect():
+                yield Finding(f"{group}.{k}.enforcement.{key}", "has no effect any more; leave it out")

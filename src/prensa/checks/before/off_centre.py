@@ -26,8 +26,8 @@ def off_centre(system: System) -> Iterator[Finding]:
     # A side held along its normal may be a wall as well as a line of symmetry: 'no_contact' against symmetry says which.
     not_lines = {s.partition(".")[0] for n in p.no_contact if n.against == SYMMETRY for s in n.surface}
     reported: set[str] = set()
-    for s in system.surfaces:
-        tool = system.masters[s.against].tool
+    for s in system.tool_contacts:
+        tool = system.tool_masters[s.against].tool
         own = p.tools.get(tool.name)
         if own is None or tool.name in reported or s.body in not_lines or _across(p, tool.name):
             continue
@@ -37,7 +37,7 @@ def off_centre(system: System) -> Iterator[Finding]:
         half = max(float(np.abs(polygon[:, 0]).max()) for polygon in own.outline(NO_DIFFERENCE * system.length))
         lines = {at for axis, at in symmetry_lines(p, s.body, system.meshes[s.body]) if axis == 0}
         for at in sorted({0.0} if system.axisymmetric else lines):
-            x = float(tool.at[0] + system.masters[s.against].place(system.initial().u)[0])
+            x = float(tool.at[0] + system.tool_masters[s.against].place(system.initial().u)[0])
             if OFF_LINE * half < abs(x - at) < (1.0 - OFF_LINE) * half:
                 reported.add(tool.name)
                 where = "the axis" if system.axisymmetric else f"the line of symmetry of {s.body!r}, x = {at:g},"

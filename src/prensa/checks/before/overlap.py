@@ -50,9 +50,8 @@ def neighbours(system: System) -> Iterator[Overlap]:
     """Pairs of bodies that lie on one another along an edge at least, without tie or contact; the middle of such an edge."""
     x = system.positions(system.initial().u)
     outlines = [_outline(system, body, x) for body in system.meshes] if system.dofs.dimension == 2 else []
-    joined = [{s.partition(".")[0] for s in (c.slave, c.master)} for c in system.problem.body_contacts]
     for a, b in combinations(outlines, 2):
-        if b.body in system.tied_bodies(a.body) or {a.body, b.body} in joined:
+        if b.body in system.tied_bodies(a.body) or _in_contact(system, a.body, b.body):
             continue
         for one, other in ((a, b), (b, a)):
             ends = one.points[one.edges]
@@ -69,6 +68,11 @@ def neighbours(system: System) -> Iterator[Overlap]:
                 k = close[np.argmax(on)]
                 yield Overlap(a.body, b.body, float(middles[k, 0]), float(middles[k, 1]), 0.0)
                 break
+
+
+def _in_contact(system: System, *bodies: str) -> bool:
+    """Whether there is a contact between two bodies."""
+    return any(s.opposite is not None and set(s.bodies) == set(bodies) for s in system.surfaces)
 
 
 def _outline(system: System, body: str, x: Array) -> _Outline:
@@ -104,11 +108,12 @@ def within(x: Array, a: Array, b: Array) -> Flags:
 def overlapping_bodies(system: System) -> Iterator[Finding]:
     """Bodies that lie in one another, or on one another without a tie."""
     for o in overlaps(system):
+        meets = "no contact acts between the two; move it ('origin'), and join the two with 'ties' where they meet"
+        if _in_contact(system, o.first, o.second):
+            meets = "their contact presses them apart from the first increment on; move it ('origin') if no such fit is meant"
         yield Finding(
             f"bodies.{o.second}",
-            f"it overlaps body {o.first!r}, by {o.depth:.3g} {system.problem.units.length} at ({o.x:.4g}, {o.y:.4g}): no contact "
-            "acts between the two; "
-            "move it ('origin'), and join the two with 'ties' where they meet",
+            f"it overlaps body {o.first!r}, by {o.depth:.3g} {system.problem.units.length} at ({o.x:.4g}, {o.y:.4g}): {meets}",
         )
     for o in neighbours(system):
         yield Finding(

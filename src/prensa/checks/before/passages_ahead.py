@@ -88,7 +88,7 @@ def _lead(system: System, body: str, plan: StepPlan, before: Array, after: Array
 
 def _taken(system: System, s: Surface, plan: StepPlan, feed: Array, before: Array, after: Array) -> Iterator[Array]:
     """The motion (2,) in which a tool takes a body along that it touches with friction, unless it is free to turn itself."""
-    master = system.masters[s.against]
+    master = system.tool_masters[s.against]
     p, q, turn = master.place(before), master.place(after), master.dofs[-1]
     pairs = master.seen(system.X[s.points.nodes] + feed, before)
     inside = pairs.g <= INSIDE * s.points.depth.min()
@@ -100,7 +100,7 @@ def _follow(
     system: System, s: Surface, feed: Array, step: Array, before: Array, after: Array, track: _Track
 ) -> None:  # fmt: skip
     """Add a motion of a body and its tool to a track; along an axis in which nothing leads the body it rests."""
-    nodes, master = s.points.nodes, system.masters[s.against]
+    nodes, master = s.points.nodes, system.tool_masters[s.against]
     x = system.X[nodes] + feed
     p, q, pairs = master.place(before), master.place(after), master.seen(x, before)
     inside = pairs.g <= INSIDE * s.points.depth.min()

@@ -7,6 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from prensa.checks.thresholds import NO_DIFFERENCE
+from prensa.contact.masters import Seen
+from prensa.contact.passage import TURNED
+from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
 from prensa.linear.rigid_modes import CLOSED, Frame, free_in_words, rows_of, support_rows
 from prensa.model import problem as model
@@ -80,15 +83,15 @@ def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
     driven: set[float] = set()
     bearing: set[float] = set()
     x, rubs = system.positions(u), False
-    for s, law in zip(system.surfaces, plan.friction_at(plan.t1)):
+    for s, law in zip(system.tool_contacts, plan.friction_at(plan.t1)):
         if s.body not in mine:
             continue
-        pairs = system.masters[s.against].seen(x[s.points.nodes], u)
+        pairs = system.tool_masters[s.against].seen(x[s.points.nodes], u)
         touching = pairs.n[pairs.g <= CLOSED * float(s.points.depth.min())]
         # Friction alone holds all motions in the rank of the rows, without force behind it none. Along the axis there is one
         # direction: signs of normals tell whether what is pressed has something to be pressed against.
         signs = set(np.sign(touching[np.abs(touching[:, 1]) > NO_DIFFERENCE, 1]).tolist())
-        dof = int(system.masters[s.against].dofs[1])
+        dof = int(system.tool_masters[s.against].dofs[1])
         bearing |= signs
         if dof in plan.push or (at != moved)[plan.fixed == dof].any():
             driven |= signs
@@ -103,17 +106,24 @@ def _contact_rows(system: System, body: str, frame: Frame, plan: StepPlan, touch
     """
     rows = [np.zeros((0, 3))]
     for s, law in zip(system.surfaces, plan.friction_at(plan.t1)):
-        if s.body not in system.tied_bodies(body):
+        if not s.acts_on(system.tied_bodies(body)):
             continue
         u = system.initial().u
         x = system.positions(u)[s.points.nodes]
-        pairs = system.masters[s.against].seen(x, u)
+        pairs, pushed = _seen(system, s, x, u), False
+        if s.opposite is None:
+            dofs = system.tool_masters[s.against].dofs[: system.dofs.dimension]
+            pushed = any(dof in plan.push for dof in dofs.tolist())
         seen = ~np.isnan(pairs.g)
-        pushed = any(dof in plan.push for dof in system.masters[s.against].dofs[: system.dofs.dimension].tolist())
         # A pushed tool is brought to the body before the first increment, so that all of its points count as touching.
         if touching and not pushed:
             seen = pairs.g <= CLOSED * float(s.points.depth.min())
         rows.append(rows_of(frame, x[seen], pairs.n[seen]))
         if not system.frictionless(law):
-            rows.append(rows_of(frame, x[seen], pairs.e[seen, 0]))
+            rows.append(rows_of(frame, x[seen], pairs.n[seen] @ TURNED))
     return np.concatenate(rows)
+
+
+def _seen(system: System, s: Surface, x: Array, u: Array) -> Seen:
+    """Gaps and normals at the nodes of a surface, where these are at places x (k, 2), whatever the contact geometry."""
+    return system.nodes_seen(s, u) if s.opposite is not None else system.tool_masters[s.against].seen(x, u)

@@ -37,10 +37,10 @@ def pressed_far(system: System, stage: Stage) -> Iterator[tuple[str, float, floa
     the step are looked at: a tool may be on the far side of a thin body in the end, if that does not bend.
     """
     plan, begun, u, known = stage.plan, stage.start, stage.end, stage.known_after
-    for s in system.surfaces:
-        if not known[system.masters[s.against].dofs].all():
+    for s in system.tool_contacts:
+        if not known[system.tool_masters[s.against].dofs].all():
             continue
-        way = (system.masters[s.against].place(u) - system.masters[s.against].place(begun))[: system.dofs.dimension]
+        way = (system.tool_masters[s.against].place(u) - system.tool_masters[s.against].place(begun))[: system.dofs.dimension]
         found = [_reach(system, s, plan, u, 0.0 * way), _reach(system, s, plan, begun, way)]
         deepest = max((f for f in found if f is not None), default=None, key=lambda f: f[0] / f[1])
         if deepest is not None:
@@ -49,7 +49,7 @@ def pressed_far(system: System, stage: Stage) -> Iterator[tuple[str, float, floa
 
 def _reach(system: System, s: Surface, plan: StepPlan, u: Array, way: Array) -> tuple[float, float] | None:
     """How deep a tool presses a node in by a way (d,) from dofs u, and how far that is from what holds it against that."""
-    pairs = system.node_pairs(s, u)
+    pairs = system.nodes_seen(s, u)
     # Supports hold along x or y: only what is pressed along one of them is held against it.
     k = int(np.argmin(np.where(np.abs(pairs.n).max(axis=1) > ALONG, pairs.g, np.inf)))
     depth, axis = float(way @ pairs.n[k] - pairs.g[k]), int(np.argmax(np.abs(pairs.n[k])))

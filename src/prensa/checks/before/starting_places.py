@@ -24,10 +24,10 @@ AWAY = np.arange(1, 257) / 64
 def starting_places(system: System) -> Iterator[Finding]:
     """Overclosure and tools that look the wrong way, before anything moves."""
     start = system.initial()
-    for s in system.surfaces:
-        tool = system.masters[s.against].tool
+    for s in system.tool_contacts:
+        tool = system.tool_masters[s.against].tool
         nodes = s.points.nodes
-        pairs = system.masters[s.against].seen(system.positions(start.u)[nodes], start.u)
+        pairs = system.tool_masters[s.against].seen(system.positions(start.u)[nodes], start.u)
         facing = (pairs.n * s.node_normal).sum(axis=1)
         name, surface = tool.name, "+".join(s.description.surface)
         if (facing > TOWARDS).all():
@@ -70,7 +70,7 @@ def starting_places(system: System) -> Iterator[Finding]:
 
 def _inside(system: System, s: Surface, pairs: Pairs, depth: Array) -> Finding:
     """What to say of a tool that starts inside a surface; its nodes are as deep as ``depth`` (n,) over an element."""
-    nodes, tool, surface = s.points.nodes, system.masters[s.against].tool, "+".join(s.description.surface)
+    nodes, tool, surface = s.points.nodes, system.tool_masters[s.against].tool, "+".join(s.description.surface)
     k = int(np.argmax(depth))
     x, y = system.X[nodes[k]]
     n, unit = pairs.n[k], system.problem.units.length
@@ -101,7 +101,7 @@ def _to_touch(system: System, s: Surface, node: int) -> str:
 
 def _along_axis(system: System, s: Surface) -> str:
     """How far along the axis, the only way there is in axisymmetry, a tool comes out of a surface, in words."""
-    start, master = system.initial(), system.masters[s.against]
+    start, master = system.initial(), system.tool_masters[s.against]
     x, place = system.positions(start.u)[s.points.nodes], master.place(start.u)
 
     def least(way: float) -> float:

@@ -19,18 +19,19 @@ from prensa.types import Array, Flags
 def tool_paths(system: System) -> Iterator[Finding]:
     """Tools that never touch, that press what cannot yield, that cross each other, or go into what has no contact with them."""
     watched = watches(system)
-    nearest = np.full(len(system.surfaces), np.inf)
-    known = np.ones(len(system.surfaces), dtype=bool)
+    nearest = np.full(len(system.tool_contacts), np.inf)
+    known = np.ones(len(system.tool_contacts), dtype=bool)
     moved = {name for name, body in system.problem.bodies.items() if driven(system, name)}
+    moved |= {body for s in system.surfaces if s.opposite is not None for body in s.bodies}  # one may move the other
     pressed: dict[tuple[int, int], Pressed] = {}
     reported: dict[str, Finding] = {}
     for m in moments(system):
         x = system.positions(m.u)
-        for i, s in enumerate(system.surfaces):
-            known[i] &= m.known[system.masters[s.against].number]
-            if not m.known[system.masters[s.against].number]:
+        for i, s in enumerate(system.tool_contacts):
+            known[i] &= m.known[system.tool_masters[s.against].number]
+            if not m.known[system.tool_masters[s.against].number]:
                 continue
-            pairs = system.node_pairs(s, m.u)
+            pairs = system.nodes_seen(s, m.u)
             nearest[i] = min(nearest[i], float(pairs.g.min()))
             held(system, s, i, m, x, pressed)
         for notice in _crossing(system, m, x):
@@ -38,14 +39,14 @@ def tool_paths(system: System) -> Iterator[Finding]:
         at_rest = set(system.problem.bodies) - moved - _touched(system, nearest, known)
         for notice in _entered(system, watched, m, at_rest):
             reported.setdefault(notice.path, notice)
-    for i, s in enumerate(system.surfaces):
+    for i, s in enumerate(system.tool_contacts):
         if nearest[i] <= 0 or not known[i]:
             # A tool that reached a body, or whose place is not known, may have moved it: nothing is known of it from then on.
             moved.add(s.body)
     reached = {
-        s.against for i, s in enumerate(system.surfaces) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]
+        s.against for i, s in enumerate(system.tool_contacts) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]
     }
-    for i, s in enumerate(system.surfaces):
+    for i, s in enumerate(system.tool_contacts):
         if s.against in reached and s.description.surface == (s.body,):
             continue  # a tool is against all bodies where nothing else is said, not meant to meet them all
         if known[i] and nearest[i] > CLOSED * s.points.depth.min() and s.body not in moved:
@@ -58,7 +59,7 @@ def tool_paths(system: System) -> Iterator[Finding]:
     yield from reported.values()
     worst = deepest(pressed)
     for (number, k), most in worst.items():
-        if k < 0 and not system.masters[system.surfaces[number].against].shape.half_space:
+        if k < 0 and not system.tool_masters[system.surfaces[number].against].shape.half_space:
             continue  # what is no half-space may stand beside them, or the body yield in between
         if k >= 0 and (number, -1) in worst:
             continue  # the tool goes beyond the supports: said once
@@ -69,7 +70,7 @@ def tool_paths(system: System) -> Iterator[Finding]:
 def _touched(system: System, nearest: Array, known: Flags) -> set[str]:
     """Bodies that some tool has reached by now, or may have, with those tied to them."""
     reached = {
-        s.body for i, s in enumerate(system.surfaces) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]
+        s.body for i, s in enumerate(system.tool_contacts) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]
     }
     return {other for body in reached for other in system.tied_bodies(body)}
 
@@ -83,9 +84,9 @@ def _entered(system: System, watched: list[Watch], m: Moment, at_rest: set[str])
 
 def _crossing(system: System, m: Moment, x: Array) -> Iterator[Finding]:
     """Two tools whose faces pass each other where they press on the same body, or that press the same points."""
-    for i, a in enumerate(system.surfaces):
-        for b in system.surfaces[:i]:
-            ta, tb = system.masters[a.against], system.masters[b.against]
+    for i, a in enumerate(system.tool_contacts):
+        for b in system.tool_contacts[:i]:
+            ta, tb = system.tool_masters[a.against], system.tool_masters[b.against]
             if ta.name == tb.name or a.body != b.body or not (m.known[ta.number] and m.known[tb.number]):
                 continue
             shared = np.intersect1d(a.points.nodes, b.points.nodes)

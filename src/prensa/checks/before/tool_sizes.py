@@ -20,8 +20,8 @@ STIFFEST_BETA = 1e4
 
 def tool_sizes(system: System) -> Iterator[Finding]:
     """Tools that find no node to press on, or one, and contacts of a stiffness that is no use."""
-    for i, s in enumerate(system.surfaces):
-        tool = system.masters[s.against].tool
+    for i, s in enumerate(system.tool_contacts):
+        tool = system.tool_masters[s.against].tool
         ends = system.X[s.points.edges]
         h = min(float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).min()), least_size(system, s.body))
         size, key = tool.description.face()
@@ -58,9 +58,9 @@ def _gives_way(system: System, s: Surface, beta: float) -> bool:
 
 def _corners(system: System, s: Surface) -> Iterator[Finding]:
     """Sharp corners between the points of a surface whose edges are not cut at them."""
-    tool, start = system.masters[s.against].tool, system.initial()
+    tool, start = system.tool_masters[s.against].tool, system.initial()
     # Surfaces that can be cut at corners take the covered part of an edge, and need no word.
-    cuts = [] if s.sharp or not len(tool.shape.edges) else system.cuts(s, start.u, system.masters[s.against].place(start.u))
+    cuts = [] if s.sharp or not len(tool.shape.edges) else system.cuts(s, start.u, system.tool_masters[s.against].place(start.u))
     if not cuts:
         return
     ends = system.X[s.points.edges[cuts[0].edge]]
@@ -79,7 +79,7 @@ def _corners(system: System, s: Surface) -> Iterator[Finding]:
 
 def _tip(system: System, s: Surface, h: float) -> Iterator[Finding]:
     """The end of a tool that is nearest to the surface: how wide it is a tenth of an element from its end."""
-    master, start = system.masters[s.against], system.initial()
+    master, start = system.tool_masters[s.against], system.initial()
     tool, shape = master.tool, master.shape
     if shape.cavity or not NOTABLE_DEPTH * h > 0:  # sizes of new meshes may be as small as numbers are
         return

@@ -143,8 +143,8 @@ def tunnelled(system: System, state: State, u: Array, policy: Policy = DEFAULT) 
 
     Both ends of the increment are free of contact, so no residual can tell. Ways are straight in the frame of the tool.
     """
-    for s in system.surfaces:
-        if system.dofs.dimension != 2 or system.masters[s.against].shape.half_space:  # nothing gets through a half-space
+    for s in system.tool_contacts:
+        if system.dofs.dimension != 2 or system.tool_masters[s.against].shape.half_space:  # nothing gets through a half-space
             continue
         start, end = (_in_tool(system, s, v) for v in (state.u, u))
         through = _through(system, s, start, end, policy)
@@ -158,7 +158,7 @@ def tunnelled(system: System, state: State, u: Array, policy: Policy = DEFAULT) 
 
 def _through(system: System, s: Surface, start: Array, end: Array, policy: Policy) -> Flags:
     """Nodes (k,) of a surface whose straight ways (k, 2) in the frame of the tool lead through it."""
-    tool = system.masters[s.against].tool
+    tool = system.tool_masters[s.against].tool
     h = min(float(s.points.depth.min()), tool.thickness)
     length = np.hypot(*(end - start).T)
     if length.max() < TUNNEL_MIN_RATIO * h:
@@ -186,10 +186,10 @@ def _through(system: System, s: Surface, start: Array, end: Array, policy: Polic
 
 def turned_through(system: System, state: State, u: Array, policy: Policy = DEFAULT) -> TurnedThrough | None:
     """A tool that turned far in a single increment, and through a body on the way; None if none did. Round ones may."""
-    for s in system.surfaces:
+    for s in system.tool_contacts:
         if system.dofs.dimension != 2:
             break
-        master = system.masters[s.against]
+        master = system.tool_masters[s.against]
         tool, place = master.tool, master.place(u)
         angle = float(place[2] - master.place(state.u)[2])
         if not abs(angle) > MAX_TOOL_ROTATION:
@@ -213,7 +213,7 @@ def _turns(angles: Array) -> Array:
 
 def _in_tool(system: System, s: Surface, u: Array) -> Array:
     """Places (k, 2) of the nodes of a surface in the frame of its tool."""
-    return system.masters[s.against].local(system.positions(u)[s.points.nodes], u)
+    return system.tool_masters[s.against].local(system.positions(u)[s.points.nodes], u)
 
 
 def lost_support(system: System, c: Context, e: Evaluation) -> LostSupport | None:

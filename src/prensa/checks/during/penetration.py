@@ -52,8 +52,8 @@ class Penetration:
         c, result, system = given.context, given.result, self.system
         assert result.evaluation is not None
         sunk = np.zeros(len(system.tools))
-        for s, f in zip(system.surfaces, result.evaluation.contacts):
-            t = system.masters[s.against].number
+        for s, f in zip(system.tool_contacts, result.evaluation.contacts):
+            t = system.tool_masters[s.against].number
             # Nodes beside a contact may lie as deep as its points sink in: a penalty is no missing contact.
             sunk[t] = max(sunk[t], -float(f.g.min()))
         folded = self.folding.folded(result.u) if given.complete else []
@@ -102,15 +102,15 @@ def _outlines(system: System) -> tuple[Index, Array, Index]:
 
 def _before(system: System, w: Watch, u: Array) -> Array:
     """The nodes (n, 2) of a watch in the frame of its tool, for degrees of freedom u (ndof,)."""
-    return system.masters[system.tools[w.tool].name].local(system.positions(u)[w.nodes], u)
+    return system.tool_masters[system.tools[w.tool].name].local(system.positions(u)[w.nodes], u)
 
 
 def sunk_in(system: System, u: Array) -> Array:
     """Largest penetration (tools,) of the contacts of each tool, for degrees of freedom u (ndof,)."""
     out = np.zeros(len(system.tools))
-    for s in system.surfaces:
-        t = system.masters[s.against].number
-        out[t] = max(out[t], -float(system.node_pairs(s, u).g.min()))
+    for s in system.tool_contacts:
+        t = system.tool_masters[s.against].number
+        out[t] = max(out[t], -float(system.nodes_seen(s, u).g.min()))
     return out
 
 

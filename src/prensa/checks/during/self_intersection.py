@@ -13,10 +13,12 @@ import numpy as np
 
 from prensa.checks.check import Solved, ended_by
 from prensa.checks.thresholds import NO_DIFFERENCE, NOTABLE_DEPTH
+from prensa.contact.surface import Surface
 from prensa.elements.shapes import table
 from prensa.errors import Finding
 from prensa.mesh.crossing import apart, left, near
 from prensa.mesh.mesh import segments
+from prensa.model.problem import Contact
 from prensa.precision import SMALLEST
 from prensa.system.contact_surfaces import contact_edges
 from prensa.system.failure import Fold, Folded, Hang, Past
@@ -70,12 +72,12 @@ def hanging(system: System, u: Array) -> Hang | None:
     Contact acts at nodes. One that friction holds behind a corner is dragged along, and its edge becomes a chord of the tool.
     """
     x, out = system.positions(u), []
-    for s in system.surfaces if system.dofs.dimension == 2 else ():
-        ends = segments(contact_edges(system.problem, s.description, system.meshes)) + system.offsets[s.body]
+    for s in system.tool_contacts if system.dofs.dimension == 2 else ():
+        ends = segments(_edges(system, s))
         first, last = x[ends[:, 0]], x[ends[:, 1]]
         length = np.hypot(*(system.X[ends[:, 1]] - system.X[ends[:, 0]]).T)
         stretch = np.hypot(*(last - first).T) / length
-        master = system.masters[s.against]
+        master = system.tool_masters[s.against]
         g = [master.seen(p, u).g for p in (first, last, 0.5 * (first + last))]
         # Depth of the middle beyond that of the ends: a chord of the tool. Stretch alone would blame extrusion, whose new
         # surface draws edges out sevenfold.
@@ -152,6 +154,12 @@ def _shortest(system: System, nodes: Index) -> float:
     """Length of the shortest side of an element at first, from corner to corner."""
     x = system.X[nodes[:3] if len(nodes) in (3, 6) else nodes[:4]]
     return float(np.hypot(*(np.roll(x, -1, axis=0) - x).T).min())
+
+
+def _edges(system: System, s: Surface) -> Index:
+    """Edges (k, 2|3) of a contact with a tool, by the numbers of all nodes."""
+    assert isinstance(s.description, Contact)
+    return contact_edges(system.problem, s.description, system.meshes) + system.offsets[s.body]
 
 
 def free_sides(system: System, held: Index, body: str, nodes: Index) -> list[str]:

@@ -29,7 +29,7 @@ def tool_balance(system: System, given: Failed) -> Iterator[Finding]:
     """
     if system.axisymmetric or system.dofs.dimension != 2:
         return  # no tool turns
-    for master in system.masters.values():
+    for master in system.tool_masters.values():
         if (found := _tips(system, given.context, master)) is not None:
             yield ended_by(found)
             return
