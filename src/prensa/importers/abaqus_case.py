@@ -385,6 +385,8 @@ class _Reader:
             if not self.names.rigid.issuperset(labels):
                 raise FileError.at(line, f"*{name}: lines have no stiffness here; make them a rigid body, or take them out")
         if not any(k.name == "STEP" for k, _ in self.history):
+            if first := next((k for k, _ in self.history if k.name in ("STATIC", "CLOAD", "DLOAD", "DSLOAD")), None):
+                raise FileError.at(first.line, f"*{first.name} stands outside of any *STEP")
             raise FileError("the deck has no *STEP, so it says nothing of what happens; 'mesh: {type: file}' reads its mesh")
         sections = self.names.bodies()
         for s in sections:

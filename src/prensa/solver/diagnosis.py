@@ -181,7 +181,7 @@ def where(eq: Equilibrium, failure: Failure, result: NewtonResult) -> str:
     if isinstance(failure, FreeToMove):
         e = eq.evaluate(result.u, result.lam, stiffness=False)
         slides = [] if e.failed else friction_limits(eq.system, eq.context, e, eq.policy)
-        tools = [] if isinstance(failure, TipsOver | ToolRunaway) else _free_tools(eq)
+        tools = [] if isinstance(failure, TipsOver) else _free_tools(eq)
         return "; ".join(filter(None, [_free_bodies(eq), *tools, *slides]))
     if not result.residuals or isinstance(failure, BeyondSmall | Distorted | StartsInside):
         return ""

@@ -61,7 +61,6 @@ def joint_motions(system: System) -> Iterator[Finding]:
                     f"bodies.{body}",
                     f"it is free to move along {_axis(way)}, away from the tools of step {stage.plan.name!r}: hold its other "
                     "side with 'fixed', or let a tool stand against it",
-                    Severity.REFUSE,
                 )
         names, words = _together(system, frames, stage.plan)
         if names and reported.isdisjoint(names):
@@ -107,7 +106,8 @@ def _flight(system: System, body: str, frame: Frame, plan: StepPlan) -> Array | 
         # Friction up to the pressure itself may hold it, as rolls grip a strip: no force of that cone may push it back.
         normals += [n] if system.frictionless(laws[s.name]) else [n + e, n - e]
         own = system.tool_masters[s.against].dofs
-        driven |= bool(np.isin(own, list(plan.push)).any() or (at != moved)[np.isin(plan.fixed, own)].any())
+        way = np.array([float((moved - at)[plan.fixed == dof].sum()) for dof in own[:2]])
+        driven |= bool(np.isin(own, list(plan.push)).any() or (n @ way > 0.0).any())
     if not driven or not sum(map(len, normals)):
         return None
     held = support_rows(system, frame, plan)[:, :2]
