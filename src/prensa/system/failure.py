@@ -115,8 +115,8 @@ class Inside(NamedTuple):
         if self.between:
             return (
                 f"tool {self.tool!r} lies more than {self.depth:.3g} inside {self.side!r} between nodes {self.node} and "
-                f"{self.other}, at ({self.x:.4g}, {self.y:.4g}), and touches neither as deep: its edge or fillet is finer than the "
-                "elements, and forces are too small; shorten the elements there, or enlarge the fillet"
+                f"{self.other}, at ({self.x:.4g}, {self.y:.4g}), and touches neither as deep: its edge or fillet is finer than "
+                "the elements, and forces are too small; shorten the elements there, or enlarge the fillet"
             )
         what = f"node {self.node}" if self.other < 0 else f"the edge between nodes {self.node} and {self.other}"
         return (
