@@ -18,6 +18,7 @@ from prensa.checks.check import (
     StepBegun,
 )
 from prensa.checks.during.acceptance import Corners, deformation, support, tunnelling, turning, unilateral_support
+from prensa.checks.during.between_nodes import BetweenNodes
 from prensa.checks.during.distortion import Distortion
 from prensa.checks.during.folding import Folding
 from prensa.checks.during.penetration import Penetration
@@ -47,7 +48,7 @@ class RunChecks:
         ]  # fmt: skip
         self.rejected: list[Check[Rejected]] = [Distortion(system, policy)]
         self.solved: list[Check[Solved]] = [
-            Penetration(system, folding), symmetry_lines, SelfIntersection(system), folding,
+            Penetration(system, folding), BetweenNodes(system), symmetry_lines, SelfIntersection(system), folding,
         ]  # fmt: skip
         self.committed: list[Check[Committed]] = [self.validity]
         self.step_ends: list[Check[Committed]] = [

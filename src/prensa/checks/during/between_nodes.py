@@ -1,0 +1,95 @@
+"""Edges of tools that are finer than the elements, and dip into a surface between its nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from prensa.checks.check import Solved, ended_by, warning
+from prensa.checks.thresholds import NOTABLE_DEPTH, TOWARDS
+from prensa.contact.surface import Surface
+from prensa.errors import Finding
+from prensa.mesh.mesh import segments
+from prensa.model.remeshing import remeshing_of
+from prensa.system.failure import Inside, MetalInside
+from prensa.system.system import System
+from prensa.types import Array, Index
+
+ON_EDGE = np.arange(1, 8) / 8
+"""Places on an edge between its nodes at which a tool is looked for."""
+
+
+class Dip(NamedTuple):
+    """An edge (2,) and its length, behind which a tool reaches, between its nodes, by a share of that length and more."""
+
+    edge: Index
+    length: float
+    share: float
+
+
+class BetweenNodes:
+    """The contacts of tools with edges or fillets that are small against the elements: the nodal forces know nothing of a dip.
+
+    One of a tenth of an edge is reported once, with half of an edge the run ends.
+    """
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        # Meshes that are made anew follow their tools, and what one of them shows is soon gone.
+        none = system.dofs.dimension != 2 or system.on_undeformed or remeshing_of(system.problem) is not None
+        self.contacts = [] if none else [(i, s) for i, s in enumerate(system.tool_contacts) if not s.sharp]
+        self.edges = {s.name: segments(s.points.edges) for _, s in self.contacts}
+        self.reported: set[str] = set()
+
+    def __call__(self, given: Solved) -> Iterator[Finding]:
+        """The deepest dip of each contact."""
+        if self.system.gone:
+            return
+        assert given.result.evaluation is not None
+        x, forces = self.system.positions(given.outlines), given.result.evaluation.contacts
+        for i, s in self.contacts:
+            # one edge of many in contact bears no notable share of the force
+            if NOTABLE_DEPTH * np.count_nonzero(forces[i].p > 0.0) > 1.0:
+                continue
+            dip = self._deepest(s, x, given.outlines)
+            if dip is None:
+                continue
+            inside = self._inside(s, x, dip)
+            if dip.share == TOWARDS:
+                yield ended_by(MetalInside(inside))
+            elif s.name not in self.reported:
+                self.reported.add(s.name)
+                yield warning(str(inside))
+
+    def _deepest(self, s: Surface, x: Array, u: Array) -> Dip | None:
+        """The deepest dip over the length of its edge, for nodes at x (n, 2) of degrees of freedom u (ndof,)."""
+        master, edges = self.system.tool_masters[s.against], self.edges[s.name]
+        ends = x[edges]
+        length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+        # an arc of radius R over a chord L rises by L²/(8 R), which is no notable share of L where R is larger than this
+        if float(length.max()) < 8.0 * NOTABLE_DEPTH * master.shape.radius:
+            return None
+        g = np.asarray(master.shape.closest(master.local(ends.reshape(-1, 2), u)).g).reshape(-1, 2)
+        # gaps change by no more than the way
+        near = np.flatnonzero(np.isfinite(g).all(axis=1) & (g.min(axis=1) < length))
+        if not len(near):
+            return None
+        way = ends[near, 1] - ends[near, 0]
+        places = ends[near, 0, None] + ON_EDGE[:, None] * way[:, None]
+        inwards = np.column_stack([-way[:, 1], way[:, 0]])[:, None]
+        sunk = np.maximum(-g[near].min(axis=1), 0.0) / length[near]
+        # A narrow tool is nowhere deeper than half its width: it is looked for behind the edge, not for its depth in it.
+        for share in (TOWARDS, NOTABLE_DEPTH):
+            behind = places + (share + sunk)[:, None, None] * inwards
+            gaps = np.asarray(master.shape.closest(master.local(behind.reshape(-1, 2), u)).g).reshape(len(near), -1)
+            if gaps.min() < 0.0:
+                k = int(np.argmin(gaps.min(axis=1)))
+                return Dip(edges[near[k]], float(length[near[k]]), share)
+        return None
+
+    def _inside(self, s: Surface, x: Array, dip: Dip) -> Inside:
+        a, b = (dip.edge - self.system.offsets[s.body]).tolist()
+        (at, up), side = x[dip.edge].mean(axis=0).tolist(), "+".join(s.description.surface)
+        return Inside(s.against, a, s.body, side, at, up, dip.share * dip.length, other=b, between=True)
