@@ -17,7 +17,7 @@ from prensa.contact.surface import Surface
 from prensa.types import Array
 
 STAIR = 0.75  # step of the force, over its mean, times the elements in the contact: measured in drawing, within 20 %
-WORTH_SAYING = 0.05  # step of the force that is predicted and reported
+WORTH_SAYING = 0.05  # of a force: a step that is predicted, or an error, from which something is said of it
 ROUNDNESS = 0.1  # sine between normal and arm up to which a tool turns within its own surface, as a roll does
 INSIDE = 1e-6  # gap over element depth, and sine of a motion into the tool, that are none
 TURNED = np.array([[0.0, 1.0], [-1.0, 0.0]])  # v @ TURNED: v turned by +90°

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.contact.passage import WORTH_SAYING
 from prensa.elements.element import element_of
 from prensa.mesh.mesh import Mesh
 from prensa.mesh.thin import Strips, strips
@@ -23,8 +24,6 @@ from prensa.system.moments import Moment, moments
 from prensa.system.system import System
 from prensa.types import Array, Index
 
-BENDING_ERROR = 0.05
-"""Error of the stiffness in bending from which another element is chosen, or a word is said."""
 FOR_BENDING = "q4_enhanced"
 
 
@@ -93,7 +92,7 @@ def _key(pairs: Index, mesh: Mesh) -> Index:
 
 
 def bendings(system: System, unnamed: Iterator[str]) -> dict[str, Bending]:
-    """What bending makes of the bodies of quadrilaterals that are ``unnamed``, where their elements err by `BENDING_ERROR`."""
+    """What bending makes of the bodies of quadrilaterals that are ``unnamed``, where their elements err by `WORTH_SAYING`."""
     errors, through = {}, {}
     for body in unnamed:
         mesh, law = system.meshes[body], system.problem.bodies[body].material
@@ -102,7 +101,7 @@ def bendings(system: System, unnamed: Iterator[str]) -> dict[str, Bending]:
         s = strips(mesh)
         own = stiffness_errors(s, law.poisson, system.problem.space)
         error = float(own[np.argmax(np.abs(own))])
-        if abs(error) > BENDING_ERROR:
+        if abs(error) > WORTH_SAYING:
             errors[body], through[body] = error, _Thickness.of(mesh, s, system.offsets[body])
     if not errors:
         return {}
