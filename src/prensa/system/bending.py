@@ -28,7 +28,7 @@ FOR_BENDING = "q4_enhanced"
 
 
 class Bending(NamedTuple):
-    """What bending makes of a body: the relative ``error`` of its stiffness with the default element, the strip (s,) concerned.
+    """What bending makes of a body: the relative ``error`` of its stiffness with the default element.
 
     ``pressed``: whether something presses the body across its thickness; ``bent``: whether something acts across it elsewhere.
     """
