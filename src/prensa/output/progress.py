@@ -17,7 +17,6 @@ from prensa.output.answer import shown
 from prensa.output.terminal import Display
 from prensa.result.increment import Progress
 
-
 BAR = 24  # columns
 
 
@@ -87,7 +86,7 @@ class ProgressBar(Display):
         forces, p = progress.forces, self.problem
         if not forces:
             return ""
-        axes = "y" if p is not None and p.space == "axisymmetric" else "xy"  # radial forces of a whole ring balance
+        axes = "y" if p is not None and p.space == "axisymmetric" else "yx"  # radial forces of a whole ring balance
         name, axis = max(((t, a) for t in forces for a in axes), key=lambda c: abs(getattr(forces[c[0]], c[1])))
         force = getattr(forces[name], axis)
         if p is None:

@@ -282,6 +282,7 @@ class _Run:
         if self.case.output.report:
             with self.timer("report"):
                 report.write_report(self.directory)
+        log.info("%s", "\n".join(summary["answer"]))
         log.info("wall time by section\n%s", runlog.wall_times(self._timings()))
         self._say_answer(summary)
         return summary
@@ -289,11 +290,10 @@ class _Run:
     def _say_answer(self, summary: dict[str, Any]) -> None:
         """The last lines on the terminal; a failure itself is said where the error is caught."""
         status, reason = summary["status"], summary["reason"]
-        self.bar.say(f"{status}: {summary['totals']['increments']} increments, {self.directory}")
+        said = f"{status}: {summary['totals']['increments']} increments, {self.directory}"
         known = [text for text in summary["warnings_about"] if not reason or not text.endswith(reason)]
         lines = [line for line in summary["answer"] if line != status]
-        for line in (*answer.in_short(known), *lines):
-            self.bar.say(line)
+        self.bar.say("\n".join([said, *answer.in_short(known), *lines]))  # at once: in a notebook each replaces the one before
 
     def _start_to_draw(self, status: str) -> Increment | None:
         """The initial state, to draw where the first increment failed."""
