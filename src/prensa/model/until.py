@@ -87,6 +87,11 @@ class Until:
         yield from (("contact", name, "", word) for name, word in self.contact.items())
 
 
+def reached(kind: str, name: str, key: str) -> str:
+    """What is reported of a force or a travel of a tool that is reached, up to the number."""
+    return f"the {kind} {key} of tool {name!r} has reached"
+
+
 # ------------------------------------------------------------------------------------------------------- what is wrong
 def findings(p: Any, step: Any, path: Path) -> Iterator[Finding]:
     """What is wrong with the names in ``until`` of a step of a problem."""

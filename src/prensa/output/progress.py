@@ -5,14 +5,19 @@ Nothing when asked to be quiet.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
 
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
 
+from prensa.measures.units import force_unit, length_unit
+from prensa.model.problem import Problem
+from prensa.output.answer import shown
 from prensa.output.terminal import Display
-from prensa.result.increment import Force, Progress
+from prensa.result.increment import Progress
+
+BAR = 24  # columns
 
 
 class ProgressBar(Display):
@@ -32,9 +37,11 @@ class ProgressBar(Display):
     def __init__(self, quiet: bool = False, console: Console | None = None, start: float = 0.0) -> None:
         super().__init__(quiet, console)
         self._start = start
+        self.problem: Problem | None = None
+        """What is run, for units and for what counts as a force; a run sets it."""
         if self.has_bar:
             self._bar = Bar(
-                TextColumn("{task.description}"), BarColumn(bar_width=24), TextColumn("{task.percentage:3.0f} %"),
+                TextColumn("{task.description}"), BarColumn(bar_width=BAR), TextColumn("{task.percentage:3.0f} %"),
                 TextColumn("{task.fields[detail]}"), TimeElapsedColumn(), TextColumn("left {task.fields[left]}"),
                 console=self._console, transient=True,
             )  # fmt: skip
@@ -45,12 +52,10 @@ class ProgressBar(Display):
         if self._quiet:
             return
         if self._bar:
-            detail = f"increment {progress.number}, iteration {progress.iteration}, residual {progress.residual:.1e}"
             if progress.event == "accepted":  # a rejected target time would make the bar jump back
                 share = progress.time / progress.end if progress.end else 1.0
                 self._bar.update(self._task, completed=share, left=self._time_left(progress))
-            detail = ", ".join(filter(None, [detail, _forces(progress.forces)]))
-            self._bar.update(self._task, description=progress.step, detail=detail)
+            self._bar.update(self._task, description=progress.step, detail=self._detail(progress))
         if progress.event == "accepted" and not self._bar:
             self._print(self._accepted(progress) + (f", left {self._time_left(progress)}" if self._line else ""))
         elif progress.event in ("rejected", "note") and progress.message:
@@ -60,18 +65,35 @@ class ProgressBar(Display):
 
     def _accepted(self, progress: Progress) -> str:
         parts = [f"{progress.step}: increment {progress.number}, time {progress.time:.4g} of {progress.end:.4g}"]
-        parts += [f"{progress.iteration} iterations", f"residual {progress.residual:.1e}", _forces(progress.forces)]
+        parts += [f"{progress.iteration} iterations", f"residual {progress.residual:.1e}", self._forces(progress)]
         return ", ".join(filter(None, parts))
+
+    def _detail(self, progress: Progress) -> str:
+        """What stands beside the bar: the force first, then as much of the cost as the terminal has room for."""
+        cost = [f"increment {progress.number}", f"iteration {progress.iteration}", f"residual {progress.residual:.1e}"]
+        parts = [part for part in (self._forces(progress), *cost) if part]
+        room = self._console.width - len(f"{progress.step}  100 %  0:00:00 left 0:00:00 ") - BAR
+        while len(parts) > 1 and len(", ".join(parts)) > room:
+            parts.pop()
+        return ", ".join(parts)
 
     def _time_left(self, progress: Progress) -> str:
         """Time left if the rest goes as fast as the part done so far."""
         return self._left(progress.time - self._start, progress.end - progress.time)
 
-
-def _forces(forces: Mapping[str, Force]) -> str:
-    """The largest tool force: there is room for one."""
-    if not forces:
-        return ""
-    name = max(forces, key=lambda t: max(abs(forces[t].x), abs(forces[t].y)))
-    x, y, _ = forces[name]
-    return f"{name} {'xy'[abs(y) >= abs(x)]} {y if abs(y) >= abs(x) else x:.4g}"
+    def _forces(self, progress: Progress) -> str:
+        """The largest tool force, with the way that this tool has gone: there is room for one."""
+        forces, p = progress.forces, self.problem
+        if not forces:
+            return ""
+        axes = "y" if p is not None and p.space == "axisymmetric" else "yx"  # radial forces of a whole ring balance
+        name, axis = max(((t, a) for t in forces for a in axes), key=lambda c: abs(getattr(forces[c[0]], c[1])))
+        force = getattr(forces[name], axis)
+        if p is None:
+            return f"{name} {axis} {force:.4g}"
+        text = f"{name} {axis} {shown(force, force_unit(p), both=False)}"
+        place = progress.places.get(name)
+        gone = 0.0 if place is None else math.hypot(place.x, place.y)
+        if place is None or not (gone or place.rz):
+            return text
+        return f"{text} at {shown(gone, length_unit(p))}" if gone else f"{text} at {shown(abs(place.rz), 'rad')}"

@@ -16,7 +16,7 @@ import numpy as np
 
 from prensa.errors import PrensaError, take_path
 from prensa.model.problem import Case, Problem
-from prensa.output import style
+from prensa.output import answer, style
 from prensa.output.files import Contents, file_name, write_text
 from prensa.output.history import energies_of
 from prensa.output.maxima import largest_force, maxima
@@ -123,6 +123,9 @@ def _tables(stored: Stored, summary: dict[str, Any]) -> dict[str, Any]:
     last = {k: v[-1] for k, v in history.items()} if len(history["time"]) else {}
     scale = max((abs(float(last[f"energy.{e}"])) for e in energies_of(problem)), default=0.0) if last else 0.0
     return {
+        "answer": answer.lines(history, case, summary),
+        "warnings": answer.weighed(summary.get("warnings", []), summary.get("warnings_about", {})),
+        "scaled": answer.scaled,
         "facts": list(_facts(case, summary)),
         "maxima": maxima(stored),
         "words": list(_words(summary, stored, case)),

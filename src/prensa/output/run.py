@@ -26,7 +26,7 @@ from prensa.errors import PrensaError, refuse, take, take_path
 from prensa.measures import parse_all, refuse_targets
 from prensa.model.feed import ends_early
 from prensa.model.problem import Case, Problem
-from prensa.output import checkpoint, history, measured, passages, pictures, report, runlog, vtk
+from prensa.output import answer, checkpoint, history, measured, passages, pictures, report, runlog, vtk
 from prensa.output.files import file_name, file_names, flush, write_text
 from prensa.output.folder import make_room, refuse_links
 from prensa.output.interrupt import Interruptible
@@ -157,7 +157,10 @@ class _Run:
         self.text = checkpoint.case_text(case)
         self.timer, self.started = Timer(), clocks.perf_counter()
         self.bar = bar
-        self.warnings = runlog.Warnings(self._known_warnings(), self.bar.warn)
+        self.bar.problem = case.problem
+        about = self.earlier.get("warnings_about", {})
+        self.warnings = runlog.Warnings(self._known_warnings(), self.bar.warn, about)
+        self.stopped: dict[str, str] = dict(self.earlier.get("stopped_by", {}))
         self.guard = Interruptible()
         self.last: Increment | None = None
         self.saved: Increment | None = None
@@ -242,6 +245,8 @@ class _Run:
                 increment.bodies  # noqa: B018  (computed when first asked for)
             with self.timer("fields"):
                 self.written.append(self.fields.append(increment))
+        if increment.stopped:
+            self.stopped[increment.step] = increment.stopped
         self.last = increment
         if increment.end_of_step or self.checkpoint_seconds <= CHECKPOINT_SHARE * (
             clocks.perf_counter() - self.started
@@ -272,14 +277,23 @@ class _Run:
             with self.timer("pictures"):
                 stored = report.stored_run(self.directory)
                 for message in pictures.write_pictures(self.directory, self.case, stored, self._start_to_draw(status)):
-                    log.warning("%s", message)
+                    log.warning("%s", message, extra={"about": "files"})
             summary = self._summarise(status, reason)
         if self.case.output.report:
             with self.timer("report"):
                 report.write_report(self.directory)
+        log.info("%s", "\n".join(summary["answer"]))
         log.info("wall time by section\n%s", runlog.wall_times(self._timings()))
-        self.bar.say(f"{status}: {summary['totals']['increments']} increments, {self.directory}")
+        self._say_answer(summary)
         return summary
+
+    def _say_answer(self, summary: dict[str, Any]) -> None:
+        """The last lines on the terminal; a failure itself is said where the error is caught."""
+        status, reason = summary["status"], summary["reason"]
+        said = f"{status}: {summary['totals']['increments']} increments, {self.directory}"
+        known = [text for text in summary["warnings_about"] if not reason or not text.endswith(reason)]
+        lines = [line for line in summary["answer"] if line != status]
+        self.bar.say("\n".join([said, *answer.in_short(known), *lines]))  # at once: in a notebook each replaces the one before
 
     def _start_to_draw(self, status: str) -> Increment | None:
         """The initial state, to draw where the first increment failed."""
@@ -355,8 +369,12 @@ class _Run:
             },
             "tools": {t.name: {"at": t.at.tolist(), "direction": list(map(float, t.direction))} for t in self.system.tools},
             "warnings": self.warnings.texts,
+            "warnings_about": {w: self.warnings.about[w] for w in answer.weighed(self.warnings.texts, self.warnings.about)},
+            "stopped_by": self.stopped,
+            "largest_force": [peak._asdict() for peak in answer.peaks(table, self.case)],
             "case": self.text,
         }
+        summary["answer"] = answer.lines(table, self.case, summary)
         write_text(self.directory / report.SUMMARY, json.dumps(summary, indent=2, ensure_ascii=False) + "\n")
         return summary
 

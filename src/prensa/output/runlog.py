@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
+from prensa.errors import Finding
 from prensa.result.increment import Increment, Progress
 
 LOG = "run.log"
@@ -15,18 +16,28 @@ log = logging.getLogger("prensa")
 
 
 class Warnings(logging.Handler):
-    """Keeps the texts of warnings, each once, and passes them on."""
+    """Keeps the texts of warnings, each once, with what each is about (see `answer.ABOUT`), and passes them on."""
 
-    def __init__(self, known: list[str], report: Callable[[str], None]) -> None:
+    def __init__(self, known: list[str], report: Callable[[str], None], about: Mapping[str, str] | None = None) -> None:
         super().__init__(logging.WARNING)
         self.texts, self._report = list(known), report
+        self.about = {text: "case" for text in known} | dict(about or {})
 
     def emit(self, record: logging.LogRecord) -> None:
         """Keep one record."""
         text = record.getMessage()
         if text not in self.texts:
             self.texts.append(text)
+            self.about[text] = _about(record)
             self._report(text)
+
+
+def _about(record: logging.LogRecord) -> str:
+    """What a record is about, where it does not say so itself (``extra={"about": "files"}``)."""
+    found = next((a for a in record.args if isinstance(a, Finding)), None) if isinstance(record.args, tuple) else None
+    if record.levelno >= logging.ERROR or (found is not None and found.fatal):
+        return "failure"
+    return str(getattr(record, "about", "case" if found is not None and found.path else "result"))
 
 
 @contextmanager

@@ -450,6 +450,8 @@ class Progress:
     event: str = "iteration"
     """'iteration', 'accepted', 'rejected' or 'note' (first touch, approach of a force-driven tool …)."""
     message: str = ""
+    places: Mapping[str, Place] = field(default_factory=dict)
+    """Where the tools are, of the events that have their forces."""
 
 
 Monitor = Callable[[Progress], None]

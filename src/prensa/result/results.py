@@ -26,6 +26,7 @@ from prensa.result.increment import (
     Increment,
     More,
     Parse,
+    Place,
     PlasticPower,
     PointValues,
     Reaction,
@@ -103,6 +104,12 @@ def tool_forces(system: System, e: Evaluation) -> dict[str, Force]:
     force = FORCE_IN[system.dofs.dimension]
     on_tools = system.dofs.tool.of(e.contact_forces())
     return {tool.name: force(*map(float, v)) for tool, v in zip(system.tools, on_tools)}
+
+
+def tool_places(system: System, u: Array) -> dict[str, Place]:
+    """Displacement and rotation of each tool at the degrees of freedom u (ndof,)."""
+    place = PLACE[system.dofs.dimension]
+    return {tool.name: place(*map(float, system.place_of(t, u))) for t, tool in enumerate(system.tools)}
 
 
 def reactions(system: System, e: Evaluation, plan: StepPlan, state: State) -> Array:

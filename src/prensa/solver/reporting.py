@@ -9,8 +9,8 @@ from typing import TypeVar
 import numpy as np
 
 from prensa.checks.check import Check, Refusal
-from prensa.result.increment import Force, Increment, Monitor, Progress
-from prensa.result.results import tool_forces
+from prensa.result.increment import Force, Increment, Monitor, Place, Progress
+from prensa.result.results import tool_forces, tool_places
 from prensa.system.failure import Failure, sentence
 from prensa.system.outcome import NewtonResult
 from prensa.system.schedule import StepPlan
@@ -31,7 +31,8 @@ class Messages:
         """An iteration of the increment to a time; forces are summed only for somebody who looks."""
         if self.monitor is not None:
             forces = tool_forces(self.system, e)
-            self._tell(state, plan, time, "iteration", "", result.iterations, _last(result), forces)
+            places = tool_places(self.system, result.u)
+            self._tell(state, plan, time, "iteration", "", result.iterations, _last(result), forces, places)
 
     def rejected(self, state: State, plan: StepPlan, time: float, result: NewtonResult) -> None:
         """An attempt that failed."""
@@ -43,7 +44,9 @@ class Messages:
     def accepted(self, old: State, plan: StepPlan, result: NewtonResult, increment: Increment) -> None:
         """An increment that is committed; old: the state that it started from."""
         forces = {name: tool.force for name, tool in increment.tools.items()}
-        self._tell(old, plan, increment.time, "accepted", "", increment.statistics.iterations, result.residual, forces)
+        places = {name: tool.place for name, tool in increment.tools.items()}
+        cost = increment.statistics.iterations
+        self._tell(old, plan, increment.time, "accepted", "", cost, result.residual, forces, places)
 
     def note(self, state: State, plan: StepPlan, message: str) -> None:
         """Something that happened at the state's time."""
@@ -66,13 +69,13 @@ class Messages:
 
     def _tell(
         self, state: State, plan: StepPlan, time: float, event: str, message: str, iterations: int = 0,
-        residual: float = np.nan, forces: Mapping[str, Force] | None = None,
+        residual: float = np.nan, forces: Mapping[str, Force] | None = None, places: Mapping[str, Place] | None = None,
     ) -> None:  # fmt: skip
         if self.monitor is not None:
             self.monitor(
                 Progress(
                     plan.name, plan.number + 1, state.clock.number + 1, time, float(len(self.system.problem.steps)),
-                    iterations, residual, forces or {}, event, message,
+                    iterations, residual, forces or {}, event, message, places or {},
                 )
             )  # fmt: skip
 

@@ -12,6 +12,7 @@ import numpy as np
 from prensa.errors import SolveError
 from prensa.measures import Measure, parse, targets
 from prensa.model.units import powers
+from prensa.model.until import reached
 from prensa.policy import Policy
 from prensa.result.increment import Increment
 from prensa.result.results import increment_of, tool_forces
@@ -228,7 +229,7 @@ def _criteria(system: System, number: int, policy: Policy) -> Iterator[Criterion
                 return float(system.place_of(t, look.u)[component])
             return float(tool_forces(system, look.e)[system.tools[t].name][component])
 
-        words = f"the {'force' if kind == 'force' else 'travel'} {key} of tool {name!r} has reached {target:.6g}"
+        words = f"{reached(kind, name, key)} {target:.6g}"
         # of nothing the tolerance is that of a small elastic strain, or of the size of the bodies
         unit = {"travel": system.length, "force": policy.until_force_strain * system.stiffness}[kind]
         unit = {"rz": 1.0, "m": unit * system.length}.get(key, unit)

@@ -1,0 +1,224 @@
+"""What a run answered, in a few lines: how it ended, the largest force of each moved tool, the case's measures, warnings.
+
+The end of the terminal, ``summary.json`` and the top of the report say the same because all of them ask here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.measures.units import force_unit, length_unit, moment_unit
+from prensa.model.problem import Case, Problem, Step
+from prensa.model.until import reached
+from prensa.precision import NEGLIGIBLE
+
+Table = Mapping[str, NDArray[Any]]
+
+
+class Peak(NamedTuple):
+    """The largest force, or moment, of a tool: ``value`` in ``unit`` along ``axis``.
+
+    ``axis``: x, y or rz; empty where the tool moves along both axes or turns, and the value is the size of the force.
+    ``travel`` in ``travel_unit``: how far the tool was from its first place, None of a tool at rest; ``whole``: how often the
+    whole part, with its mirror images, has that force, None where it is no multiple.
+    """
+
+    tool: str
+    what: str
+    axis: str
+    value: float
+    unit: str
+    travel: float | None
+    travel_unit: str
+    step: str
+    increment: int
+    time: float
+    whole: int | None
+
+
+def peaks(table: Table, case: Case) -> list[Peak]:
+    """Largest forces along their ways of the tools that move, and moments of those that turn; of all where none does.
+
+    In axisymmetry forces are those along the axis: radial ones of a whole ring balance.
+    """
+    problem = case.problem
+    if not len(table["time"]):
+        return []
+    ways = {tool: _way(table, tool) for tool in problem.tools}
+    chosen = [t for t in ways if ways[t]] or list(ways)
+    found = [_peak(table, case, tool, ways[tool], moment) for tool in chosen for moment in (False, True)]
+    return [peak for peak in found if peak is not None and peak.value]
+
+
+def lines(table: Table, case: Case, summary: Mapping[str, Any]) -> list[str]:
+    """The answer of a run, a sentence a line: its end, largest forces, last values of the case's measures.
+
+    ``table``: columns of ``history.csv``; ``summary``: content of ``summary.json``, of which older ones lack some.
+    """
+    out = [ending(table, case.problem, summary), *map(sentence, peaks(table, case))]
+    for name, measure in summary.get("measures", {}).items():
+        last = measure["last"]
+        out.append(f"{name}: {'no value' if last is None else shown(last, measure['unit'])}")
+    return out
+
+
+def sentence(peak: Peak) -> str:
+    """A largest force in words: 'largest force of punch: 78.6 kN (78630 N) at 4.5 mm'."""
+    where = f"time {peak.time:.4g}" if peak.travel is None else shown(peak.travel, peak.travel_unit)
+    whole = f" (whole part: twice, {shown(2 * abs(peak.value), peak.unit, both=False)})" if peak.whole == 2 else ""
+    return f"largest {peak.what} of {peak.tool}: {shown(abs(peak.value), peak.unit)} at {where}{whole}"
+
+
+def weighed(warnings: Iterable[str], about: Mapping[str, str]) -> list[str]:
+    """Warnings, the gravest first: a failure, then the result, the case, and files that could not be drawn.
+
+    ``about``: what each is about, one of `ABOUT`; of those that it lacks, the case.
+    """
+    return sorted(warnings, key=lambda text: ABOUT.index(about.get(text, "case")))
+
+
+ABOUT = ("failure", "result", "case", "files")
+"""What a warning is about, the gravest first."""
+
+
+def in_short(warnings: list[str]) -> Iterator[str]:
+    """Warnings that were shown in full before: what is wrong of each, without the remedy."""
+    if warnings:
+        yield f"{len(warnings)} warning{'s, the gravest first' if len(warnings) > 1 else ''}:"
+        yield from (f"  {text.splitlines()[0].split('; ')[0]}" for text in warnings)
+
+
+# ----------------------------------------------------------------------------------------------------------- the end
+def ending(table: Table, problem: Problem, summary: Mapping[str, Any]) -> str:
+    """What ended a run, with the travel there where a tool is moved."""
+    status = str(summary["status"])
+    if not len(table["time"]):
+        return status if status == "completed" else f"{status} before an increment was completed"
+    steps = {step.name: (number, step) for number, step in enumerate(problem.steps)}
+    if status == "completed":
+        by = summary.get("stopped_by", {})
+        early = [_stop(table, problem, steps[s][1], by.get(s, "")) for s in summary.get("ended_early", {}) if s in steps]
+        return "; ".join(early) or status
+    time, name = float(table["time"][-1]), str(table["step"][-1])
+    number, step = steps[name]
+    at = f"{status} at time {time:.4g} of {len(problem.steps)}"
+    over = time >= number + 1 or name in summary.get("ended_early", {})
+    way = "" if over else _gone(table, problem, step)
+    return f"{at}, {'after' if over else 'in'} step {name!r}{', ' + way if way else ''}"
+
+
+def _stop(table: Table, problem: Problem, step: Step, words: str) -> str:
+    """How a step ended before its time; words: what the solver said."""
+    met = next((c for c in (step.until.criteria() if step.until else ()) if words.startswith(reached(*c[:3]))), None)
+    tool = met[1] if met is not None and met[1] in problem.tools else ""
+    way = _gone(table, problem, step, tool)
+    if met is None:
+        why = f", as {words}" if words else ""
+        text = f"stopped{' ' + way if way else ''}{why}"
+    else:
+        kind, name, key, target = met
+        units = {"force": force_unit(problem), "travel": length_unit(problem)}
+        unit = {"m": moment_unit(problem), "rz": "rad"}.get(key, units[kind])
+        of = "" if len(problem.tools) == 1 else f" of {name}"
+        text = f"stopped at {shown(abs(target), unit, both=False)}{of}{' ' + way if way and kind != 'travel' else ''}"
+    return text if len(problem.steps) == 1 else f"step {step.name!r} {text}"
+
+
+def _gone(table: Table, problem: Problem, step: Step, tool: str = "") -> str:
+    """How far a tool has gone in a step, and of how much where the description says: 'after 2.855 mm of 10'."""
+    rows = np.flatnonzero(table["step"] == step.name)
+    if not len(rows):
+        return ""
+    last, before = int(rows[-1]), int(rows[0]) - 1
+    for name in [tool] if tool else problem.tools:
+        start = [float(table[f"{name}.{c}"][before]) if before >= 0 else 0.0 for c in ("ux", "uy", "rz")]
+        gone = [float(table[f"{name}.{c}"][last]) - s for c, s in zip(("ux", "uy", "rz"), start)]
+        if not any(gone):
+            continue
+        planned = _planned(step, name, start)
+        turns = not any(gone[:2])
+        way, whole = (gone[2], planned[2]) if turns else (math.hypot(*gone[:2]), math.hypot(*planned[:2]))
+        of = f" of {abs(whole):.4g}" if whole else ""
+        return f"after {abs(way):.4g} {'rad' if turns else length_unit(problem)}{of}"
+    return ""
+
+
+def _planned(step: Step, tool: str, start: list[float]) -> list[float]:
+    """The ways x, y and rz of a tool in a step that goes to its end; 0 where no number says so."""
+    out = [0.0, 0.0, 0.0]
+    for kind, motions in (("move", step.move), ("by", step.by), ("control", step.control)):
+        motion = motions.get(tool)
+        for k, key in enumerate(("x", "y", "rz")):
+            value = getattr(motion, key, None)
+            value = value[-1][1] if isinstance(value, tuple) else value
+            if isinstance(value, int | float):
+                out[k] = float(value) - (start[k] if kind == "move" else 0.0)
+    return out
+
+
+# ----------------------------------------------------------------------------------------------------------- the force
+def _way(table: Table, tool: str) -> str:
+    """Along what a tool moves in a run: x, y, xy, rz, or nothing."""
+    sizes = {c: float(np.abs(table[f"{tool}.{c}"]).max(initial=0.0)) for c in ("ux", "uy", "rz")}
+    most = max(sizes["ux"], sizes["uy"])
+    along = "".join(c[1] for c in ("ux", "uy") if sizes[c] > NEGLIGIBLE * most)
+    return along or ("rz" if sizes["rz"] else "")
+
+
+def _peak(table: Table, case: Case, tool: str, way: str, moment: bool) -> Peak | None:
+    problem = case.problem
+    round_ = problem.space == "axisymmetric"
+    turned = table[f"{tool}.rz"]
+    if moment and (round_ or not turned.any()):
+        return None
+    axis = "rz" if moment else "y" if round_ else way if way in ("x", "y") else ""
+    column = {"rz": "mz", "x": "fx", "y": "fy"}.get(axis)
+    values = table[f"{tool}.{column}"] if column else np.hypot(table[f"{tool}.fx"], table[f"{tool}.fy"])
+    if not np.isfinite(values).any():
+        return None
+    k = int(np.nanargmax(np.abs(values)))
+    x, y = float(table[f"{tool}.ux"][k]), float(table[f"{tool}.uy"][k])
+    turns = moment or way == "rz"
+    travel = None if not way else abs(float(turned[k])) if turns else math.hypot(x, y)
+    return Peak(
+        tool, "moment" if moment else "force", axis, float(values[k]), moment_unit(problem) if moment else force_unit(problem),
+        travel, "rad" if turns else length_unit(problem), str(table["step"][k]), int(table["increment"][k]),
+        float(table["time"][k]), _whole(case.output.mirror, axis),
+    )  # fmt: skip
+
+
+def _whole(mirror: Iterable[str], axis: str) -> int | None:
+    """How often the whole part has a force along an axis: a mirror image doubles it where the mirror lies along the axis.
+
+    Across it the images press against each other, as two dies do.
+    """
+    beside = {"y": {"left", "right"}, "x": {"bottom", "top"}}.get(axis)
+    return None if beside is None else 2 if beside & set(mirror) else 1
+
+
+# ------------------------------------------------------------------------------------------------------------- numbers
+def shown(value: float, unit: str, both: bool = True) -> str:
+    """A number with its unit, large ones of N and Pa in kN and MPa; with what the files have beside it if *both*."""
+    text = f"{_number(value)} {unit}".rstrip()
+    larger = scaled(value, unit)
+    return text if not larger else f"{larger} ({text})" if both else larger
+
+
+def scaled(value: float, unit: str) -> str:
+    """A large number of N or Pa in kN or MPa, with that unit; nothing of others."""
+    for small, large, size in (("N", "kN", 1e3), ("Pa", "MPa", 1e6)):
+        if unit.split("/")[0].split(" ")[0] == small and abs(value) >= size:
+            return f"{_number(value / size)} {large}{unit.removeprefix(small)}"
+    return ""
+
+
+def _number(value: float) -> str:
+    """Four significant digits; no power of ten where plain digits are as clear."""
+    if value and 1e-4 <= abs(value) < 1e7:
+        return f"{value:.0f}" if abs(value) >= 1e4 else f"{value:.4g}"
+    return f"{value:.4g}"
