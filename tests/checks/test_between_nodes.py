@@ -40,15 +40,15 @@ def test_a_tip_between_nodes_is_reported_where_it_is_a_tenth_of_an_edge_deep(see
     assert "tool 'tip' lies more than 0.1 inside 'block' between nodes" in words
 
 
-def test_a_tip_that_is_half_an_edge_deep_ends_the_run(caplog):
-    """Nothing that follows would mean anything."""
+def test_a_needle_is_found_behind_the_edge_though_it_is_thin(caplog):
+    """No place in it is deeper than half its width."""
     problem = pr.Problem(
         "needle", bodies={"block": pr.Body(pr.Rectangle((12.0, 8.0), n=(6, 4)), pr.Elastic(1000.0, 0.3))},
         tools={"tip": pr.Polygon(points=((7.0, 8.0), (7.3, 20.0), (6.7, 20.0)), fillet=0.05, at=(0.0, 0.0))},
         fixed={"block.bottom": "xy"}, steps=[pr.Step("press", move={"tip": {"y": -3.0}}, increments=6)],
     )  # fmt: skip
     (words,) = said(problem, caplog)
-    assert "between nodes" in words and "step 'press'" in words
+    assert "lies more than 0.2 inside 'block' between nodes" in words
 
 
 def test_round_tools_of_elements_that_find_them_are_silent(caplog):

@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.check import Solved, ended_by, warning
-from prensa.checks.thresholds import NOTABLE_DEPTH, TOWARDS
+from prensa.checks.check import Solved, warning
+from prensa.checks.thresholds import NOTABLE_DEPTH
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
 from prensa.mesh.mesh import segments
 from prensa.model.remeshing import remeshing_of
-from prensa.system.failure import Inside, MetalInside
+from prensa.system.failure import Inside
 from prensa.system.system import System
 from prensa.types import Array, Index
 
@@ -22,17 +22,16 @@ ON_EDGE = np.arange(1, 8) / 8
 
 
 class Dip(NamedTuple):
-    """An edge (2,) and its length, behind which a tool reaches, between its nodes, by a share of that length and more."""
+    """An edge (2,) and its length, behind which a tool reaches, between its nodes, by a notable share of that length."""
 
     edge: Index
     length: float
-    share: float
 
 
 class BetweenNodes:
     """The contacts of tools with edges or fillets that are small against the elements: the nodal forces know nothing of a dip.
 
-    One of a tenth of an edge is reported once, with half of an edge the run ends.
+    One of a tenth of an edge is reported, once a contact.
     """
 
     def __init__(self, system: System) -> None:
@@ -51,17 +50,12 @@ class BetweenNodes:
         x, forces = self.system.positions(given.outlines), given.result.evaluation.contacts
         for i, s in self.contacts:
             # one edge of many in contact bears no notable share of the force
-            if NOTABLE_DEPTH * np.count_nonzero(forces[i].p > 0.0) > 1.0:
+            if s.name in self.reported or NOTABLE_DEPTH * np.count_nonzero(forces[i].p > 0.0) > 1.0:
                 continue
             dip = self._deepest(s, x, given.outlines)
-            if dip is None:
-                continue
-            inside = self._inside(s, x, dip)
-            if dip.share == TOWARDS:
-                yield ended_by(MetalInside(inside))
-            elif s.name not in self.reported:
+            if dip is not None:
                 self.reported.add(s.name)
-                yield warning(str(inside))
+                yield warning(str(self._inside(s, x, dip)))
 
     def _deepest(self, s: Surface, x: Array, u: Array) -> Dip | None:
         """The deepest dip over the length of its edge, for nodes at x (n, 2) of degrees of freedom u (ndof,)."""
@@ -81,15 +75,12 @@ class BetweenNodes:
         inwards = np.column_stack([-way[:, 1], way[:, 0]])[:, None]
         sunk = np.maximum(-g[near].min(axis=1), 0.0) / length[near]
         # A narrow tool is nowhere deeper than half its width: it is looked for behind the edge, not for its depth in it.
-        for share in (TOWARDS, NOTABLE_DEPTH):
-            behind = places + (share + sunk)[:, None, None] * inwards
-            gaps = np.asarray(master.shape.closest(master.local(behind.reshape(-1, 2), u)).g).reshape(len(near), -1)
-            if gaps.min() < 0.0:
-                k = int(np.argmin(gaps.min(axis=1)))
-                return Dip(edges[near[k]], float(length[near[k]]), share)
-        return None
+        behind = places + (NOTABLE_DEPTH + sunk)[:, None, None] * inwards
+        gaps = np.asarray(master.shape.closest(master.local(behind.reshape(-1, 2), u)).g).reshape(len(near), -1).min(axis=1)
+        k = int(np.argmin(gaps))
+        return Dip(edges[near[k]], float(length[near[k]])) if gaps[k] < 0.0 else None
 
     def _inside(self, s: Surface, x: Array, dip: Dip) -> Inside:
         a, b = (dip.edge - self.system.offsets[s.body]).tolist()
         (at, up), side = x[dip.edge].mean(axis=0).tolist(), "+".join(s.description.surface)
-        return Inside(s.against, a, s.body, side, at, up, dip.share * dip.length, other=b, between=True)
+        return Inside(s.against, a, s.body, side, at, up, NOTABLE_DEPTH * dip.length, other=b, between=True)
