@@ -122,9 +122,9 @@ def resume(directory: str | Path, quiet: bool = False, bar: ProgressBar | None =
         case, state = checkpoint.read_checkpoint(directory / checkpoint.CHECKPOINT)
         history.refuse_lost_rows(directory, state.clock.number, state.clock.time)
         try:
-            before: dict[str, Any] = summary.stored_summary(directory)
+            before = summary.read_summary(directory)
         except PrensaError:
-            before = {}  # the run was killed before it wrote one
+            before = {}  # it is damaged, and only remembers wall times and warnings
         bar = bar or ProgressBar(quiet, start=state.clock.time)
         return _Run(directory, case, discretise(case.problem), state, before, bar).execute()
 

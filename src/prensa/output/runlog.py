@@ -66,11 +66,16 @@ def read_log(directory: Path) -> Logged:
     warnings: list[str] = []
     try:
         with open(directory / LOG, encoding="utf-8", errors="replace") as file:
-            for found in filter(None, map(_RECORD.match, file)):
+            within = False
+            for line in file:
+                if (found := _RECORD.match(line)) is None:
+                    if within:  # a warning of several lines
+                        warnings[-1] += "\n" + line.rstrip("\n")
+                    continue
                 last = datetime.datetime.fromisoformat(f"{found[1]}.{found[2]}")
                 if begun is None or found[4].startswith("prensa "):
                     begun = last
-                if found[3] == "WARNING":
+                if within := found[3] == "WARNING":
                     warnings.append(found[4])
     except (OSError, ValueError):
         pass
