@@ -490,6 +490,7 @@ def report(folder: Folder, quiet: Quiet = False, verbose: Verbose = False, json:
     with Voice(quiet, verbose, json, folder=folder) as voice:
         from prensa.output.report import write_report
 
+        _results_of(folder, voice)
         page = write_report(folder)
         voice.confirm(str(page))
         voice.give({"report": page})
@@ -525,7 +526,7 @@ def plot(
 ) -> None:
     """Draw a field, a contact or a curve of a run, or make a film of a field."""
     with Voice(quiet, verbose, json, folder=folder) as voice:
-        run = _results_of(folder)
+        run = _results_of(folder, voice)
         if film or (out is not None and out.suffix in (".gif", ".mp4")):
             target = out or folder / f"{field.replace('.', '_')}.gif"
             run.animate(field, target)
@@ -549,7 +550,7 @@ def view(folder: Folder, quiet: Quiet = False, verbose: Verbose = False, json: J
     with Voice(quiet, verbose, json, folder=folder) as voice:
         import webbrowser
 
-        page = _results_of(folder).report().resolve()
+        page = _results_of(folder, voice).report().resolve()
         voice.confirm(str(page))
         opened = webbrowser.open(page.as_uri())
         if not opened:
@@ -557,12 +558,16 @@ def view(folder: Folder, quiet: Quiet = False, verbose: Verbose = False, json: J
         voice.give({"report": page, "opened": opened})
 
 
-def _results_of(folder: Path) -> RunResult:
-    """The results in a folder, which know how to draw themselves."""
+def _results_of(folder: Path, voice: Voice) -> RunResult:
+    """The results in a folder, which know how to draw themselves; what has not completed is announced."""
     import prensa.output.views  # noqa: F401  (fills in how results are drawn)
     from prensa.output.result import results
+    from prensa.output.summary import COMPLETED, progress_of
 
-    return results(folder)
+    run = results(folder)
+    if run.status != COMPLETED:
+        voice.complain(f"{folder}: {run.status}: {progress_of(run.summary)}")
+    return run
 
 
 # ----------------------------------------------------------------------------------------------------- writing of cases

@@ -28,15 +28,15 @@ class Contents(dict[str, Any]):
 
 
 @contextmanager
-def replacing(path: Path, durable: bool = True) -> Iterator[Path]:
+def replacing(path: Path, durable: bool = True, shared: bool = False) -> Iterator[Path]:
     """Give a temporary path beside *path*; it takes the place of *path* when the block ends well.
 
     Whatever happens inside the block, *path* holds its previous content until the new one is complete: on the disk or, where
     ``durable`` is False, with the operating system, for the caller to `flush`. Then a killed process leaves the old file or
-    the new one, a power cut perhaps neither.
+    the new one, a power cut perhaps neither. ``shared``: other processes may replace the same file at the same time.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(path.name + TEMPORARY)
+    temporary = path.with_name(f"{path.name}.{os.getpid()}{TEMPORARY}" if shared else path.name + TEMPORARY)
     for taken in (path, temporary):
         if taken.is_dir() and not taken.is_symlink():
             raise PrensaError(f"{taken} is a folder, where a file is to be written: move it away")
@@ -79,9 +79,9 @@ def _folder_to_disk(path: Path) -> None:
         os.close(handle)
 
 
-def write_text(path: Path, text: str, durable: bool = True) -> Path:
-    """Replace *path* by *text* (UTF-8) atomically; returns *path*; ``durable`` as of `replacing`."""
-    with replacing(path, durable) as temporary:
+def write_text(path: Path, text: str, durable: bool = True, shared: bool = False) -> Path:
+    """Replace *path* by *text* (UTF-8) atomically; returns *path*; ``durable`` and ``shared`` as of `replacing`."""
+    with replacing(path, durable, shared) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
     return path
 

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from prensa.errors import PrensaError
-from prensa.output import checkpoint, history, measured, passages, pictures, report, runlog, vtk
+from prensa.output import checkpoint, history, measured, passages, pictures, report, runlog, summary, vtk
 from prensa.output.files import TEMPORARY, numbered
 
 FILES = (
     history.HISTORY, history.CONVERGENCE, passages.PASSAGES, measured.MEASURES, checkpoint.CHECKPOINT, vtk.COLLECTION,
-    report.SUMMARY, report.REPORT, runlog.LOG,
+    summary.SUMMARY, report.REPORT, runlog.LOG,
 )  # fmt: skip
 _FIRST_LINE = re.compile(r"\S+ \S+ INFO +prensa \S+, case (.+), input ([0-9a-f]{64})$")
 
@@ -31,9 +31,9 @@ class Owner(NamedTuple):
 def owner(directory: Path) -> Owner | None:
     """Whose results *directory* holds, from the summary or, of a run that was killed, from the log; None if of no run."""
     with suppress(PrensaError):
-        summary = report.read_summary(directory)
-        if {"name", "input_hash"} <= summary.keys():
-            return Owner(str(summary["name"]), str(summary["input_hash"]))
+        stored = summary.stored_summary(directory)
+        if {"name", "input_hash"} <= stored.keys():
+            return Owner(str(stored["name"]), str(stored["input_hash"]))
     try:
         with open(directory / runlog.LOG, encoding="utf-8", errors="replace") as file:
             found = _FIRST_LINE.match(file.readline(10_000).rstrip("\n"))
@@ -71,6 +71,7 @@ def make_room(directory: Path, name: str, force: bool) -> Owner | None:
 def _remove(directory: Path) -> None:
     old = [directory / name for name in FILES]
     old = [path.with_name(path.name + TEMPORARY) for path in old] + old  # the former left by a run that was killed
+    old += directory.glob(f"{report.REPORT}.*{TEMPORARY}")  # of a report that was made beside the run
     old += [path for _, path in numbered(directory / vtk.FIELDS_FOLDER, ".vtu")]
     old += [path for path in (directory / pictures.PICTURES).glob("*.png") if pictures.is_picture(path)]
     for path in old:

@@ -49,6 +49,23 @@ def locked(directory: Path) -> Iterator[None]:
                 (directory / LOCK).unlink(missing_ok=True)
 
 
+def is_held(directory: Path) -> bool | None:
+    """Whether a run writes in *directory*; None where nobody can tell, as of a process on another host or on Windows.
+
+    The lock itself is tried only where its process seems to be there: a run that begins meanwhile is not to find it taken.
+    """
+    try:
+        with open(directory / LOCK, encoding="utf-8", errors="replace") as file:
+            entry = _entry(file)
+            if os.name != "posix" or entry.get("host") != socket.gethostname():
+                return None
+            return _runs_here(entry) and not _lock(file, shared=True)
+    except FileNotFoundError:
+        return False
+    except OSError:
+        return None
+
+
 def _taken(directory: Path) -> IO[str]:
     path = directory / LOCK
     while True:
@@ -69,13 +86,13 @@ def _taken(directory: Path) -> IO[str]:
             raise FolderInUse(f"{directory}: {holder}; wait for it, end it, or give another folder for the results")
 
 
-def _lock(file: IO[str]) -> bool:
+def _lock(file: IO[str], shared: bool = False) -> bool:
     """Whether the lock of the operating system could be had."""
     try:
         if os.name == "posix":
             import fcntl
 
-            fcntl.flock(file.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(file.fileno(), (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
         else:
             import msvcrt
 

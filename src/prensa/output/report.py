@@ -6,7 +6,7 @@ import base64
 import importlib.util
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
@@ -14,25 +14,27 @@ from typing import Any
 
 import numpy as np
 
-from prensa.errors import PrensaError, take_path
+from prensa.errors import take_path
 from prensa.model.problem import Case, Problem
 from prensa.output import answer, style
-from prensa.output.files import Contents, file_name, write_text
+from prensa.output.files import file_name, write_text
 from prensa.output.history import energies_of
 from prensa.output.maxima import largest_force, maxima
 from prensa.output.packing import as_text
 from prensa.output.pictures import PICTURES, caption, order
 from prensa.output.stored import Placement, Stored
+from prensa.output.summary import COMPLETED, ENDED, SUMMARY, has_ended
+from prensa.output.summary import read_summary as read_summary
 
 REPORT = "report.html"
-SUMMARY = "summary.json"
 BOKEH = ("bokeh.min.js", "bokeh-api.min.js")  # the library that draws, as it is in Python's package
 
 
 def write_report(directory: str | Path) -> Path:
     """Write ``report.html`` of the run in *directory* from its summary, history and pictures; returns its path.
 
-    The page needs nothing but itself: pictures are inside, nothing is fetched.
+    The page needs nothing but itself: pictures are inside, nothing is fetched. Of a run that is still going or was killed it
+    shows what there is, without pictures: those are drawn when a run ends, what is there is of an earlier end.
 
     Raises
     ------
@@ -48,33 +50,25 @@ def write_report(directory: str | Path) -> Path:
         loader=jinja2.PackageLoader("prensa.output"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )  # fmt: skip
-    stored = stored_run(directory)
+    stored = stored_run(directory, summary)
+    stills = list(_pictures(directory)) if summary["status"] in ENDED else []
     environment.filters |= {"number": number, "seconds": lambda s: f"{s:.2f}" if s < 100 else f"{s:.0f}"}
     page = environment.get_template("report.html").render(
-        run=summary, pictures=list(_pictures(directory)), **_tables(stored, summary), **_interactive(stored)
+        run=summary, pictures=stills, **_tables(stored, summary), **_interactive(stored)
     )
-    return write_text(directory / REPORT, page)
+    if summary["status"] not in ENDED and has_ended(directory):
+        return write_report(directory)  # meanwhile: what it writes of itself is not to be replaced by what was before
+    return write_text(directory / REPORT, page, shared=True)
 
 
-def read_summary(directory: str | Path) -> dict[str, Any]:
-    """Content of ``summary.json``; raises PrensaError when there is none or it is damaged."""
-    path = take_path("read_summary", directory) / SUMMARY
-    try:
-        read = json.loads(path.read_text(encoding="utf-8"), object_pairs_hook=lambda entries: Contents(path, entries))
-        return Contents(path, read)
-    except FileNotFoundError:
-        raise PrensaError(f"{path}: there is no summary; was the folder written by 'prensa run'?") from None
-    except (ValueError, TypeError, OSError) as error:
-        raise PrensaError(f"{path}: the summary cannot be read ({error}); run the case again") from None
-
-
-def stored_run(directory: Path) -> Stored:
-    """The increments that a run has left in *directory*; raises PrensaError where it has left none."""
+def stored_run(directory: Path, summary: Mapping[str, Any] | None = None) -> Stored:
+    """The increments in *directory*, as many as *summary* (None: that of now) counts; raises PrensaError where no run is."""
     from prensa.model.schema import loads
 
-    summary = read_summary(directory)
+    summary = read_summary(directory) if summary is None else summary
     placements = {t: Placement(tuple(p["at"]), tuple(p["direction"])) for t, p in summary.get("tools", {}).items()}
-    return Stored(directory, loads(summary["case"], SUMMARY, bounded=False), placements, summary["status"] == "completed")
+    case, most = loads(summary["case"], SUMMARY, bounded=False), summary["totals"]["increments"]
+    return Stored(directory, case, placements, summary["status"] == COMPLETED, most)
 
 
 def number(value: float, digits: int = 5) -> str:

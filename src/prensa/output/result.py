@@ -1,4 +1,4 @@
-"""A run that has ended, from `prensa.run` or read back from its folder: increments, tables, pictures, animations."""
+"""A run, from `prensa.run` or read back from its folder, ended or not: increments, tables, pictures, animations."""
 
 from __future__ import annotations
 
@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from prensa.errors import PrensaError, take, take_path
 from prensa.output import history
 from prensa.output.maxima import Maximum, largest_force, maxima
-from prensa.output.report import REPORT, read_summary, stored_run, write_report
+from prensa.output.report import REPORT, stored_run, write_report
 from prensa.output.stored import Stored
+from prensa.output.summary import COMPLETED, ENDED, progress_of, read_summary
 from prensa.result.increment import Increment
 from prensa.result.views import Shown
 
@@ -33,9 +34,12 @@ PLOTS = ("force_stroke", "energy", "convergence")
 
 @dataclass(frozen=True, repr=False)
 class RunResult(Shown):
-    """What a run gave: its folder, how it ended (always ``completed`` where `prensa.run` returns it), and its last increment.
+    """What a run gave: its folder, how it ended, its last increment, and its summary.
 
-    ``increment`` is None when a resumed run had nothing left to do; ``summary`` is the content of ``summary.json``.
+    ``status`` is ``completed`` (always so where `prensa.run` returns it), ``failed`` or ``interrupted``; of a run that has not
+    ended ``running``, ``killed`` or, where nobody can tell which, ``killed or still running``: ``summary["reason"]`` says how
+    far it has come. ``increment`` is None when there is none yet or a resumed run had nothing left to do; ``summary`` is the
+    content of ``summary.json``, of a run that has not ended as its tables stand.
     """
 
     directory: Path
@@ -56,7 +60,7 @@ class RunResult(Shown):
     @cached_property
     def increments(self) -> Stored:
         """All increments, read back from the folder when they are asked for: a sequence, ``increments[-1]`` is the last."""
-        return stored_run(self.directory)
+        return stored_run(self.directory, self.summary)
 
     def maxima(self) -> list[Maximum]:
         """Largest forces, moments, pressures, stresses, strains and thinning, with when and where."""
@@ -74,6 +78,8 @@ class RunResult(Shown):
 
         """
         stored, table = self.increments, self.increments.history
+        if not len(stored):
+            raise PrensaError(f"{self.directory}: {self.status}: {progress_of(self.summary)}; there is nothing to show")
         if isinstance(when, int | np.integer):
             if when not in table["increment"]:
                 raise PrensaError(f"there is no increment {when}; the run has {len(stored)}, counted from 1")
@@ -114,6 +120,8 @@ class RunResult(Shown):
         if what in PLOTS and options:
             raise PrensaError(f"{what!r} takes no options, not even {next(iter(options))!r}")
         problem, table = self.increments.problem, self.increments.history
+        if what in PLOTS and not len(self.increments):
+            self.at("last")  # which says why there is none
         if what == "force_stroke":
             return plot.force_stroke(table, problem)
         if what == "energy":
@@ -167,16 +175,19 @@ class RunResult(Shown):
         return made
 
     def report(self) -> Path:
-        """Path of the report, written anew if it is not there."""
+        """Path of the report, written anew if it is not there or the run has not ended."""
         path = self.directory / REPORT
-        return path if path.is_file() else write_report(self.directory)
+        return path if path.is_file() and self.status in ENDED else write_report(self.directory)
 
     def _line(self) -> str:
         totals = self.summary.get("totals", {})
+        if totals and self.status != COMPLETED:
+            return f"{self.summary.get('name', '')!r} {self.status}: {progress_of(self.summary)}, in {self.directory}"
         return f"{self.summary.get('name', '')!r} {self.status}: {totals.get('increments', 0)} increments in {self.directory}"
 
     def _card(self) -> list[tuple[str, str]]:
-        rows = [("run", f"{self.summary['name']}, {self.status}"), ("folder", str(self.directory))]
+        far = "" if self.status == COMPLETED else f": {progress_of(self.summary)}"
+        rows = [("run", f"{self.summary['name']}, {self.status}{far}"), ("folder", str(self.directory))]
         totals = self.summary["totals"]
         cost = f"{totals['increments']} increments, {totals['iterations']} iterations, {totals['wall_seconds']:.1f} s"
         rows.append(("cost", cost))
@@ -200,7 +211,7 @@ class Animation:
 
 
 def results(directory: str | Path) -> RunResult:
-    """The run that `prensa run` or `prensa.run` left in *directory*, completed or not.
+    """The run that `prensa run` or `prensa.run` left in *directory*, completed or not, or is still writing.
 
     Raises
     ------

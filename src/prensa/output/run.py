@@ -5,18 +5,14 @@ Whatever ends a run (completion, failure, Ctrl-C, a lost machine), what was writ
 
 from __future__ import annotations
 
-import datetime
-import json
 import logging
 import time as clocks
-from collections.abc import Mapping
 from contextlib import closing
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa import __version__
 from prensa.analysis import solve
@@ -24,10 +20,9 @@ from prensa.checks.after.passages import Passages
 from prensa.checks.before.preflight import preflight
 from prensa.errors import PrensaError, refuse, take, take_path
 from prensa.measures import parse_all, refuse_targets
-from prensa.model.feed import ends_early
 from prensa.model.problem import Case, Problem
-from prensa.output import answer, checkpoint, history, measured, passages, pictures, report, runlog, vtk
-from prensa.output.files import file_name, file_names, flush, write_text
+from prensa.output import answer, checkpoint, history, measured, passages, pictures, report, runlog, summary, vtk
+from prensa.output.files import file_name, file_names, flush
 from prensa.output.folder import make_room, refuse_links
 from prensa.output.interrupt import Interruptible
 from prensa.output.lock import locked
@@ -127,9 +122,9 @@ def resume(directory: str | Path, quiet: bool = False, bar: ProgressBar | None =
         case, state = checkpoint.read_checkpoint(directory / checkpoint.CHECKPOINT)
         history.refuse_lost_rows(directory, state.clock.number, state.clock.time)
         try:
-            before = report.read_summary(directory)
+            before = summary.read_summary(directory)
         except PrensaError:
-            before = {}  # the run was killed before it could write one
+            before = {}  # it is damaged, and only remembers wall times and warnings
         bar = bar or ProgressBar(quiet, start=state.clock.time)
         return _Run(directory, case, discretise(case.problem), state, before, bar).execute()
 
@@ -194,8 +189,8 @@ class _Run:
                 raise
             finally:
                 with self.guard.postponed():
-                    summary = self._finish(status, reason)
-        return RunResult(self.directory, status, self.last, summary)
+                    made = self._finish(status, reason)
+        return RunResult(self.directory, status, self.last, made)
 
     def _solve_and_write(self) -> None:
         """Open the writers, new or continued, and solve."""
@@ -212,6 +207,8 @@ class _Run:
             closing(measured.MeasureTable(self.directory, self.case.problem, keep)) as self.measures,
         ):
             self.fields = vtk.Fields(self.directory, keep)
+            self._summarise(summary.RUNNING, "", durable=False)  # of a run that is killed there is no other
+            self.written.append(self.directory / summary.SUMMARY)
             self._solve_increments()
 
     def _solve_increments(self) -> None:
@@ -271,28 +268,30 @@ class _Run:
         if self.last is not None and self.saved is not self.last:
             self._save(self.last)
         self._check_energy()
-        summary = self._summarise(status, reason)  # before the pictures: they may take long
+        made = self._summarise(status, reason)  # before the pictures: they may take long
         if self.case.output.pictures:
             self.bar.say(f"{self.directory}: drawing pictures")
             with self.timer("pictures"):
                 stored = report.stored_run(self.directory)
                 for message in pictures.write_pictures(self.directory, self.case, stored, self._start_to_draw(status)):
                     log.warning("%s", message, extra={"about": "files"})
-            summary = self._summarise(status, reason)
+            made = self._summarise(status, reason)
         if self.case.output.report:
             with self.timer("report"):
                 report.write_report(self.directory)
-        log.info("%s", "\n".join(summary["answer"]))
+        else:
+            (self.directory / report.REPORT).unlink(missing_ok=True)  # one made on the way shows less than there is
+        log.info("%s", "\n".join(made["answer"]))
         log.info("wall time by section\n%s", runlog.wall_times(self._timings()))
-        self._say_answer(summary)
-        return summary
+        self._say_answer(made)
+        return made
 
-    def _say_answer(self, summary: dict[str, Any]) -> None:
+    def _say_answer(self, made: dict[str, Any]) -> None:
         """The last lines on the terminal; a failure itself is said where the error is caught."""
-        status, reason = summary["status"], summary["reason"]
-        said = f"{status}: {summary['totals']['increments']} increments, {self.directory}"
-        known = [text for text in summary["warnings_about"] if not reason or not text.endswith(reason)]
-        lines = [line for line in summary["answer"] if line != status]
+        status, reason = made["status"], made["reason"]
+        said = f"{status}: {made['totals']['increments']} increments, {self.directory}"
+        known = [text for text in made["warnings_about"] if not reason or not text.endswith(reason)]
+        lines = [line for line in made["answer"] if line != status]
         self.bar.say("\n".join([said, *answer.in_short(known), *lines]))  # at once: in a notebook each replaces the one before
 
     def _start_to_draw(self, status: str) -> Increment | None:
@@ -307,11 +306,6 @@ class _Run:
             share = 100 * missing / largest if largest else 100.0
             log.warning("energy balance off by %.2g %% of the largest energy; smaller increments reduce it", share)
 
-    def _meshes(self) -> Mapping[str, Any]:
-        """Meshes of the bodies, the last ones where they were made during the run."""
-        state = self.last.state if self.last is not None else self.start
-        return self.system.meshes if state is None or state.remeshed is None else state.remeshed.meshes
-
     def _timings(self) -> dict[str, float]:
         """Wall seconds by section, added up over resumes; what no section claims is ``other``."""
         here = dict(self.timer.seconds)
@@ -321,70 +315,13 @@ class _Run:
             k: float(before.get(k, 0.0)) + here.get(k, 0.0) for k in [*before, *(k for k in here if k not in before)]
         }
 
-    def _summarise(self, status: str, reason: str) -> dict[str, Any]:
-        """Write ``summary.json`` (from the tables, so that a resumed run covers the whole); returns its content."""
-        problem = self.case.problem
-        table, cost = history.read_history(self.directory), history.read_convergence(self.directory)
-        final = [float(cost["residual"][cost["increment"] == n][-1]) for n in np.unique(cost["increment"])]
-        iterations, timings = table["iterations"], self._timings()
-
-        def last(column: str) -> float:
-            return float(table[column][-1]) if len(table[column]) else 0.0
-
-        bodies = self.system.problem.bodies  # with the elements that were chosen
-        summary: dict[str, Any] = {
-            "name": problem.name,
-            "status": status,
-            "reason": reason,
-            "version": __version__,
-            "input_hash": checkpoint.text_hash(self.text),
-            "source": self.earlier.get("source", ""),
-            "finished": datetime.datetime.now().astimezone().isoformat(" ", "seconds"),
-            "last_force": {t: {c: last(f"{t}.{k}") for c, k in zip("xym", ("fx", "fy", "mz"))} for t in problem.tools},
-            "last_place": {t: {c: last(f"{t}.u{c}") for c in "xy"} | {"rz": last(f"{t}.rz")} for t in problem.tools},
-            "ended_early": _early_ends(table, problem, status == "completed"),
-            "passage_means": passages.last_means(self.directory),
-            "measures": measured.measured(self.directory, problem),
-            "units": history.units_of(problem),
-            "last_area": {c.name: last(f"{c.name}.area") for c in problem.all_contacts},
-            "energy": {e: last(f"energy.{e}") for e in history.energies_of(problem)},
-            "totals": {
-                "increments": len(iterations),
-                "iterations": int(iterations.sum()),
-                "cutbacks": int(table["cutbacks"].sum()),
-                "time": last("time"),
-                "end": float(len(problem.steps)),
-                "wall_seconds": sum(timings.values()),
-            },
-            "convergence": {
-                "mean_iterations": float(iterations.mean()) if len(iterations) else 0.0,
-                "max_iterations": int(iterations.max(initial=0)),
-                "max_residual": max(final, default=0.0),
-                "tolerance": self.case.numerics.tolerance,
-            },
-            "timings": timings,
-            "bodies": {
-                b: {"nodes": len(m.points), "elements": len(m.cells), "element": bodies[b].element_in(problem.space)}
-                for b, m in self._meshes().items()
-            },
-            "tools": {t.name: {"at": t.at.tolist(), "direction": list(map(float, t.direction))} for t in self.system.tools},
-            "warnings": self.warnings.texts,
-            "warnings_about": {w: self.warnings.about[w] for w in answer.weighed(self.warnings.texts, self.warnings.about)},
-            "stopped_by": self.stopped,
-            "largest_force": [peak._asdict() for peak in answer.peaks(table, self.case)],
-            "case": self.text,
-        }
-        summary["answer"] = answer.lines(table, self.case, summary)
-        write_text(self.directory / report.SUMMARY, json.dumps(summary, indent=2, ensure_ascii=False) + "\n")
-        return summary
-
-
-def _early_ends(table: dict[str, NDArray[Any]], problem: Problem, completed: bool) -> dict[str, float]:
-    """Steps that ended before their time, with when they did."""
-    out = {}
-    for number, step in enumerate(problem.steps):
-        rows = np.flatnonzero(table["step"] == step.name)
-        over = completed or (len(rows) and rows[-1] < len(table["step"]) - 1)
-        if ends_early(step) and len(rows) and over and (end := float(table["time"][rows[-1]])) < number + 1:
-            out[step.name] = end
-    return out
+    def _summarise(self, status: str, reason: str, durable: bool = True) -> dict[str, Any]:
+        """Write ``summary.json``; returns its content."""
+        state = self.last.state if self.last is not None else self.start
+        made = summary.summarise(
+            self.directory, self.system, self.case, state, status=status, reason=reason, text=self.text,
+            source=self.earlier.get("source", ""), timings=self._timings(), warnings=self.warnings.texts,
+            about=self.warnings.about, stopped_by=self.stopped,
+        )  # fmt: skip
+        summary.write_summary(self.directory, made, durable)
+        return made

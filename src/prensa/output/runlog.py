@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import datetime
 import logging
+import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 from prensa.errors import Finding
 from prensa.result.increment import Increment, Progress
 
 LOG = "run.log"
+_RECORD = re.compile(r"(\d{4}-\d\d-\d\d \d\d:\d\d:\d\d),(\d{3}) ([A-Z]+) +(.*)")
 
 log = logging.getLogger("prensa")
 
@@ -57,6 +61,37 @@ def logging_to(directory: Path, warnings: Warnings) -> Iterator[None]:
         log.removeHandler(warnings)
         log.setLevel(level)
         file.close()
+
+
+class Logged(NamedTuple):
+    """What a log says of a run: wall ``seconds`` since it was last begun, time of the ``last`` entry, ``warnings``."""
+
+    seconds: float
+    last: datetime.datetime | None
+    warnings: list[str]
+
+
+def read_log(directory: Path) -> Logged:
+    """What ``run.log`` says of a run that has not ended; nothing where there is none."""
+    begun = last = None
+    warnings: list[str] = []
+    try:
+        with open(directory / LOG, encoding="utf-8", errors="replace") as file:
+            within = False
+            for line in file:
+                if (found := _RECORD.match(line)) is None:
+                    if within:  # a warning of several lines
+                        warnings[-1] += "\n" + line.rstrip("\n")
+                    continue
+                last = datetime.datetime.fromisoformat(f"{found[1]}.{found[2]}")
+                if begun is None or found[4].startswith("prensa "):
+                    begun = last
+                if within := found[3] == "WARNING":
+                    warnings.append(found[4])
+    except (OSError, ValueError):
+        pass
+    seconds = (last - begun).total_seconds() if last and begun else 0.0
+    return Logged(max(seconds, 0.0), last, warnings)
 
 
 def log_progress(progress: Progress) -> None:

@@ -56,7 +56,9 @@ class Stored(Sequence[Increment]):
     placements
         Where the tools were placed, by name (``tools`` in ``summary.json``).
     completed
-        Whether the last increment ended a step.
+        Whether the last increment ended a step before its time: one at the time of the end did.
+    most
+        How many increments count: a run that is still going adds more.
 
     Raises
     ------
@@ -65,15 +67,20 @@ class Stored(Sequence[Increment]):
 
     """
 
-    def __init__(self, directory: Path, case: Case, placements: Mapping[str, Placement], completed: bool = True) -> None:
+    def __init__(
+        self, directory: Path, case: Case, placements: Mapping[str, Placement], completed: bool = True,
+        most: int | None = None,
+    ) -> None:  # fmt: skip
         self.directory, self.problem, self.placements, self.mirror = directory, case.problem, placements, case.output.mirror
         problem = case.problem
-        self.history = history.read_history(directory)
+        table = history.read_history(directory)
+        self.history = Contents(directory / history.HISTORY, ((name, values[:most]) for name, values in table.items()))
         self._files = file_names(c.name for c in problem.all_contacts)
         step = self.history["step"]
-        self.ends = np.append(step[1:] != step[:-1], completed)[: len(step)]
-        """(n,) whether a step ends with the increment."""
         self._steps = Contents(directory / history.HISTORY, ((s.name, k) for k, s in enumerate(problem.steps, 1)))
+        whole = completed or bool(len(step) and self.history["time"][-1] >= self._steps[str(step[-1])])
+        self.ends = np.append(step[1:] != step[:-1], whole)[: len(step)]
+        """(n,) whether a step ends with the increment."""
         self._areas = {c.name: f"{c.name}.area" for c in problem.all_contacts}
 
     @cached_property

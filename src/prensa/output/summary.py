@@ -1,0 +1,214 @@
+"""``summary.json``: what was run and what came out, written when a run begins and again when it ends.
+
+A run that has begun and not ended is ``running`` in its file. Whoever reads that gets the state of the tables now, and from
+the lock of the folder whether the run is still going or was killed.
+"""
+
+from __future__ import annotations
+
+import datetime
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa import __version__
+from prensa.errors import PrensaError, take_path
+from prensa.model.feed import ends_early
+from prensa.model.problem import Case, Problem
+from prensa.output import answer, checkpoint, history, lock, measured, passages, runlog
+from prensa.output.files import Contents, write_text
+
+if TYPE_CHECKING:
+    from prensa.system.state import State
+    from prensa.system.system import System
+
+SUMMARY = "summary.json"
+RUNNING = "running"
+COMPLETED = "completed"
+ENDED = (COMPLETED, "failed", "interrupted")
+_STATUS = {True: RUNNING, False: "killed", None: "killed or still running"}
+
+
+# ------------------------------------------------------------------------------------------------------------- writing
+def summarise(directory: Path, system: System, case: Case, state: State | None, **known: Any) -> dict[str, Any]:
+    """Summary of the run in *directory* from its tables, so that a resumed run covers the whole.
+
+    *state*: the last one, whose meshes may have been made during the run; *known*: ``status``, ``reason``, ``source``,
+    ``timings`` (wall seconds by section), ``warnings``, what each is ``about``, ``stopped_by`` (step → words of what
+    ended it) and ``text``, the case as YAML.
+    """
+    problem, text = case.problem, known["text"]
+    meshes = system.meshes if state is None or state.remeshed is None else state.remeshed.meshes
+    bodies = system.problem.bodies  # with the elements that were chosen
+    about = known["about"]
+    made = {
+        "name": problem.name,
+        "status": known["status"],
+        "reason": known["reason"],
+        "version": __version__,
+        "input_hash": checkpoint.text_hash(text),
+        "source": known["source"],
+        "finished": _moment(datetime.datetime.now()),
+        **_from_tables(directory, case, known["status"] == COMPLETED, known["timings"]),
+        "units": history.units_of(problem),
+        "bodies": {
+            b: {"nodes": len(m.points), "elements": len(m.cells), "element": bodies[b].element_in(problem.space)}
+            for b, m in meshes.items()
+        },
+        "tools": {t.name: {"at": t.at.tolist(), "direction": list(map(float, t.direction))} for t in system.tools},
+        "warnings": known["warnings"],
+        "warnings_about": {w: about[w] for w in answer.weighed(known["warnings"], about) if w in about},
+        "stopped_by": known["stopped_by"],
+        "case": text,
+    }
+    return made | {"answer": answer.lines(history.read_history(directory), case, made)}
+
+
+def write_summary(directory: Path, summary: Mapping[str, Any], durable: bool = True) -> Path:
+    """Write ``summary.json``, atomically; ``durable`` as of `prensa.output.files.replacing`."""
+    return write_text(directory / SUMMARY, json.dumps(summary, indent=2, ensure_ascii=False) + "\n", durable)
+
+
+# ------------------------------------------------------------------------------------------------------------- reading
+def read_summary(directory: str | Path) -> dict[str, Any]:
+    """Summary of the run in *directory* as it stands now, also of one that is still going or was killed.
+
+    Raises
+    ------
+    PrensaError
+        If there is no run, it has not begun to write, or its summary is damaged.
+
+    """
+    directory = take_path("read_summary", directory)
+    summary = _begun(directory)
+    if summary["status"] != RUNNING:
+        return summary
+    held = lock.is_held(directory)
+    if not held and (again := _begun(directory))["status"] != RUNNING:
+        return again  # it ended meanwhile
+    return _as_it_stands(directory, summary, held)
+
+
+def stored_summary(directory: Path) -> Contents:
+    """Content of ``summary.json`` as it is; raises PrensaError when there is none or it is damaged."""
+    path = directory / SUMMARY
+    try:
+        read = json.loads(path.read_text(encoding="utf-8"), object_pairs_hook=lambda entries: Contents(path, entries))
+        return Contents(path, read)
+    except FileNotFoundError:
+        raise PrensaError(f"{path}: there is no summary; was the folder written by 'prensa run'?") from None
+    except (ValueError, TypeError, OSError) as error:
+        raise PrensaError(f"{path}: the summary cannot be read ({error}); run the case again") from None
+
+
+def has_ended(directory: Path) -> bool:
+    """Whether the run in *directory* has written how it ended."""
+    return bool(stored_summary(directory)["status"] in ENDED) if (directory / SUMMARY).is_file() else False
+
+
+def progress_of(summary: Mapping[str, Any]) -> str:
+    """How far a run has come, in words."""
+    totals = summary["totals"]
+    if not totals["increments"]:
+        return "no increment was completed"
+    return f"as far as increment {totals['increments']}, time {totals['time']:.6g} of {totals['end']:.6g}"
+
+
+# ------------------------------------------------------------------------------------------------------------- details
+def _begun(directory: Path) -> Contents:
+    """The summary that the run wrote last; where there is none, what its checkpoint knows."""
+    if (directory / SUMMARY).is_file() or not directory.is_dir():
+        return stored_summary(directory)
+    if (directory / checkpoint.CHECKPOINT).is_file() and (directory / history.HISTORY).is_file():
+        return _from_checkpoint(directory)
+    if (directory / lock.LOCK).is_file() or (directory / runlog.LOG).is_file():
+        held = _STATUS[lock.is_held(directory)]
+        raise PrensaError(f"{directory}: {held}: no increment was completed; there is nothing to show")
+    return stored_summary(directory)
+
+
+def _from_checkpoint(directory: Path) -> Contents:
+    from prensa.system.discretise import discretise
+
+    case, state = checkpoint.read_checkpoint(directory / checkpoint.CHECKPOINT)
+    known = {"status": RUNNING, "reason": "", "source": "", "timings": {}, "warnings": [], "about": {}, "stopped_by": {},
+             "text": checkpoint.case_text(case)}
+    return Contents(directory / SUMMARY, summarise(directory, discretise(case.problem), case, state, **known))
+
+
+def _as_it_stands(directory: Path, summary: Contents, held: bool | None) -> dict[str, Any]:
+    """The summary of a run that has not ended, from the one of its begin, its tables and its log."""
+    from prensa.model.schema import loads
+
+    logged = runlog.read_log(directory)
+    timings = dict(summary["timings"])
+    timings["other"] = timings.get("other", 0.0) + logged.seconds  # what took how long is added up at the end
+    case = loads(summary["case"], SUMMARY, bounded=False)
+    now = _from_tables(directory, case, False, timings)
+    reason = progress_of(now)
+    if held is not True and (directory / checkpoint.CHECKPOINT).is_file():
+        reason += "; 'prensa resume' continues from the checkpoint"
+    made = summary | now | {
+        "status": _STATUS[held],
+        "reason": reason,
+        "finished": summary["finished"] if logged.last is None else _moment(logged.last),
+        "warnings": list(dict.fromkeys([*summary["warnings"], *logged.warnings])),
+    }  # fmt: skip
+    return Contents(directory / SUMMARY, made | {"answer": answer.lines(history.read_history(directory), case, made)})
+
+
+def _moment(local: datetime.datetime) -> str:
+    return local.astimezone().isoformat(" ", "seconds")
+
+
+def _from_tables(directory: Path, case: Case, completed: bool, timings: Mapping[str, float]) -> dict[str, Any]:
+    """The entries of a summary that grow with the run."""
+    problem = case.problem
+    cost = history.read_convergence(directory)  # first: its rows are on the disk before those of the history
+    table = history.read_history(directory)
+    final = [float(cost["residual"][cost["increment"] == n][-1]) for n in np.unique(cost["increment"])]
+    iterations = table["iterations"]
+
+    def last(column: str) -> float:
+        return float(table[column][-1]) if len(table[column]) else 0.0
+
+    return {
+        "last_force": {t: {c: last(f"{t}.{k}") for c, k in zip("xym", ("fx", "fy", "mz"))} for t in problem.tools},
+        "last_place": {t: {c: last(f"{t}.u{c}") for c in "xy"} | {"rz": last(f"{t}.rz")} for t in problem.tools},
+        "ended_early": _early_ends(table, problem, completed),
+        "passage_means": passages.last_means(directory),
+        "measures": measured.measured(directory, problem),
+        "last_area": {c.name: last(f"{c.name}.area") for c in problem.all_contacts},
+        "energy": {e: last(f"energy.{e}") for e in history.energies_of(problem)},
+        "totals": {
+            "increments": len(iterations),
+            "iterations": int(iterations.sum()),
+            "cutbacks": int(table["cutbacks"].sum()),
+            "time": last("time"),
+            "end": float(len(problem.steps)),
+            "wall_seconds": sum(timings.values()),
+        },
+        "convergence": {
+            "mean_iterations": float(iterations.mean()) if len(iterations) else 0.0,
+            "max_iterations": int(iterations.max(initial=0)),
+            "max_residual": max(final, default=0.0),
+            "tolerance": case.numerics.tolerance,
+        },
+        "timings": dict(timings),
+        "largest_force": [peak._asdict() for peak in answer.peaks(table, case)],
+    }
+
+
+def _early_ends(table: Mapping[str, NDArray[Any]], problem: Problem, completed: bool) -> dict[str, float]:
+    """Steps that ended before their time, with when they did."""
+    out = {}
+    for number, step in enumerate(problem.steps):
+        rows = np.flatnonzero(table["step"] == step.name)
+        over = completed or (len(rows) and rows[-1] < len(table["step"]) - 1)
+        if ends_early(step) and len(rows) and over and (end := float(table["time"][rows[-1]])) < number + 1:
+            out[step.name] = end
+    return out
