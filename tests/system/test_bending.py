@@ -121,3 +121,11 @@ def test_a_choice_is_that_of_the_run_in_summary_and_check(tmp_path):
     )  # fmt: skip
     *_, last = pr.solve(more)
     assert np.abs(last.state.u).max() < 1e-9 * tip(first)
+
+
+def test_auto_is_no_element_named():
+    """In Python and in files."""
+    problem = beam(2, 1.0, element="auto")
+    assert problem == beam(2, 1.0)
+    assert pr.discretise(problem).problem.bodies["beam"].element == "q4_enhanced"
+    assert "element" not in pr.dump(problem)

@@ -97,6 +97,11 @@ else:
     ElementName = name_of("element")
 
 
+def _chosen(value: Any) -> Any:
+    """``auto`` is what an element is that nobody names."""
+    return None if value == "auto" else value
+
+
 @described
 class Body:
     """Deformable body: a mesh of one material and ``element``.
@@ -105,13 +110,14 @@ class Body:
     ``q4_sheet`` is ``q4_enhanced`` with nine points across each layer, for elastic-plastic bending and springback;
     ``q8`` (2 × 2 points) and ``t6`` are quadratic; ``q4``, ``t3`` and ``q8_full`` (3 × 3 points) are the textbook elements,
     which lock in plastic flow.
-    Without ``element``: ``q4_fbar``, and ``q4`` in plane stress, where nothing locks in volume and F-bar has no meaning;
+    Without ``element``, or with ``auto``: ``q4_fbar``, and ``q4`` in plane stress, where nothing locks in volume and F-bar has no
+    meaning;
     ``q4_enhanced`` for elastic bodies whose layers would err by 5 % in bending and that nothing presses across their thickness.
     """
 
     mesh: Mesh
     material: Material
-    element: ElementName | None = None
+    element: Annotated[ElementName | None, BeforeValidator(_chosen)] = None
 
     def element_in(self, space: str) -> str:
         """Name of the element in a problem of that ``space``, the default filled in."""
