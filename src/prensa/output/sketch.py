@@ -60,7 +60,7 @@ def sketch(problem: Problem, meshes: Mapping[str, Mesh], system: System | None =
     with style.styled():
         figure, axes = figure_of_section(box)
         for name, mesh in meshes.items():
-            _draw_body(axes, name, mesh)
+            _draw_body(axes, name, mesh, max(box[1] - box[0], box[3] - box[2]))
         _draw_tools(axes, tools(3 * max(box[1] - box[0], box[3] - box[2])), box)
         finish_section(axes, problem, box)
         axes.set_title("before the first step" if system is not None else "bodies alone: a side that the case names is missing")
@@ -78,7 +78,8 @@ def _around(x: Array, tools: Callable[[float], Iterable[tuple[str, Array]]]) -> 
     return float(left - margin), float(right + margin), float(low_y - margin), float(high_y + margin)
 
 
-def _draw_body(axes: Axes, name: str, mesh: Mesh) -> None:
+def _draw_body(axes: Axes, name: str, mesh: Mesh, size: float) -> None:
+    """A body with the names of its sides and points, in a picture of a ``size``."""
     from matplotlib.collections import LineCollection, PolyCollection
 
     x = mesh.points
@@ -89,8 +90,9 @@ def _draw_body(axes: Axes, name: str, mesh: Mesh) -> None:
         colour = style.CYCLE[k % len(style.CYCLE)]
         axes.add_collection(LineCollection(list(x[side.edges[:, :2]]), colors=colour, linewidths=2.2, zorder=4))
         middle, out = _middle(x, side.edges)
-        # inside the body: outside there are tools
-        _label(axes, ", ".join(side.names), middle, -out, colour)
+        # inside the body, since outside there are tools, unless it is too thin there for words
+        room = float(np.ptp(x @ out)) / max(float(np.hypot(*out)), SMALLEST)
+        _label(axes, ", ".join(side.names), middle, -out if room > size / 4 else out, colour)
     for node, names in _points(mesh).items():
         away = x[node] - x.mean(axis=0)
         axes.plot(*x[node], "o", color="0.2", markersize=2.5, zorder=5)
