@@ -256,3 +256,14 @@ def test_ctrl_c_waits_for_the_writer_and_not_for_the_solver():
                 pass
             reached.append("never")
     assert reached == ["end of the block"]
+
+
+def test_a_problem_runs_with_defaults_as_its_case_does(tmp_path):
+    """The output and numerics of `Case`."""
+    problem = pr.Problem(
+        "bar", bodies={"bar": pr.Body(pr.Rectangle((2.0, 1.0), n=(2, 1)), pr.Elastic(1000.0, 0.3))}, tools={},
+        fixed={"bar.left": "x", "bar.bottom-left": "y"}, steps=[pr.Step("pull", fixed={"bar.right": {"x": 0.01}}, increments=1)],
+    )  # fmt: skip
+    pr.run(problem, tmp_path / "a", quiet=True)
+    pr.run(pr.Case(problem), tmp_path / "b", quiet=True)
+    assert (tmp_path / "a" / "history.csv").read_bytes() == (tmp_path / "b" / "history.csv").read_bytes()

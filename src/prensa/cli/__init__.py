@@ -584,14 +584,14 @@ def new(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Write a commented case to start from: a ring test, an upsetting, rolling, drawing, a dome, a bend, a can, Hertz."""
+    """Write a commented case to start from; without a name, list those that there are."""
     with Voice(quiet, verbose, json) as voice:
         from prensa.errors import PrensaError
         from prensa.output.starters import STARTERS, starter
 
         if not kind:
             for name, (_, what) in STARTERS.items():
-                voice.say(f"{name:<10} {what}")
+                voice.say(f"{name:<15} {what}")
             voice.give({name: what for name, (_, what) in STARTERS.items()})
             return
         refuse_unknown(voice, "kind of case", [kind], STARTERS)

@@ -42,7 +42,7 @@ IMBALANCE = 0.05  # of the largest energy, above which the energy balance is wor
 
 
 def run(
-    case: Case,
+    case: Case | Problem,
     out: str | Path | None = None,
     quiet: bool = False,
     source: str | Path | None = None,
@@ -56,7 +56,7 @@ def run(
     Parameters
     ----------
     case
-        What `prensa.load` returns.
+        What `prensa.load` returns, or a problem, with default output and numerics.
     out
         Folder of the results, made if needed.
     quiet
@@ -77,7 +77,8 @@ def run(
         After Ctrl-C, when everything is written; `resume` continues.
 
     """
-    take("run", "case", case, Case, "give a Case: what load returns, or Case(problem)")
+    take("run", "case", case, (Case, Problem), "give a Case: what load returns, or Case(problem)")
+    case = Case(case) if isinstance(case, Problem) else case
     take("run", "out", out, (str, PathLike, type(None)), "give the path of a folder or None")
     began = clocks.perf_counter()
     _refuse_unwritten(case.problem)
