@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
+from prensa.checks.after.between_nodes import BetweenNodes
 from prensa.checks.after.quality import PenaltyShare, hidden_forces, penetrations, soft_springs, untouched_tools
 from prensa.checks.before.table_starts import table_jumps
 from prensa.checks.check import (
@@ -18,7 +19,6 @@ from prensa.checks.check import (
     StepBegun,
 )
 from prensa.checks.during.acceptance import Corners, deformation, support, tunnelling, turning, unilateral_support
-from prensa.checks.during.between_nodes import BetweenNodes
 from prensa.checks.during.distortion import Distortion
 from prensa.checks.during.folding import Folding
 from prensa.checks.during.penetration import Penetration
@@ -48,11 +48,12 @@ class RunChecks:
         ]  # fmt: skip
         self.rejected: list[Check[Rejected]] = [Distortion(system, policy)]
         self.solved: list[Check[Solved]] = [
-            Penetration(system, folding), BetweenNodes(system), symmetry_lines, SelfIntersection(system), folding,
+            Penetration(system, folding), symmetry_lines, SelfIntersection(system), folding,
         ]  # fmt: skip
         self.committed: list[Check[Committed]] = [self.validity]
         self.step_ends: list[Check[Committed]] = [
             partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), penalties,
+            BetweenNodes(system),
         ]  # fmt: skip
         self.tools_leave: list[Check[Finished]] = [partial(untouched_tools, system)]
         self.run_ends: list[Check[Finished]] = [*self.tools_leave, self.validity.warnings, penalties.warnings]

@@ -29,7 +29,7 @@ STARTERS = {
     "channel": ("channel_forming", "a channel drawn under a force-driven holder"),
     "curl": ("draw_bending", "a channel whose walls curl when it is released"),
     "u-bend": ("u_bending", "a strip bent between lines and arcs, and released"),
-    "v-die": ("v_bending", "a sheet bent in a V-shaped die, and released"),
+    "die-bend": ("v_bending", "a sheet bent in a V-shaped die, and released"),
     "springback": ("strip_springback", "a strip bent between four rollers, and released"),
     "hardness": ("indentation", "a ball pressed into a metal and taken away"),
     "punch": ("flat_punch", "the limit load of a flat punch"),

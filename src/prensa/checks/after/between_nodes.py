@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.check import Solved, warning
+from prensa.checks.check import Committed, warning
 from prensa.checks.thresholds import NOTABLE_DEPTH
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
@@ -42,17 +42,17 @@ class BetweenNodes:
         self.edges = {s.name: segments(s.points.edges) for _, s in self.contacts}
         self.reported: set[str] = set()
 
-    def __call__(self, given: Solved) -> Iterator[Finding]:
-        """The deepest dip of each contact."""
+    def __call__(self, given: Committed) -> Iterator[Finding]:
+        """The deepest dip of each contact at the end of a step: on the way edges come and go between nodes."""
         if self.system.gone:
             return
-        assert given.result.evaluation is not None
-        x, forces = self.system.positions(given.outlines), given.result.evaluation.contacts
+        u, forces = given.state.u, given.evaluation.contacts
+        x = self.system.positions(u)
         for i, s in self.contacts:
             # one edge of many in contact bears no notable share of the force
             if s.name in self.reported or NOTABLE_DEPTH * np.count_nonzero(forces[i].p > 0.0) > 1.0:
                 continue
-            dip = self._deepest(s, x, given.outlines)
+            dip = self._deepest(s, x, u)
             if dip is not None:
                 self.reported.add(s.name)
                 yield warning(str(self._inside(s, x, dip)))
