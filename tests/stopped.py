@@ -8,6 +8,7 @@ import pytest
 
 import prensa as pr
 from prensa.output import run as module
+from prensa.output.progress import ProgressBar
 
 
 def stopped_after(case: pr.Case, folder: Path, number: int) -> None:
@@ -26,3 +27,15 @@ def stopped_after(case: pr.Case, folder: Path, number: int) -> None:
             module.run(case, folder, quiet=True)
     finally:
         module._Run = original
+
+
+def stop_at(monkeypatch, number: int, error: BaseException) -> None:
+    """Raise *error* at the first iteration of increment *number*."""
+    call = ProgressBar.__call__
+
+    def interrupted(self, sign):
+        if sign.number == number and sign.event == "iteration":
+            raise error
+        call(self, sign)
+
+    monkeypatch.setattr(ProgressBar, "__call__", interrupted)

@@ -21,6 +21,7 @@ from prensa.output.report import read_summary, write_report
 from prensa.output.run import resume, run
 from prensa.output.runlog import Warnings
 from prensa.result.increment import Force, Place, Progress
+from stopped import stop_at
 
 
 def problem(space: str = "plane strain", **more) -> pr.Problem:
@@ -51,18 +52,6 @@ def shown_by(case: pr.Case, directory, width: int = 0, **options) -> tuple[str, 
     except (PrensaError, KeyboardInterrupt):
         result = None
     return file.getvalue(), result
-
-
-def stop_at(monkeypatch, number: int, error: BaseException) -> None:
-    """Raise *error* at the first iteration of increment *number*."""
-    call = ProgressBar.__call__
-
-    def interrupted(self, sign):
-        if sign.number == number and sign.event == "iteration":
-            raise error
-        call(self, sign)
-
-    monkeypatch.setattr(ProgressBar, "__call__", interrupted)
 
 
 def top_of(directory) -> list[str]:

@@ -11,11 +11,11 @@ from prensa.errors import PrensaError, SolveError
 from prensa.output import pictures
 from prensa.output.history import read_history
 from prensa.output.interrupt import Interruptible
-from prensa.output.progress import ProgressBar
 from prensa.output.report import read_summary, write_report
 from prensa.output.run import resume, run
 from prensa.output.vtk import read_collection
 from problems import stroke, upset_block
+from stopped import stop_at
 
 CONTACT = "block.top-punch"
 
@@ -36,18 +36,6 @@ def files(directory) -> dict[str, bytes]:
     """Contents of everything that must not depend on how often a run was stopped."""
     kept = ("history.csv", "convergence.csv", "fields.pvd", "fields/*.vtu", "contact/*/*.csv")
     return {str(p.relative_to(directory)): p.read_bytes() for pattern in kept for p in sorted(directory.glob(pattern))}
-
-
-def stop_at(monkeypatch, number: int, error: BaseException) -> None:
-    """Raise *error* at the first iteration of increment *number*."""
-    call = ProgressBar.__call__
-
-    def interrupted(self, sign):
-        if sign.number == number and sign.event == "iteration":
-            raise error
-        call(self, sign)
-
-    monkeypatch.setattr(ProgressBar, "__call__", interrupted)
 
 
 @pytest.fixture(scope="module")

@@ -44,7 +44,7 @@ def test_the_error_that_is_reported_is_that_of_the_default_element(layers, lengt
     from prensa.system.bending import bendings
 
     problem = beam(layers, length, element="q4_fbar")
-    found = bendings(pr.discretise(problem), iter(["beam"]))
+    found = bendings(pr.discretise(problem), ["beam"])
     error = tip(beam(4, 0.5, element="q8")) / tip(problem) - 1.0
     if "beam" in found:
         assert found["beam"].error == pytest.approx(error, abs=0.02 * (1.0 + error))

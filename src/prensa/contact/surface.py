@@ -20,7 +20,7 @@ from prensa.types import Array, Index
 
 
 class Opposite(NamedTuple):
-    """The other side of a contact of two bodies: its ``body``, the nodes of both ``sides``, the body's modulus E*.
+    """The other side of a contact of two bodies: its ``body``, nodes of both ``sides``, the body's ``modulus`` as of a `Surface`.
 
     ``pressed``: the longest length of material that a node of the side presses in.
     """

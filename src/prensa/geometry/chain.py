@@ -13,6 +13,7 @@ from itertools import pairwise
 from math import atan2, cos, hypot, inf, isfinite, pi, sin, sqrt, tan
 from typing import Any
 
+from prensa.geometry.boxes import meeting_boxes
 from prensa.precision import DRAWN, NEGLIGIBLE
 
 Point = tuple[float, float]
@@ -353,21 +354,12 @@ def _radii(sharp: list[Piece], points: Sequence[Any], fillet: Any, closed: bool,
 
 # ------------------------------------------------------------------------------------------------------- crossing itself
 def _self_crossing(chain: list[Piece], closed: bool, slack: float) -> tuple[Piece, Piece, Point] | None:
-    """Two pieces and a point that both pass through away from the joint they share; sweep over x."""
-    boxes = [p.box for p in chain]
-    order = sorted(range(len(chain)), key=lambda i: boxes[i][0])
-    active: list[int] = []
-    for j in order:
-        x0, _, y0, y1 = boxes[j]
-        active = [i for i in active if boxes[i][1] >= x0 - slack]
-        for i in active:
-            if boxes[i][2] <= y1 + slack and boxes[i][3] >= y0 - slack:
-                a, b = min(i, j), max(i, j)
-                joints = _shared(chain, a, b, closed)
-                x = _meeting(chain[a], chain[b], joints, slack)
-                if x is not None:
-                    return chain[a], chain[b], x
-        active.append(j)
+    """Two pieces and a point that both pass through away from the joint they share."""
+    for pair in meeting_boxes([p.box for p in chain], slack):
+        a, b = min(pair), max(pair)
+        x = _meeting(chain[a], chain[b], _shared(chain, a, b, closed), slack)
+        if x is not None:
+            return chain[a], chain[b], x
     return None
 
 

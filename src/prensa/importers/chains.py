@@ -8,6 +8,7 @@ from itertools import combinations
 from math import atan2, cos, hypot, inf, pi, sin
 from typing import NamedTuple
 
+from prensa.geometry.boxes import meeting_boxes
 from prensa.importers.segments import Point, Segment, box
 
 
@@ -145,16 +146,9 @@ def _middle(s: Segment) -> Point:
 
 def _overlaps(segments: Sequence[Segment], near: float) -> Iterator[tuple[int, int]]:
     """Pairs of segments that lie on one another for some way."""
-    boxes = [box([s]) for s in segments]
-    order = sorted(range(len(segments)), key=lambda i: boxes[i][0])
-    open_: list[int] = []
-    for i in order:
-        left, _, low, high = boxes[i]
-        open_ = [j for j in open_ if boxes[j][1] >= left - near]
-        for j in open_:
-            if boxes[j][2] <= high + near and boxes[j][3] >= low - near and _overlap(segments[i], segments[j], near):
-                yield i, j
-        open_.append(i)
+    for i, j in meeting_boxes([box([s]) for s in segments], near):
+        if _overlap(segments[i], segments[j], near):
+            yield i, j
 
 
 def _overlap(s: Segment, t: Segment, near: float) -> bool:

@@ -16,7 +16,7 @@ from prensa.model.tables import found_file
 from prensa.model.units import factor
 from prensa.precision import DRAWN
 
-MOST_SEGMENTS = 5000  # lines and arcs of a tool
+MOST_SEGMENTS = 5000  # lines and arcs of a tool: one with more is a whole drawing, or its splines have too small a tolerance
 
 
 class Drawn(NamedTuple):

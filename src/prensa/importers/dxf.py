@@ -15,7 +15,7 @@ from prensa.importers.segments import Curve, Point, Segment
 from prensa.model.fields import LARGEST
 from prensa.precision import NEGLIGIBLE
 
-MOST_ENTITIES = 10_000  # of a drawing in which a tool is
+MOST_ENTITIES = 10_000  # of a drawing in which a tool is: one with more shows much besides it
 NOTES = {"TEXT", "MTEXT", "DIMENSION", "HATCH", "POINT", "LEADER", "MULTILEADER", "VIEWPORT", "ATTDEF", "ATTRIB", "XLINE", "RAY"}
 LENGTHS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 10: "yd", 13: "um", 14: "dm"}  # values of $INSUNITS
 OTHER_LENGTHS = {3: "miles", 8: "microinches", 9: "mils", 11: "angstroms", 12: "nanometres", 15: "decametres", 16: "hectometres"}

@@ -84,6 +84,11 @@ class Frame(NamedTuple):
         x = system.X[nodes]
         return cls(nodes, x.mean(axis=0), float(np.ptp(x, axis=0).max()))
 
+    @classmethod
+    def of_all(cls, system: System) -> dict[str, Frame]:
+        """Those of all bodies, by the first name of bodies that are tied to one another."""
+        return {name: cls.of(system, name) for name in (system.tied_bodies(b)[0] for b in system.problem.bodies)}
+
 
 def rows_of(frame: Frame, x: Array, n: Array) -> Array:
     """Rigid-body modes (k, 3) seen at points x along directions n, each (k, 2): translations, turn over the size."""

@@ -77,11 +77,17 @@ def parse_all(problem: Problem) -> dict[str, Measure]:
     return found
 
 
-def along_sides(problem: Problem, shapes: Mapping[str, Shape]) -> Iterator[tuple[str, str]]:
+def undeformed(mesh: Mesh) -> Shape:
+    """The shape of a body before anything moves."""
+    return Shape(mesh.points, mesh.points, mesh.points, mesh.cells, mesh.edges, mesh.corners)
+
+
+def along_sides(problem: Problem, meshes: Mapping[str, Mesh]) -> Iterator[tuple[str, str]]:
     """Measures by name, of those that can be read, whose place is all of a side as long as nothing moves; and what to write.
 
-    ``shapes``: the undeformed bodies. Of several places the measure may choose one; such measures are not meant.
+    ``meshes`` of the bodies. Of several places the measure may choose one; such measures are not meant.
     """
+    shapes = {name: undeformed(mesh) for name, mesh in meshes.items()}
     for name, text in problem.measures.items():
         reader = _Reader(problem, shapes)
         try:
@@ -269,8 +275,7 @@ class _Reader:
     def _shape(self, body: str) -> Shape:
         """The undeformed body, meshed once."""
         if body not in self.shapes:
-            mesh = _mesh(self.problem, body)
-            self.shapes[body] = Shape(mesh.points, mesh.points, mesh.points, mesh.cells, mesh.edges, mesh.corners)
+            self.shapes[body] = undeformed(_mesh(self.problem, body))
         return self.shapes[body]
 
     def _known(self, body: str) -> tuple[list[str], list[str]]:

@@ -35,6 +35,11 @@ class Strips:
         return self._sum(np.ones(self.strip.shape))
 
     @cached_property
+    def thin(self) -> tuple[Index, Index]:
+        """Of each element the row of the strip through the thickness, and its own number: an index of ``strip`` and its like."""
+        return np.where(self.along, 0, 1), np.arange(self.strip.shape[1])
+
+    @cached_property
     def along(self) -> Flags:
         """Elements (m,) whose η is not the direction in which the body is thin; where both are as long it is."""
         # Strips and not sides are compared: along fillets the shorter side of an element may lie along the sheet.

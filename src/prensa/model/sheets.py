@@ -20,9 +20,9 @@ _HEADER = re.compile(r"\s*(?P<name>[^\[\(]*?)\s*(?:[\[\(]\s*(?P<unit>[^\]\)]*?)\
 _POINT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?", re.ASCII)
 _COMMA = re.compile(r"[-+]?(\d+,?\d*|,\d+)([eEdD][-+]?\d+)?", re.ASCII)
 _SEPARATOR = re.compile(r"sep=(.)\s*", re.IGNORECASE)
-MOST_BYTES = 64 << 20
-LONGEST = 100_000  # characters of a row
-MOST_COLUMNS = 1000
+MOST_BYTES = 64 << 20  # of a table: a million rows
+LONGEST = 100_000  # characters of a row, more than which is no row of numbers
+MOST_COLUMNS = 1000  # of a table
 EXAMPLE = "'travel [mm],force [kN]'"
 
 

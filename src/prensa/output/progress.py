@@ -17,7 +17,7 @@ from prensa.output.answer import shown
 from prensa.output.terminal import Display
 from prensa.result.increment import Progress
 
-BAR = 24  # columns
+BAR = 24  # columns of the bar, where the terminal has room
 
 
 class ProgressBar(Display):

@@ -10,7 +10,7 @@ import datetime
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +44,7 @@ def summarise(directory: Path, system: System, case: Case, state: State | None, 
     problem, text = case.problem, known["text"]
     meshes = system.meshes if state is None or state.remeshed is None else state.remeshed.meshes
     bodies = system.problem.bodies  # with the elements that were chosen
-    about = known["about"]
+    about, tables = known["about"], _read(directory)
     made = {
         "name": problem.name,
         "status": known["status"],
@@ -53,7 +53,7 @@ def summarise(directory: Path, system: System, case: Case, state: State | None, 
         "input_hash": checkpoint.text_hash(text),
         "source": known["source"],
         "finished": _moment(datetime.datetime.now()),
-        **_from_tables(directory, case, known["status"] == COMPLETED, known["timings"]),
+        **_from_tables(directory, case, tables, known["status"] == COMPLETED, known["timings"]),
         "units": history.units_of(problem),
         "bodies": {
             b: {"nodes": len(m.points), "elements": len(m.cells), "element": bodies[b].element_in(problem.space)}
@@ -65,7 +65,7 @@ def summarise(directory: Path, system: System, case: Case, state: State | None, 
         "stopped_by": known["stopped_by"],
         "case": text,
     }
-    return made | {"answer": answer.lines(history.read_history(directory), case, made)}
+    return made | {"answer": answer.lines(tables.history, case, made)}
 
 
 def write_summary(directory: Path, summary: Mapping[str, Any], durable: bool = True) -> Path:
@@ -148,7 +148,8 @@ def _as_it_stands(directory: Path, summary: Contents, held: bool | None) -> dict
     timings = dict(summary["timings"])
     timings["other"] = timings.get("other", 0.0) + logged.seconds  # what took how long is added up at the end
     case = loads(summary["case"], SUMMARY, bounded=False)
-    now = _from_tables(directory, case, False, timings)
+    tables = _read(directory)
+    now = _from_tables(directory, case, tables, False, timings)
     reason = progress_of(now)
     if held is not True and (directory / checkpoint.CHECKPOINT).is_file():
         reason += "; 'prensa resume' continues from the checkpoint"
@@ -158,18 +159,30 @@ def _as_it_stands(directory: Path, summary: Contents, held: bool | None) -> dict
         "finished": summary["finished"] if logged.last is None else _moment(logged.last),
         "warnings": list(dict.fromkeys([*summary["warnings"], *logged.warnings])),
     }  # fmt: skip
-    return Contents(directory / SUMMARY, made | {"answer": answer.lines(history.read_history(directory), case, made)})
+    return Contents(directory / SUMMARY, made | {"answer": answer.lines(tables.history, case, made)})
 
 
 def _moment(local: datetime.datetime) -> str:
     return local.astimezone().isoformat(" ", "seconds")
 
 
-def _from_tables(directory: Path, case: Case, completed: bool, timings: Mapping[str, float]) -> dict[str, Any]:
+class _Tables(NamedTuple):
+    """Columns of ``convergence.csv`` and ``history.csv``."""
+
+    convergence: Mapping[str, NDArray[Any]]
+    history: Mapping[str, NDArray[Any]]
+
+
+def _read(directory: Path) -> _Tables:
+    # the convergence first: its rows are on the disk before those of the history
+    return _Tables(history.read_convergence(directory), history.read_history(directory))
+
+
+def _from_tables(
+    directory: Path, case: Case, tables: _Tables, completed: bool, timings: Mapping[str, float]
+) -> dict[str, Any]:  # fmt: skip
     """The entries of a summary that grow with the run."""
-    problem = case.problem
-    cost = history.read_convergence(directory)  # first: its rows are on the disk before those of the history
-    table = history.read_history(directory)
+    problem, (cost, table) = case.problem, tables
     final = [float(cost["residual"][cost["increment"] == n][-1]) for n in np.unique(cost["increment"])]
     iterations = table["iterations"]
 

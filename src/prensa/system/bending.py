@@ -7,7 +7,7 @@ compression. So elastic bodies get them where they matter, unless tools and supp
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -15,14 +15,14 @@ import numpy as np
 
 from prensa.contact.passage import WORTH_SAYING
 from prensa.elements.element import element_of
-from prensa.mesh.mesh import Mesh
+from prensa.mesh.mesh import Mesh, keys
 from prensa.mesh.thin import Strips, strips
 from prensa.model import problem as model
 from prensa.precision import NEGLIGIBLE
 from prensa.system.contact_surfaces import always_held
 from prensa.system.moments import Moment, moments
 from prensa.system.system import System
-from prensa.types import Array, Index
+from prensa.types import Array, Flags, Index
 
 FOR_BENDING = "q4_enhanced"
 
@@ -44,10 +44,9 @@ def stiffness_errors(s: Strips, nu: float, space: str) -> Array:
     An element of length a bends in shear, (1 − ν)/2 (a/t)² of the bending of the thickness t. Of the bending of each of n layers
     by itself, 1/n² of the whole, F-bar with its one volume keeps the deviatoric part, `q4` in plane stress all.
     """
-    m = np.arange(s.strip.shape[1])
-    thin = np.where(s.along, 0, 1)
-    thickness, layers = s.lengths[thin, m], s.numbers[thin, m]
-    length = np.linalg.norm(s.across[1 - thin, m], axis=1)
+    row, m = s.thin
+    thickness, layers = s.lengths[row, m], s.numbers[row, m]
+    length = np.linalg.norm(s.across[1 - row, m], axis=1)
     kept = {"plane strain": (1.0 - nu) / 2.0, "axisymmetric": 2.0 * (1.0 - nu) / 3.0}.get(space, 1.0 / (1.0 - nu**2))
     return np.asarray((1.0 - nu) / 2.0 * (length / thickness) ** 2 - (1.0 - kept) / layers**2)
 
@@ -57,22 +56,20 @@ class _Thickness:
     """The strips (s,) through the thickness of a body that end on its outline at both sides.
 
     ``ends`` (s, 2, 2): nodes of the two sides; ``middle`` (s, 2, 2): the places of their middles; ``across`` (s, 2): unit vectors
-    from the first to the second; ``size`` (s,): the thickness; ``first``: the number of the body's first node in the system.
+    from the first to the second; ``size`` (s,): the thickness; ``held`` (s, 2): ends that supports hold along it in all steps.
     """
 
     ends: Index
     middle: Array
     across: Array
     size: Array
-    first: int
+    held: Flags
 
     @staticmethod
-    def of(mesh: Mesh, s: Strips, first: int) -> _Thickness:
-        """Of the strips of a mesh."""
-        m = np.arange(len(mesh.cells))
-        thin = np.where(s.along, 0, 1)
-        own, nodes = np.repeat(s.strip[thin, m], 2), s.sides[thin, m].reshape(-1, 2)
-        outer = np.isin(_key(nodes, mesh), _key(mesh.boundary[:, :2], mesh))
+    def of(mesh: Mesh, s: Strips, held: Flags) -> _Thickness:
+        """Of the strips of a mesh, of whose nodes supports hold components (n, 2) in all steps."""
+        own, nodes = np.repeat(s.strip[s.thin], 2), s.sides[s.thin].reshape(-1, 2)
+        outer = np.isin(keys(nodes, len(mesh.points)), keys(mesh.boundary[:, :2], len(mesh.points)))
         own, nodes = own[outer], nodes[outer]
         order = np.argsort(own, kind="stable")
         _, at, count = np.unique(own[order], return_index=True, return_counts=True)
@@ -81,17 +78,12 @@ class _Thickness:
         middle = mesh.points[ends].mean(axis=2)
         way = middle[:, 1] - middle[:, 0]
         size = np.linalg.norm(way, axis=1)
-        return _Thickness(ends, middle, way / size[:, None], size, first)
-
-    def __len__(self) -> int:
-        return len(self.ends)
-
-
-def _key(pairs: Index, mesh: Mesh) -> Index:
-    return np.asarray(pairs.min(axis=1) * np.int64(len(mesh.points)) + pairs.max(axis=1))
+        across = way / size[:, None]
+        towards = np.abs(across)[:, None, None, :] > np.sqrt(0.5)
+        return _Thickness(ends, middle, across, size, (held[ends] & towards).any(axis=3).all(axis=2))
 
 
-def bendings(system: System, unnamed: Iterator[str]) -> dict[str, Bending]:
+def bendings(system: System, unnamed: Iterable[str]) -> dict[str, Bending]:
     """What bending makes of the bodies of quadrilaterals that are ``unnamed``, where their elements err by `WORTH_SAYING`."""
     errors, through = {}, {}
     for body in unnamed:
@@ -102,7 +94,8 @@ def bendings(system: System, unnamed: Iterator[str]) -> dict[str, Bending]:
         own = stiffness_errors(s, law.poisson, system.problem.space)
         error = float(own[np.argmax(np.abs(own))])
         if abs(error) > WORTH_SAYING:
-            errors[body], through[body] = error, _Thickness.of(mesh, s, system.offsets[body])
+            errors[body] = error
+            through[body] = _Thickness.of(mesh, s, always_held(system.problem, body, mesh))
     if not errors:
         return {}
     # Of two bodies in contact nobody knows where they press on each other.
@@ -118,10 +111,7 @@ def bendings(system: System, unnamed: Iterator[str]) -> dict[str, Bending]:
 
 def _gaps(system: System, body: str, t: _Thickness, moment: Moment) -> Array:
     """Gaps (s, 2) at the ends of strips to what is there at a moment: tools in contact with the body, and supports along them."""
-    out = np.full(t.ends.shape[:2], np.inf)
-    held = always_held(system.problem, body, system.meshes[body])
-    towards = np.abs(t.across)[:, None, None, :] > np.sqrt(0.5)
-    out[(held[t.ends] & towards).any(axis=3).all(axis=2)] = 0.0
+    out = np.where(t.held, 0.0, np.inf)
     outward = np.stack([-t.across, t.across], axis=1)
     for s in system.tool_contacts:
         if s.body == body:
@@ -169,7 +159,7 @@ def with_elements_for_bending(system: System, like: model.Problem | None) -> Sys
     if like is not None:
         chosen = {n: e for n in open_ if n in like.bodies and (e := like.bodies[n].element) is not None}
     elif elastic := [n for n in open_ if not p.bodies[n].material.plastic]:
-        chosen = {name: FOR_BENDING for name, b in bendings(system, iter(elastic)).items() if not b.pressed}
+        chosen = {name: FOR_BENDING for name, b in bendings(system, elastic).items() if not b.pressed}
     if not chosen:
         return system
     blocks = [replace(b, element=element_of(chosen[b.body])) if b.body in chosen else b for b in system.blocks]

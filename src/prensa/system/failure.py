@@ -95,8 +95,7 @@ class Past(NamedTuple):
 class Inside(NamedTuple):
     """A node (its number in the body, and its place) that lies by ``depth`` inside a tool; ``side``: 'body.boundary'.
 
-    ``other``: the second node of an edge that lies inside between its nodes; -1 of a node. ``between``: whether that
-    edge is in contact with the tool, which dips into it by more than ``depth``. ``through``: what to do where
+    ``other``: the second node of an edge that lies inside between its nodes; -1 of a node. ``through``: what to do where
     the side is a line of symmetry or the axis and the tool has contacts with the body, so that it came through another side.
     """
 
@@ -109,15 +108,8 @@ class Inside(NamedTuple):
     depth: float
     other: int = -1
     through: str = ""
-    between: bool = False
 
     def __str__(self) -> str:
-        if self.between:
-            return (
-                f"tool {self.tool!r} lies more than {self.depth:.3g} inside {self.side!r} between nodes {self.node} and "
-                f"{self.other}, at ({self.x:.4g}, {self.y:.4g}), and touches neither as deep: its edge or fillet is finer than "
-                "the elements, and forces are too small; shorten the elements there, or enlarge the fillet"
-            )
         what = f"node {self.node}" if self.other < 0 else f"the edge between nodes {self.node} and {self.other}"
         return (
             f"{what} of {self.side!r} at ({self.x:.4g}, {self.y:.4g}) lies {self.depth:.3g} inside tool "

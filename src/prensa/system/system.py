@@ -42,7 +42,7 @@ from prensa.types import Array, Flags, Index, Ints
 log = logging.getLogger("prensa")
 
 
-FORCE_ROUND_OFF = 0.25  # share of ε E* size, per node, that the forces of a body at rest miss: all the strain there is then
+FORCE_ROUND_OFF = 0.25  # share of ε M size, per node, that the forces of a body at rest miss: all the strain there is then
 NOTHING = 1e-8  # forces of strains below this need no relative accuracy: an unloaded body has no force to compare with
 AT_ONCE = 1 << 14  # elements whose energies are found together: temporaries of all would be a tenth of what a run takes
 

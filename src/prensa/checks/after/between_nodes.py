@@ -8,17 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.checks.check import Committed, warning
+from prensa.checks.during.penetration import ON_EDGE
 from prensa.checks.thresholds import NOTABLE_DEPTH
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
 from prensa.mesh.mesh import segments
 from prensa.model.remeshing import remeshing_of
-from prensa.system.failure import Inside
 from prensa.system.system import System
 from prensa.types import Array, Index
-
-ON_EDGE = np.arange(1, 8) / 8
-"""Places on an edge between its nodes at which a tool is looked for."""
 
 
 class Dip(NamedTuple):
@@ -55,7 +52,14 @@ class BetweenNodes:
             dip = self._deepest(s, x, u)
             if dip is not None:
                 self.reported.add(s.name)
-                yield warning(str(self._inside(s, x, dip)))
+                a, b = (dip.edge - self.system.offsets[s.body]).tolist()
+                at, up = x[dip.edge].mean(axis=0).tolist()
+                yield warning(
+                    f"tool {s.against!r} lies more than {NOTABLE_DEPTH * dip.length:.3g} inside "
+                    f"{'+'.join(s.description.surface)!r} between nodes {a} and {b}, at ({at:.4g}, {up:.4g}), and touches "
+                    "neither as deep: its edge or fillet is finer than the elements, and forces are too small; shorten the "
+                    "elements there, or enlarge the fillet"
+                )
 
     def _deepest(self, s: Surface, x: Array, u: Array) -> Dip | None:
         """The deepest dip over the length of its edge, for nodes at x (n, 2) of degrees of freedom u (ndof,)."""
@@ -79,8 +83,3 @@ class BetweenNodes:
         gaps = np.asarray(master.shape.closest(master.local(behind.reshape(-1, 2), u)).g).reshape(len(near), -1).min(axis=1)
         k = int(np.argmin(gaps))
         return Dip(edges[near[k]], float(length[near[k]])) if gaps[k] < 0.0 else None
-
-    def _inside(self, s: Surface, x: Array, dip: Dip) -> Inside:
-        a, b = (dip.edge - self.system.offsets[s.body]).tolist()
-        (at, up), side = x[dip.edge].mean(axis=0).tolist(), "+".join(s.description.surface)
-        return Inside(s.against, a, s.body, side, at, up, NOTABLE_DEPTH * dip.length, other=b, between=True)

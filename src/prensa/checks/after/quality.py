@@ -43,15 +43,15 @@ class PenaltyShare:
         self.system = system
         self.work, self.share, self.softest = 0.0, 0.0, ""
 
-    def __call__(self, given: Committed) -> Iterator[Finding]:
-        """Note the end of a step."""
+    def __call__(self, given: Committed) -> tuple[()]:
+        """Note the end of a step; there is nothing to say before the end of the run."""
         # Steps of little work, in which a sheet is clamped, have large shares without a meaning for what is asked of the run.
         energy, contacts = given.state.energy, zip(self.system.surfaces, given.evaluation.contacts, given.context.scales)
         stored = {s.name: _gives_way(f, scale) for s, f, scale in contacts if s.description.enforcement.sinks}
         if stored and energy.external > self.work:
             self.work, self.share = energy.external, sum(stored.values()) / energy.external
             self.softest = max(stored, key=lambda name: stored[name])
-        yield from ()
+        return ()
 
     def warnings(self, _: Finished | Failed) -> Iterator[Finding]:
         """The share, where it shows."""

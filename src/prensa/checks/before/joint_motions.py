@@ -7,17 +7,26 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.checks.before.rigid_motions import contact_rows, loaded
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.contact.pairing import Pairs
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
 from prensa.linear.rigid_modes import Frame, free_in_words, rows_of, support_rows
-from prensa.model import problem as model
 from prensa.model.problem import tools_removed
 from prensa.system.moments import stages
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array, Index
+
+
+class _Met(NamedTuple):
+    """A contact with a tool: places x (k, 2) of its nodes at first, what they see of it, and whether it rubs in a step."""
+
+    surface: Surface
+    x: Array
+    pairs: Pairs
+    rubs: bool
 
 
 class _Columns(NamedTuple):
@@ -30,18 +39,27 @@ class _Columns(NamedTuple):
     kept: Index
     free: Index
 
-    def rows(self, system: System, s: Surface, pairs: Pairs, way: Array) -> Array:
+    @property
+    def width(self) -> int:
+        """Columns of the bodies."""
+        return len(self.frames) * len(self.kept)
+
+    def of(self, body: str) -> slice:
+        """The columns of a body."""
+        first = list(self.frames).index(body) * len(self.kept)
+        return slice(first, first + len(self.kept))
+
+    def blank(self, count: int) -> Array:
+        """Rows (count, columns) of nothing."""
+        return np.zeros((count, self.width + len(self.free)))
+
+    def rows(self, system: System, body: str, met: _Met, way: Array) -> Array:
         """Rows (k, columns) of what points of a contact see along ``way`` (k, 5): of the body, and of the tool."""
-        out = np.zeros((len(way), len(self.frames) * len(self.kept) + len(self.free)))
-        name = system.tied_bodies(s.body)[0]
-        first = list(self.frames).index(name) * len(self.kept)
-        x = system.positions(system.initial().u)[s.points.nodes]
-        out[:, first : first + len(self.kept)] = rows_of(self.frames[name], x, way[:, :2])[:, self.kept]
-        own = system.tool_masters[s.against].dofs
-        for column, dof in enumerate(self.free.tolist()):
-            for k in np.flatnonzero(own == dof):
-                # turns are measured by the length of the model, so that all columns are displacements
-                out[:, len(self.frames) * len(self.kept) + column] = way[:, 2 + k] / (system.length if k == 2 else 1.0)
+        out = self.blank(len(way))
+        out[:, self.of(body)] = rows_of(self.frames[body], met.x, way[:, :2])[:, self.kept]
+        for k, dof in enumerate(system.tool_masters[met.surface.against].dofs):
+            # turns are measured by the length of the model, so that all columns are displacements
+            out[:, self.width :] += np.outer(way[:, 2 + k] / (system.length if k == 2 else 1.0), self.free == dof)
         return out
 
 
@@ -49,7 +67,7 @@ def joint_motions(system: System) -> Iterator[Finding]:
     """Bodies that nothing holds against the tools which press them."""
     if system.problem.body_contacts:
         return  # they push each other on
-    frames = {name: Frame.of(system, name) for name in (system.tied_bodies(b)[0] for b in system.problem.bodies)}
+    frames = Frame.of_all(system)
     reported: set[str] = set()
     for stage in stages(system):
         if tools_removed(system.problem, stage.plan.number):
@@ -78,12 +96,14 @@ def _axis(way: Array) -> str:
     return f"{sign}{'xy'[int(np.argmax(np.abs(way)))]}"
 
 
-def _contacts(system: System, body: str) -> Iterator[tuple[Surface, Pairs]]:
-    """The contacts of a body and of those tied to it, with what its points see of the tools in the beginning."""
+def _met(system: System, body: str, plan: StepPlan) -> Iterator[_Met]:
+    """The contacts with tools of a body and of those tied to it."""
     u = system.initial().u
-    for s in system.tool_contacts:
+    x = system.positions(u)
+    for s, law in zip(system.tool_contacts, plan.friction_at(plan.t1)):
         if s.body in system.tied_bodies(body):
-            yield s, system.tool_masters[s.against].seen(system.positions(u)[s.points.nodes], u)
+            own = x[s.points.nodes]
+            yield _Met(s, own, system.tool_masters[s.against].seen(own, u), not system.frictionless(law))
 
 
 def _flight(system: System, body: str, frame: Frame, plan: StepPlan) -> Array | None:
@@ -93,32 +113,29 @@ def _flight(system: System, body: str, frame: Frame, plan: StepPlan) -> Array | 
     """
     from scipy.linalg import null_space
 
-    p = system.problem
-    owners: tuple[model.Problem | model.Step, ...] = (p, p.steps[plan.number])
-    mine = system.tied_bodies(body)
-    if any(name.partition(".")[0] in mine for owner in owners for name in (*owner.loads, *owner.body_force)):
+    if loaded(system, system.tied_bodies(body), plan.number):
         return None
     normals, driven = [], False
-    laws = dict(zip((s.name for s in system.surfaces), plan.friction_at(plan.t1)))
     at, moved = plan.values(plan.t0), plan.values(plan.t1)
-    for s, pairs in _contacts(system, body):
-        n, e = pairs.n[~np.isnan(pairs.g)], pairs.e[~np.isnan(pairs.g), 0]
+    for met in _met(system, body, plan):
+        seen = ~np.isnan(met.pairs.g)
+        n, e = met.pairs.n[seen], met.pairs.e[seen, 0]
         # Friction up to the pressure itself may hold it, as rolls grip a strip: no force of that cone may push it back.
-        normals += [n] if system.frictionless(laws[s.name]) else [n + e, n - e]
-        own = system.tool_masters[s.against].dofs
+        normals += [n + e, n - e] if met.rubs else [n]
+        own = system.tool_masters[met.surface.against].dofs
         way = np.array([float((moved - at)[plan.fixed == dof].sum()) for dof in own[:2]])
         driven |= bool(np.isin(own, list(plan.push)).any() or (n @ way > 0.0).any())
     if not driven or not sum(map(len, normals)):
         return None
+    cone = np.concatenate(normals)
     held = support_rows(system, frame, plan)[:, :2]
     if system.axisymmetric:
         held = np.concatenate([held, [[1.0, 0.0]]])
     free = null_space(held, rcond=NO_DIFFERENCE) if len(held) else np.eye(2)
     if not free.shape[1]:
         return None
-    seen = np.concatenate(normals) @ free
-    way = free @ _along_all(seen)
-    return way if (np.concatenate(normals) @ way > NO_DIFFERENCE).all() else None
+    away = free @ _along_all(cone @ free)
+    return away if (cone @ away > NO_DIFFERENCE).all() else None
 
 
 def _along_all(n: Array) -> Array:
@@ -137,43 +154,36 @@ def _together(system: System, frames: dict[str, Frame], plan: StepPlan) -> tuple
     from scipy.linalg import null_space
 
     own = system.dofs.tool.dofs(np.arange(len(system.tools))).ravel()
-    free = own[np.isin(own, list(plan.push))]
     kept = np.array([1]) if system.axisymmetric else np.arange(3)
-    columns = _Columns(frames, kept, free)
-    if not len(free) or system.dofs.dimension != 2:
+    columns = _Columns(frames, kept, own[np.isin(own, list(plan.push))])
+    if not len(columns.free):
         return [], ""
-    width = len(frames) * len(kept)
-    rows = [np.zeros((0, width + len(free)))]
-    alone: dict[str, list[Array]] = {}
-    laws = dict(zip((s.name for s in system.surfaces), plan.friction_at(plan.t1)))
-    for k, (body, frame) in enumerate(frames.items()):
+    rows = [columns.blank(0)]
+    for body, frame in frames.items():
         held = support_rows(system, frame, plan)
-        rows.append(np.zeros((len(held), width + len(free))))
-        rows[-1][:, k * len(kept) : (k + 1) * len(kept)] = held[:, kept]
-        alone[body] = [held]
-        for s, pairs in _contacts(system, body):
-            seen, rubs = ~np.isnan(pairs.g), not system.frictionless(laws[s.name])
-            for way in (pairs.dg, pairs.ds[:, 0])[: 2 if rubs else 1]:
-                both = columns.rows(system, s, pairs, way)[seen]
-                rows.append(both)
-                alone[body].append(rows_of(frame, system.positions(system.initial().u)[s.points.nodes][seen], way[seen, :2]))
-    springs = np.isin(free, list(plan.springs))
-    rows.append(np.eye(width + len(free))[width:][springs])
+        rows.append(columns.blank(len(held)))
+        rows[-1][:, columns.of(body)] = held[:, kept]
+        for met in _met(system, body, plan):
+            ways = (met.pairs.dg, met.pairs.ds[:, 0]) if met.rubs else (met.pairs.dg,)
+            rows += [columns.rows(system, body, met, way)[~np.isnan(met.pairs.g)] for way in ways]
+    springs = np.isin(columns.free, list(plan.springs))
+    rows.append(columns.blank(int(springs.sum())))
+    rows[-1][:, columns.width :] = np.eye(len(springs))[springs]
     null = null_space(np.concatenate(rows), rcond=NO_DIFFERENCE).T
-    bodies = [
-        body for k, body in enumerate(frames)
-        if (np.abs(null[:, k * len(kept) : (k + 1) * len(kept)]) > NO_DIFFERENCE).any()
-        and not free_in_words(system, frames[body], np.concatenate(alone[body]))
-    ]  # fmt: skip
-    moving = free[(np.abs(null[:, width:]) > NO_DIFFERENCE).any(axis=0)]
+    moves = {body: null[:, columns.of(body)] for body in frames}
+    bodies = [body for body in frames if (np.abs(moves[body]) > NO_DIFFERENCE).any() and _held(system, body, frames[body], plan)]
+    moving = columns.free[(np.abs(null[:, columns.width :]) > NO_DIFFERENCE).any(axis=0)]
     tools = [t.name for i, t in enumerate(system.tools) if np.isin(system.dofs.tool.dofs(i), moving).any()]
     if not bodies or not tools:
         return [], ""
-    k = list(frames).index(bodies[0]) * len(kept)
-    full = np.zeros((len(null), 3))
-    full[:, kept] = null[:, k : k + len(kept)]
     # the rows that leave exactly these motions of the first body free
-    rest = null_space(full, rcond=NO_DIFFERENCE).T if not system.axisymmetric else np.zeros((0, 3))
+    rest = np.zeros((0, 3)) if system.axisymmetric else null_space(moves[bodies[0]], rcond=NO_DIFFERENCE).T
     words = free_in_words(system, frames[bodies[0]], rest)
     listed = ", ".join(repr(name) for name in (*bodies, *tools))
     return bodies, f"{listed} are free to {words} together, since no motion of these tools is prescribed"
+
+
+def _held(system: System, body: str, frame: Frame, plan: StepPlan) -> bool:
+    """Whether supports, and contacts with tools that stood still, hold a body; of others `rigid_motions` speaks."""
+    rows = [support_rows(system, frame, plan), contact_rows(system, body, frame, plan, False)]
+    return not free_in_words(system, frame, np.concatenate(rows))

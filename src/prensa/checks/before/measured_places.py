@@ -6,17 +6,10 @@ from collections.abc import Iterator
 
 from prensa.errors import Finding
 from prensa.measures import along_sides
-from prensa.result.increment import Shape
 from prensa.system.system import System
 
 
 def measured_places(system: System) -> Iterator[Finding]:
     """Places of deformed bodies that are all of a side at the start; those of undeformed ones are refused when they are read."""
-    if not system.problem.measures:
-        return
-    shapes = {
-        name: Shape(mesh.points, mesh.points, mesh.points, mesh.cells, mesh.edges, mesh.corners)
-        for name, mesh in system.meshes.items()
-    }
-    for name, found in along_sides(system.problem, shapes):
+    for name, found in along_sides(system.problem, system.meshes):
         yield Finding(f"measures.{name}", f"at the start {found}; it has a value only once the side has bent or turned across it")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
@@ -24,14 +24,14 @@ def rigid_motions(system: System) -> Iterator[Finding]:
     """Rigid-body motions of each body that nothing resists: named, fatal when not even a contact can."""
     at_start = system.initial().u
     reported: set[str] = set()
-    frames = {name: Frame.of(system, name) for name in (system.tied_bodies(b)[0] for b in system.problem.bodies)}
+    frames = Frame.of_all(system)
     for number in range(len(system.problem.steps)):
         plan = plan_step(system, number, at_start)
         for name, frame in frames.items():
             held = support_rows(system, frame, plan)
             gone = tools_removed(system.problem, number)
             resting = [
-                np.zeros((0, 3)) if gone else _contact_rows(system, name, frame, plan, touching)
+                np.zeros((0, 3)) if gone else contact_rows(system, name, frame, plan, touching)
                 for touching in (True, False)
             ]
             # Fatal first: what not even all contacts could resist would be named twice else.
@@ -74,11 +74,9 @@ def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
     Of those that touch it in the beginning. Loads may resist it too. In the plane a body between tools that press it is held by
     their friction from the first increment on, and a good case.
     """
-    p, u = system.problem, system.initial().u
+    u, mine = system.initial().u, system.tied_bodies(body)
     at, moved = plan.values(plan.t0), plan.values(plan.t1)
-    mine = system.tied_bodies(body)
-    owners: list[model.Problem | model.Step] = [p, p.steps[plan.number]]
-    if any(name.partition(".")[0] in mine for owner in owners for name in (*owner.loads, *owner.body_force)):
+    if loaded(system, mine, plan.number):
         return False
     driven: set[float] = set()
     bearing: set[float] = set()
@@ -99,8 +97,15 @@ def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
     return rubs and any(-sign not in bearing for sign in driven)
 
 
-def _contact_rows(system: System, body: str, frame: Frame, plan: StepPlan, touching: bool) -> Array:
-    """Rows of the contacts of a body: normals and, with friction, tangents; of all of them, or of those that touch at first.
+def loaded(system: System, bodies: Collection[str], number: int) -> bool:
+    """Whether loads of the problem, or of step *number* (from 0), act on some bodies."""
+    p = system.problem
+    owners: list[model.Problem | model.Step] = [p, p.steps[number]]
+    return any(name.partition(".")[0] in bodies for owner in owners for name in (*owner.loads, *owner.body_force))
+
+
+def contact_rows(system: System, body: str, frame: Frame, plan: StepPlan, touching: bool) -> Array:
+    """Rows (k, 3) of the contacts of a body, normals and with friction tangents: of all, or of those that touch at first.
 
     Tools that are pushed are brought to touch before the solve.
     """
