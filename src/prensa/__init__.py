@@ -18,8 +18,6 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "BodyContact": "prensa.model.problem",
     "Conductor": "prensa.model.heat",
     "Heat": "prensa.model.heat",
-    "SpatialFixed": "prensa.model.spatial",
-    "SpatialMotion": "prensa.model.spatial",
     "load": "prensa.model.schema",
     "dump": "prensa.model.schema",
     "CaseError": "prensa.model.schema",

@@ -41,9 +41,9 @@ def under_plane(X, cells, material, top, at, normal, supports, steps, friction=N
         "bricks", space="solid", bodies={"body": pr.Body(mesh, material, **element)},
         tools={"plane": pr.Plane(normal=normal, at=at)},
         contacts=(pr.Contact("body.surface", "plane", friction=friction, **how),),
-        fixed={f"body.{name}": pr.SpatialFixed(**dict.fromkeys(axes, "held")) for name, (_, axes) in supports.items()},
+        fixed={f"body.{name}": pr.Fixed(**dict.fromkeys(axes, "held")) for name, (_, axes) in supports.items()},
         steps=tuple(
-            pr.Step(name, move={"plane": pr.SpatialMotion(**way)}, increments=next(iter(n), None)) for name, way, *n in steps
+            pr.Step(name, move={"plane": pr.Motion(**way)}, increments=next(iter(n), None)) for name, way, *n in steps
         ), **given,
     )  # fmt: skip
 
@@ -278,7 +278,7 @@ def test_what_is_not_there_in_space_yet_is_refused(change, words):
     ("change", "words"),
     [
         ({"bodies": {"b": pr.Body(pr.Box((1.0, 1.0, 1.0), (1, 1, 1)), SWIFT)}}, "bricks need 'space: solid'"),
-        ({"fixed": {"b.bottom": pr.SpatialFixed(z="held")}}, "z is an axis of 'space: solid'"),
+        ({"fixed": {"b.bottom": pr.Fixed(z="held")}}, "z is an axis of 'space: solid'"),
         (
             {"tools": {"t": pr.Plane(normal=(0.0, -1.0, 0.0), at=(0.0, 1.0, 0.0))}},
             "at has 3 components; plane strain has 2",

@@ -39,8 +39,8 @@ def on_block(depth):
         bodies={"block": pr.Body(pr.Box((SIDE,) * 3, (14,) * 3, toward=(0, SIDE, 0), ratio=20), pr.Elastic(E, NU), "h8")},
         tools={"ball": pr.Sphere(R, at=(0, SIDE + R, 0))}, contacts=(pr.Contact("block.top", "ball"),),
         fixed={
-            "block.left": "x", "block.back": pr.SpatialFixed(z="held"),
-            "block.bottom": pr.SpatialFixed(x="held", y="held", z="held"),
+            "block.left": "x", "block.back": pr.Fixed(z="held"),
+            "block.bottom": pr.Fixed(x="held", y="held", z="held"),
         },
         steps=(pr.Step("press", move={"ball": pr.Motion(y=-depth)}, increments=2),),
     )  # fmt: skip

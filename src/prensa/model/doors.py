@@ -22,10 +22,10 @@ USERS = "module:Class"
 """Tag of the alternative for users' own laws."""
 
 
-def union(kind: str) -> Any:
-    """The type of a value that may be any member of the door of a kind."""
+def union(kind: str, only: Callable[[Any], bool] = lambda cls: True) -> Any:
+    """The type of a value that may be any member of the door of a kind; of prensa's ``only`` those for which that holds."""
     door = DOORS[kind]
-    alternatives = [Annotated[cls, Tag(name)] for name, cls in door.own().items()]
+    alternatives = [Annotated[cls, Tag(name)] for name, cls in door.own().items() if only(cls)]
     users = Annotated[Any, BeforeValidator(_user(door)), Tag(USERS)]
     return Annotated[Union[(*alternatives, users)], Discriminator(_tag(door))]
 

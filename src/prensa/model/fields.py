@@ -15,7 +15,6 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator,
 from pydantic.dataclasses import dataclass
 
 from prensa.errors import CaseError, Mark, Mistake
-from prensa.model.python_alone import PythonAlone
 from prensa.model.units import Angle, BodyForce, Displacement, Force, Length, Moment, Number, Pressure, SpringStiffness
 
 _FROZEN = ConfigDict(extra="forbid", arbitrary_types_allowed=False, allow_inf_nan=False)
@@ -84,15 +83,12 @@ def vector_of(number: Any) -> Any:
     ]
 
 
-IN_SPACE = PythonAlone(lambda value: len(value) == 3)
-"""Marks a vector whose three components a case file may not have yet."""
-
 if TYPE_CHECKING:
     Position: TypeAlias = tuple[float, float] | tuple[float, float, float]
     Direction: TypeAlias = Position
 else:
-    Position = Annotated[vector_of(Length), IN_SPACE]
-    Direction = Annotated[vector_of(Number), IN_SPACE]
+    Position = vector_of(Length)
+    Direction = vector_of(Number)
 
 
 # --------------------------------------------------------------------------------------------- time-dependent values

@@ -396,8 +396,6 @@ class Box:
     ratio: Annotated[Number, Field(ge=1)] = 8.0
     type: Literal["box"] = "box"
 
-    offered: ClassVar[bool] = False
-
 
 @described
 class Bricks:
@@ -411,8 +409,6 @@ class Bricks:
     cells: tuple[tuple[int, int, int, int, int, int, int, int], ...]
     boundaries: Mapping[str, tuple[int, ...]]
     type: Literal["bricks"] = "bricks"
-
-    offered: ClassVar[bool] = False
 
 
 Mesh = Annotated[

@@ -51,7 +51,7 @@ from prensa.model.meshes import (
     Strip,
     Wire,
 )
-from prensa.model.python_alone import WHOLE, PythonAlone
+from prensa.model.python_alone import WHOLE
 from prensa.model.remeshing import Remesh, RemeshValue, Sizes, When
 from prensa.model.units import (
     Displacement,
@@ -283,9 +283,13 @@ SupportValue = Annotated[
 ]
 
 
+AXES = ("x", "y", "z")
+"""Along which bodies and tools are displaced; those of the plane are the first two."""
+
+
 @described
 class Fixed:
-    """Support of a boundary along ``x`` and ``y``: ``held`` where it is, a number or a table of total displacement, or none.
+    """Support of a boundary along ``x``, ``y`` and in space ``z``: ``held`` where it is, a displacement or a table of it, or none.
 
     ``free`` releases what earlier entries prescribed there: its force goes linearly to zero over the step.
     """
@@ -293,16 +297,17 @@ class Fixed:
     x: SupportValue | None = None
     y: SupportValue | None = None
     free: bool = False
+    z: SupportValue | None = None
 
 
 def _as_fixed(value: Any) -> Any:
-    """'x', 'y' and 'xy' are short for held components, 'free' for a release."""
+    """'x', 'y', 'xy', in space also 'z', 'xz', 'yz' and 'xyz', are short for held components, 'free' for a release."""
     if isinstance(value, list | tuple | bool):
         raise ValueError("write 'x', 'y', 'xy', 'free' or a mapping of x and y to values")
     if isinstance(value, str):
         if value == "free":
             return {"free": True}
-        if value not in ("x", "y", "xy"):
+        if value not in ("x", "y", "xy", "z", "xz", "yz", "xyz"):
             raise ValueError(f"{value!r} is not 'x', 'y', 'xy', 'free' or a mapping of x and y to values")
         return dict.fromkeys(value, "held")
     return value
@@ -313,11 +318,12 @@ FixedValue = Annotated[Fixed, BeforeValidator(_as_fixed)]
 
 @described
 class Motion:
-    """Displacement (or velocity) ``x``, ``y`` of a tool's reference point and its rotation ``rz``, counter-clockwise."""
+    """Displacement (or velocity) ``x``, ``y``, in space ``z``, of a tool's reference point and its rotation ``rz``, counter-clockwise."""
 
     x: DisplacementValue | None = None
     y: DisplacementValue | None = None
     rz: AngleValue | None = None
+    z: DisplacementValue | None = None
 
 
 def _per_second(value: Any) -> Any:
@@ -455,9 +461,7 @@ class Problem:
     loads: Mapping[str, Load] = field(default_factory=dict)
     body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
     friction: Friction | None = None
-    space: Annotated[
-        Literal["plane strain", "plane stress", "axisymmetric", "solid"], PythonAlone(lambda space: space == "solid")
-    ] = "plane strain"
+    space: Literal["plane strain", "plane stress", "axisymmetric", "solid"] = "plane strain"
     kinematics: Literal["finite", "small"] = "finite"
     contact_geometry: Literal["current", "reference"] = "current"
     allow_large_strain: bool = False

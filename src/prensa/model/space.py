@@ -8,8 +8,6 @@ from typing import Any
 from prensa.model.names import Finding
 from prensa.registry import DOORS
 
-SO_FAR = "space is described in Python alone so far"
-
 NOT_IN_SPACE = {
     "problem": ("no_contact", "ties", "loads", "body_force", "stabilise", "remesh", "start", "measures"),
     "tools": ("touching", "above", "below", "spring"),
@@ -56,12 +54,12 @@ def _bodies(p: Any, dimension: int) -> Iterator[Finding]:
         if body is None:
             continue
         if (body.mesh.type in ("box", "bricks")) != (dimension == 3):
-            words = f"bodies in space are bricks, Box or Bricks; {SO_FAR}" if dimension == 3 else "bricks need 'space: solid'"
+            words = "bodies in space have a mesh of type 'box' or 'bricks'" if dimension == 3 else "bricks need 'space: solid'"
             yield Finding(("bodies", name, "mesh"), words)
         if body.element is not None:
             element: Any = DOORS["element"].find(body.element)
             if element.layout.dimension != dimension:
-                words = "of the plane; use 'h8_fbar'" if dimension == 3 else f"of 'space: solid'; {SO_FAR}"
+                words = "of the plane; use 'h8_fbar'" if dimension == 3 else "of 'space: solid'"
                 yield Finding(("bodies", name, "element"), f"{body.element!r} is an element {words}")
 
 
@@ -70,7 +68,7 @@ def _tools(p: Any, dimension: int) -> Iterator[Finding]:
         if tool is None:
             continue
         if dimension not in tool.dimensions:
-            words = "has no shape in space yet" if dimension == 3 else f"is a tool of 'space: solid'; {SO_FAR}"
+            words = "has no shape in space yet" if dimension == 3 else "is a tool of 'space: solid'"
             yield Finding(("tools", name), f"{tool.type!r} {words}")
             continue
         for key in ("at", tool.direction_key):

@@ -15,7 +15,6 @@ from prensa.layout import DofMap
 from prensa.mesh.mesh import Mesh, MeshError
 from prensa.model import problem as model
 from prensa.model.interference import Interference, interference_of
-from prensa.model.spatial import SPATIAL_AXES
 from prensa.precision import DRAWN
 from prensa.system.mortar import APART, Side, combinations, integrals
 from prensa.system.tie_gaps import normals, overlaps
@@ -164,7 +163,7 @@ def held_components(
         for name, support in source.items():
             body, _, edge = name.partition(".")
             nodes = meshes[body].nodes(edge, name) + offsets[body]
-            held[nodes] |= [getattr(support, c, None) is not None for c in SPATIAL_AXES[: X.shape[1]]]
+            held[nodes] |= [getattr(support, c, None) is not None for c in model.AXES[: X.shape[1]]]
     if problem.space == "axisymmetric":
         held[:, 0] |= X[:, 0] <= 1e-12 * float(np.ptp(X, axis=0).max())
     return held

@@ -11,6 +11,7 @@ For points ξ (k, d) in the tool frame (origin at the reference point, axes turn
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -102,6 +103,41 @@ def newton_along(shape: Tool, xi: Array, direction: Array, limit: float) -> Arra
         if (miss | (np.abs(step) <= 4 * EPS * limit)).all():
             break
     return np.where(miss, np.inf, h)
+
+
+def marched_along(
+    distance: Callable[[Array], Array], normal: Callable[[Array], Array], unit: float,
+    xi: Array, direction: Array, limit: float,
+) -> Array:  # fmt: skip
+    """`Tool.along` of any shape whose ``distance`` (k,) grows no faster than the way; ``unit``: a length of the shape.
+
+    Steps of |g| cannot pass a surface; then Newton.
+    """
+    inside = distance(xi) < 0.0
+    way = np.where(inside, -1.0, 1.0)
+    h = np.zeros(len(xi))
+    for _ in range(400):
+        x = xi + (way * h)[:, None] * direction
+        close = np.abs(distance(x))
+        near = np.flatnonzero(close <= 1e-4 * unit)
+        arrived = np.zeros(len(xi), dtype=bool)  # and not on the way out
+        arrived[near] = np.where(inside[near], 1.0, -1.0) * way[near] * (normal(x[near]) @ direction) > 0.0
+        alive = ~arrived & (h <= limit)
+        if not alive.any():
+            break
+        h = np.where(alive, h + close, h)
+    h = way * h
+    for _ in range(30):
+        x = xi + h[:, None] * direction
+        g, slope = distance(x), normal(x) @ direction
+        step = np.where(np.abs(slope) > NEGLIGIBLE, g / np.where(np.abs(slope) > NEGLIGIBLE, -slope, 1.0), 0.0)
+        # The surface is within 1e-4 of a length by now: a longer step comes of a ray that all but grazes it.
+        step = np.clip(step, -1e-3 * unit, 1e-3 * unit)
+        h = h + step
+        if (np.abs(step) <= 4 * EPS * limit).all():
+            break
+    missed = np.abs(distance(xi + h[:, None] * direction)) > NEGLIGIBLE * (unit + limit)
+    return np.where(missed | (h > limit), np.inf, h)
 
 
 class Analytic:

@@ -18,7 +18,7 @@ import numpy as np
 from prensa.errors import PrensaError
 from prensa.geometry.outline import around, width
 from prensa.precision import COMPLEX_STEP, EPS, FIRST_DIFFERENCE, NEGLIGIBLE, SECOND_DIFFERENCE
-from prensa.tools.analytic import Closest, turned
+from prensa.tools.analytic import Closest, marched_along, turned
 from prensa.types import Array, Index
 
 GRID = 200  # of the grid along a side of the square in which the surface is looked at
@@ -295,35 +295,8 @@ class Implicit:
 
     # ----------------------------------------------------------------------------------------------- rays and pictures
     def along(self, xi: Array, direction: Array, limit: float) -> Array:
-        """Distance (k,) along the unit direction to the surface, negative from inside; inf where a ray misses it.
-
-        Steps of |g| cannot pass a surface; then Newton.
-        """
-        inside = self.g(xi) < 0.0
-        way = np.where(inside, -1.0, 1.0)
-        h = np.zeros(len(xi))
-        for _ in range(400):
-            x = xi + (way * h)[:, None] * direction
-            close = np.abs(self.g(x))
-            near = np.flatnonzero(close <= 1e-4 * self.unit)
-            arrived = np.zeros(len(xi), dtype=bool)  # and not on the way out
-            arrived[near] = np.where(inside[near], 1.0, -1.0) * way[near] * (self._normal(x[near]) @ direction) > 0.0
-            alive = ~arrived & (h <= limit)
-            if not alive.any():
-                break
-            h = np.where(alive, h + close, h)
-        h = way * h
-        for _ in range(30):
-            x = xi + h[:, None] * direction
-            g, slope = self.g(x), self._normal(x) @ direction
-            step = np.where(np.abs(slope) > NEGLIGIBLE, g / np.where(np.abs(slope) > NEGLIGIBLE, -slope, 1.0), 0.0)
-            # The surface is within 1e-4 of a length by now: a longer step comes of a ray that all but grazes it.
-            step = np.clip(step, -1e-3 * self.unit, 1e-3 * self.unit)
-            h = h + step
-            if (np.abs(step) <= 4 * EPS * limit).all():
-                break
-        missed = np.abs(self.g(xi + h[:, None] * direction)) > NEGLIGIBLE * (self.unit + limit)
-        return np.where(missed | (h > limit), np.inf, h)
+        """Distance (k,) along the unit direction to the surface, negative from inside; inf where a ray misses it."""
+        return marched_along(self.g, self._normal, self.unit, xi, direction, limit)
 
     def across(self, direction: Array, depth: float) -> tuple[float, float]:
         """Width of what lies within ``depth`` of the end in a unit direction, and of the whole."""

@@ -10,10 +10,9 @@ from prensa.layout import SPATIAL, TensorLayout
 
 
 class _Brick(Isoparametric, abstract=True):
-    """What both bricks have in common; case files have no meshes for them yet."""
+    """What both bricks have in common."""
 
     layout: ClassVar[TensorLayout] = SPATIAL
-    offered: ClassVar[bool] = False
     table: ClassVar[shapes.Table] = shapes.table(8, shapes.cube(2))
 
 

@@ -17,13 +17,12 @@ __all__ = ["Sphere"]
 
 
 class Sphere(ToolShape):
-    """Rigid sphere in space; the reference point is its centre. From Python alone so far."""
+    """Rigid sphere in space; the reference point is its centre."""
 
     radius: Annotated[Length, Field(gt=0)]
     type: Literal["sphere"] = "sphere"
 
     dimensions: ClassVar[tuple[int, ...]] = (3,)
-    offered: ClassVar[bool] = False
 
     def shape(self, direction: Array, rounding: float = 0.0) -> Ball:
         """Ball about the reference point."""

@@ -1,0 +1,111 @@
+"""Rigid tools in space that a tool of the plane makes: extruded along an axis, or revolved about one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
+
+import numpy as np
+
+from prensa.model.doors import union
+from prensa.model.fields import Direction
+from prensa.model.names import Finding
+
+# A section is a tool of the plane: those of the package have to be known before their union is made.
+from prensa.tools.shapes import circle, ellipse, plane, polygon, profile, ring, stamp  # noqa: F401
+from prensa.tools.analytic import Tool
+from prensa.tools.swept import Prism, Revolution, section_axes
+from prensa.tools.tool import ToolShape
+from prensa.types import Array
+
+__all__ = ["Extruded", "Revolved"]
+
+if TYPE_CHECKING:
+    Section: TypeAlias = Any
+else:
+    Section = union("tool", lambda cls: 2 in cls.dimensions)
+
+
+class _SweptShape(ToolShape, abstract=True):
+    """What both have in common."""
+
+    dimensions: ClassVar[tuple[int, ...]] = (3,)
+    section: Any
+    axis: Any
+
+    @property
+    def _unit(self) -> Array:
+        return np.array(self.axis, dtype=np.float64) / np.linalg.norm(self.axis)
+
+    def _section_looks(self, outward: Array) -> Array:
+        """Where the section looks (2,), before a boundary with the outward normal (2,), if that says anything."""
+        length = float(np.linalg.norm(outward))
+        return np.asarray(self.section.looks(outward / length if length > 0.5 else np.array([0.0, 1.0])))
+
+    def _swept(self, kind: type[Prism] | type[Revolution], looks: Array, rounding: float) -> Tool:
+        at = (0.0, 0.0) if self.section.at is None else tuple(map(float, self.section.at))
+        return kind(self.section.shape(looks, rounding), at, tuple(self._unit.tolist()))
+
+    def findings(self, p: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:
+        """An axis of three components; a section of the plane that is not placed by itself."""
+        inside = (*path, "section")
+        if len(self.axis) != 3 or not any(self.axis):
+            yield Finding((*path, "axis"), "the axis is a vector of three components such as [0, 1, 0]")
+        for key in ("touching", "above", "below", "spring"):
+            if getattr(self.section, key, None) is not None:
+                words = f"{key!r} belongs to the {getattr(self, 'type', '')} tool, not to its section"
+                yield Finding((*inside, key), words, at_key=True)
+        for key in ("at", self.section.direction_key):
+            given = getattr(self.section, key, None) if key else None
+            if given is not None and len(given) != 2:
+                yield Finding((*inside, key), f"a section lies in a plane: {key} has two components")
+        yield from self.section.findings(p, inside)
+
+    def face(self) -> tuple[float, str]:
+        """That of the section."""
+        return self.section.face()  # type: ignore[no-any-return]
+
+    def details(self, shape: Tool, direction: Array) -> str:
+        """What is swept, and how."""
+        x, y, z = self._unit + 0.0
+        return f", section {self.section.type}, axis ({x:.4g}, {y:.4g}, {z:.4g})"
+
+    def outline(self, depth: float) -> list[Array]:
+        """That of the section."""
+        return self.section.outline(depth)  # type: ignore[no-any-return]
+
+
+class Extruded(_SweptShape):
+    """A tool of the plane, ``section``, extruded endlessly along ``axis``: a roll is an extruded circle.
+
+    The section lies across the axis: its second coordinate is y (z where the axis is y), its first one follows by the
+    right-hand rule, x for the axis z. ``at`` of the section is a place in that plane.
+    """
+
+    section: Section
+    axis: Direction = (0.0, 0.0, 1.0)
+    type: Literal["extruded"] = "extruded"
+
+    examples: ClassVar = ({"section": circle.Circle(2.0)}, {"section": circle.Circle(3.0), "axis": (1.0, 0.5, 0.0)})
+
+    def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
+        """See `prensa.tools.swept`."""
+        return self._swept(Prism, self._section_looks(-(direction @ section_axes(self._unit))), rounding)
+
+
+class Revolved(_SweptShape):
+    """A tool of the plane, ``section``, revolved about ``axis`` through the reference point: a torus is a revolved circle off it.
+
+    The section is drawn as in axisymmetry: its first coordinate is the radius, the second runs along the axis. Of a section
+    that crosses the axis the half with positive radii counts. ``at`` of the section is a place in that plane.
+    """
+
+    section: Section
+    axis: Direction = (0.0, 1.0, 0.0)
+    type: Literal["revolved"] = "revolved"
+
+    examples: ClassVar = ({"section": circle.Circle(2.0)}, {"section": circle.Circle(1.0, at=(3.0, 0.0))})
+
+    def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
+        """See `prensa.tools.swept`."""
+        return self._swept(Revolution, self._section_looks(np.array([0.0, -(direction @ self._unit)])), rounding)

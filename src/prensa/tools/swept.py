@@ -1,0 +1,140 @@
+"""Surfaces in space that a section of the plane makes: extruded along an axis, or revolved about one.
+
+In the section's coordinates of a point, (ρ, ζ), the section gives gap g, normal (n_ρ, n_ζ) and curvature c of the distance along
+its tangent t, which is κ/(1 + κ g) already. In space
+
+* extruded: n is that of the section, ∂n/∂ξ = c t⊗t;
+* revolved: n = n_ρ e_ρ + n_ζ k, ∂n/∂ξ = c t⊗t + (n_ρ/ρ) e_φ⊗e_φ, ρ that of the point.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from prensa.precision import NEGLIGIBLE
+from prensa.tools.analytic import Analytic, Closest, Tool, marched_along, turned
+from prensa.types import Array
+
+
+def section_axes(axis: Array) -> Array:
+    """Axes (3, 2) of the section of an extrusion along a unit vector (3,): the second is y, or z where that runs along it."""
+    up = np.eye(3)[1] if abs(axis[1]) < 1.0 - NEGLIGIBLE else np.eye(3)[2]
+    up = up - (up @ axis) * axis
+    up /= np.linalg.norm(up)
+    return np.stack([np.cross(up, axis), up], axis=1)
+
+
+@dataclass(frozen=True)
+class _Swept(Analytic):
+    """``section`` with its reference point at ``at`` (2,) of the section plane; ``axis`` (3,) of unit length, as rows of numbers."""
+
+    section: Tool
+    at: tuple[float, ...]
+    axis: tuple[float, ...]
+
+    @property
+    def radius(self) -> float:
+        """That of the section."""
+        return self.section.radius
+
+    @property
+    def extent(self) -> float:  # type: ignore[override]
+        """Of the section, and how far it is from the reference point."""
+        return self.section.extent and self.section.extent + float(np.hypot(*self.at))
+
+    @property
+    def cavity(self) -> bool:  # type: ignore[override]
+        """Whether the section is one."""
+        return self.section.cavity
+
+    @property
+    def centre(self) -> Array:
+        """The reference point."""
+        return np.zeros(3)
+
+    @cached_property
+    def _axis(self) -> Array:
+        return np.array(self.axis)
+
+    def _of_section(self, x: Array) -> Closest:
+        return self.section.closest(x - np.array(self.at))
+
+    def closest(self, xi: Array) -> Closest:
+        """Points (k, 3) → `Closest`."""
+        raise NotImplementedError
+
+    def along(self, xi: Array, direction: Array, limit: float) -> Array:
+        """Distance (k,) from points (k, 3) along a unit vector (3,) to the surface."""
+        known = [length for length in (self.extent, self.radius) if 0.0 < length < np.inf]
+        unit = known[0] if known else limit
+        return marched_along(lambda x: self.closest(x).g, lambda x: self.closest(x).n, unit, xi, direction, limit)
+
+
+@dataclass(frozen=True)
+class Prism(_Swept):
+    """A section extruded endlessly along an axis; see the module."""
+
+    @property
+    def half_space(self) -> bool:  # type: ignore[override]
+        """Whether the section is one straight line."""
+        return self.section.half_space
+
+    def closest(self, xi: Array) -> Closest:
+        """Points (k, 3) → `Closest`."""
+        axes = section_axes(self._axis)
+        found = self._of_section(xi @ axes)
+        t = turned(found.n) @ axes.T
+        return Closest(found.g, found.n @ axes.T, found.c[:, None, None] * t[:, :, None] * t[:, None])
+
+
+@dataclass(frozen=True)
+class Revolution(_Swept):
+    """A section revolved about an axis through the reference point, of which the half with ρ ≥ 0 counts; see the module.
+
+    Where that half ends on the axis at a slant the surface has a tip there: points see it as a vertex, with normals all around.
+    """
+
+    def closest(self, xi: Array) -> Closest:
+        """Points (k, 3) → `Closest`; points on the axis under a tip have the axis as their normal and no curvature."""
+        k = self._axis
+        zeta = xi @ k
+        away = xi - zeta[:, None] * k
+        rho = np.linalg.norm(away, axis=1)
+        scale = np.abs(xi).max(initial=0.0) + self.extent
+        on_axis = rho <= NEGLIGIBLE * scale
+        some = section_axes(k)[:, 0]
+        e = np.where(on_axis[:, None], some, away / np.where(on_axis, 1.0, rho)[:, None])
+        found = self._of_section(np.stack([rho, zeta], axis=1))
+        (n_rho, n_zeta), c = found.n.T, found.c
+        n = n_rho[:, None] * e + n_zeta[:, None] * k
+        t = -n_zeta[:, None] * e + n_rho[:, None] * k
+        # The second principal curvature tends to the first where a surface crosses its axis smoothly.
+        around = np.where(on_axis, c, n_rho / np.where(on_axis, 1.0, rho))
+        hoop = np.cross(k, e)
+        H = c[:, None, None] * t[:, :, None] * t[:, None] + around[:, None, None] * hoop[:, :, None] * hoop[:, None]
+        g = found.g.copy()
+        beyond = rho - g * n_rho < -NEGLIGIBLE * scale  # its foot lies on the half that does not count
+        # On the axis within a tip the closest points are a circle, and no direction of them is better than the axis.
+        middle = on_axis & ~beyond & (np.abs(n_rho) > NEGLIGIBLE)
+        rows = np.flatnonzero(beyond | middle)
+        if len(rows):
+            g[rows], n[rows], H[rows] = self._at_tip(xi[rows], zeta[rows], g[rows] < 0.0)
+            H[middle] = 0.0
+        return Closest(g, n, H)
+
+    def _at_tip(self, xi: Array, zeta: Array, inside: Array) -> tuple[Array, Array, Array]:
+        """Gaps (k,), normals (k, 3) and their derivatives of points whose closest point is where the surface meets its axis."""
+        k, start = self._axis, np.stack([np.zeros_like(zeta), zeta], axis=1) - np.array(self.at)
+        limit = 10.0 * (np.abs(xi).max(initial=0.0) + self.extent) + float(np.hypot(*self.at))
+        up, down = (self.section.along(start, np.array([0.0, way]), limit) * way for way in (1.0, -1.0))
+        way = np.where(np.abs(up) <= np.abs(down), up, down)
+        d = xi - (zeta + way)[:, None] * k
+        r = np.linalg.norm(d, axis=1)
+        sign = np.where(inside, -1.0, 1.0)
+        safe = np.where(r > 0.0, r, 1.0)
+        n = np.where((r > 0.0)[:, None], sign[:, None] * d / safe[:, None], -np.sign(way)[:, None] * k)
+        H = sign[:, None, None] * (np.eye(3) - n[:, :, None] * n[:, None]) / safe[:, None, None]
+        return sign * r, n, np.where((r > NEGLIGIBLE * limit)[:, None, None], H, 0.0)
