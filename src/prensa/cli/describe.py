@@ -22,18 +22,19 @@ def lines_of(system: System) -> Iterator[str]:
     yield f"units: {p.units.length}, {p.units.force}"
     for name, body in p.bodies.items():
         mesh = system.meshes[name]
-        (x0, y0), (x1, y1) = mesh.points.min(axis=0), mesh.points.max(axis=0)
+        ranges = zip("xyz", mesh.points.min(axis=0), mesh.points.max(axis=0))
         why = " (it is elastic and may bend)" if name in system.chosen else ""
         yield f"body {name}: {len(mesh.cells)} elements {body.element_in(p.space)}{why}, {len(mesh.points)} nodes"
-        yield f"  x {x0:g} … {x1:g}, y {y0:g} … {y1:g}; {brief(body.material)}"
-        yield f"  {quality(mesh).line()}"
+        yield f"  {', '.join(f'{c} {low:g} … {high:g}' for c, low, high in ranges)}; {brief(body.material)}"
+        if p.space != "solid":  # the measures of the plane do not say what bricks are worth
+            yield f"  {quality(mesh).line()}"
         yield from (f"  sides: {note}" for note in mesh.notes)
     if p.start is not None:
         yield f"starts from the run in {p.start.run}"
     for tie in p.ties:
         yield f"tie: {tie.slave} follows {tie.master}"
     for tool in system.tools:
-        place = f"reference point at ({tool.at[0]:.6g}, {tool.at[1]:.6g})"
+        place = f"reference point at ({', '.join(f'{v:.6g}' for v in tool.at)})"
         details = tool.description.details(tool.shape, tool.direction)
         if system.axisymmetric and math.isfinite(tool.shape.period) and abs(tool.at[0]) > 1e-9 * system.length:
             details += ", off the axis: a ring about it (a circle is a torus)"

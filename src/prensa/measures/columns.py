@@ -15,8 +15,22 @@ if TYPE_CHECKING:
     from prensa.result.increment import Increment
 
 ENERGIES = ("external", "elastic", "plastic", "friction", "contact", "imbalance")
-PLACE_COLUMNS = ("ux", "uy", "rz")
-FORCE_COLUMNS = ("fx", "fy", "mz")
+IN_PLANE, IN_SPACE = ("ux", "uy", "rz"), ("ux", "uy", "uz", "rx", "ry", "rz")
+
+
+def place_columns(problem: Problem) -> tuple[str, ...]:
+    """Columns of a tool's displacement and rotation."""
+    return IN_SPACE if problem.space == "solid" else IN_PLANE
+
+
+def force_columns(problem: Problem) -> tuple[str, ...]:
+    """Columns of a tool's force and moment, in the order of `place_columns`."""
+    return tuple(("f" if name[0] == "u" else "m") + name[1] for name in place_columns(problem))
+
+
+def directions(problem: Problem) -> int:
+    """How many of these columns are displacements and forces: they come first."""
+    return 3 if problem.space == "solid" else 2
 
 
 class Column(NamedTuple):
@@ -33,15 +47,16 @@ def energies_of(problem: Problem) -> list[str]:
 
 def columns(problem: Problem) -> dict[str, Column]:
     """Columns of ``history.csv`` by name, in order."""
-    forces = (force_unit(problem), force_unit(problem), moment_unit(problem))
-    places = (length_unit(problem), length_unit(problem), "rad")
+    d, turns = directions(problem), len(place_columns(problem)) - directions(problem)
+    forces = (force_unit(problem),) * d + (moment_unit(problem),) * turns
+    places = (length_unit(problem),) * d + ("rad",) * turns
     out = {"step": Column("", lambda i: i.step), "increment": Column("", lambda i: i.number)}
     out["time"] = Column("", lambda i: i.time)
     if any_stated(problem):
         out["seconds"] = Column("s", lambda i: i.seconds)
     for tool in problem.tools:
-        out |= {f"{tool}.{c}": _place(tool, k, places[k]) for k, c in enumerate(PLACE_COLUMNS)}
-        out |= {f"{tool}.{c}": _force(tool, k, forces[k]) for k, c in enumerate(FORCE_COLUMNS)}
+        out |= {f"{tool}.{c}": _place(tool, k, places[k]) for k, c in enumerate(place_columns(problem))}
+        out |= {f"{tool}.{c}": _force(tool, k, forces[k]) for k, c in enumerate(force_columns(problem))}
     for contact in problem.all_contacts:
         out[f"{contact.name}.area"] = _area(contact.name, area_unit(problem))
     for body in problem.bodies if problem.space == "plane stress" else ():
@@ -54,9 +69,9 @@ def columns(problem: Problem) -> dict[str, Column]:
     if remeshing_of(problem) is not None:
         out["remeshings"] = Column("", lambda i: i.remeshings)
     for name in support_names(problem):
-        out |= {f"fixed.{name}.{c}": _support(name, k, forces[k]) for k, c in enumerate(FORCE_COLUMNS[:2])}
+        out |= {f"fixed.{name}.{c}": _support(name, k, forces[k]) for k, c in enumerate(force_columns(problem)[:d])}
     for tool, description in problem.tools.items():
-        for k, (key, c) in enumerate(zip(("x", "y", "rz"), FORCE_COLUMNS)):
+        for k, (key, c) in enumerate(zip(("x", "y", "rz"), force_columns(problem))):
             if description.spring is not None and getattr(description.spring, key) is not None:
                 out[f"{tool}.spring.{c}"] = _spring(tool, k, forces[k])
     return out

@@ -14,7 +14,7 @@ import numpy as np
 from prensa.errors import PrensaError, take
 from prensa.measures import bodies, contacts
 from prensa.measures.bodies import Outline, Place
-from prensa.measures.columns import FORCE_COLUMNS, PLACE_COLUMNS, columns
+from prensa.measures.columns import columns, directions, force_columns, place_columns
 from prensa.measures.measure import Gradient, Measure, MeasureError, Slope, Value
 from prensa.measures.units import area_unit, force_unit, length_unit, moment_unit, pressure_unit
 from prensa.mesh.generate import mesh_of
@@ -158,6 +158,7 @@ class _Reader:
     def __init__(self, problem: Problem, shapes: Mapping[str, Shape] | None = None) -> None:
         self.problem = problem
         self.columns = columns(problem)
+        self.forces, self.places = force_columns(problem), place_columns(problem)
         self.shapes: dict[str, Shape] = dict(shapes or {})
         self.passing: list[Place] = []  # that material flows past and that are to be single ones, of all that was read
 
@@ -217,10 +218,10 @@ class _Reader:
     def _column(self, name: str) -> _Part:
         column = self.columns[name]
         tool, _, c = name.rpartition(".")
-        if tool in self.problem.tools and c in FORCE_COLUMNS:
-            return _Part(column.unit, column.value, _of_tool("forces", tool, FORCE_COLUMNS.index(c)))
-        if tool in self.problem.tools and c in PLACE_COLUMNS:
-            return _Part(column.unit, column.value, _of_tool("places", tool, PLACE_COLUMNS.index(c)))
+        if tool in self.problem.tools and c in self.forces:
+            return _Part(column.unit, column.value, _of_tool("forces", tool, self.forces.index(c)))
+        if tool in self.problem.tools and c in self.places:
+            return _Part(column.unit, column.value, _of_tool("places", tool, self.places.index(c)))
         return _Part(column.unit, column.value)
 
     def _tool(self, tool: str, quantity: str) -> _Part | None:
@@ -230,13 +231,13 @@ class _Reader:
         vectors = {"force": ("forces", "force", force_unit(p)), "travel": ("places", "place", length_unit(p))}
         kind, _, axis = quantity.partition(".")
         if quantity in ("moment", "rotation"):
-            of, unit = (FORCE_COLUMNS, moment_unit(p)) if quantity == "moment" else (PLACE_COLUMNS, "rad")
-            return replace(self._column(f"{tool}.{of[2]}"), unit=unit)
-        if kind in vectors and axis in ("x", "y"):
-            return self._column(f"{tool}.{(FORCE_COLUMNS if kind == 'force' else PLACE_COLUMNS)['xy'.index(axis)]}")
+            of, unit = (self.forces, moment_unit(p)) if quantity == "moment" else (self.places, "rad")
+            return replace(self._column(f"{tool}.{of[-1]}"), unit=unit)
+        if kind in vectors and axis and axis in "xyz"[: directions(p)]:
+            return self._column(f"{tool}.{(self.forces if kind == 'force' else self.places)['xyz'.index(axis)]}")
         if kind in vectors and not axis:
             to, attribute, unit = vectors[kind]
-            axes = (1,) if p.space == "axisymmetric" else (0, 1)
+            axes = (1,) if p.space == "axisymmetric" else tuple(range(directions(p)))
             return _Part(unit, _size(tool, attribute, axes), _size_slope(to, tool, attribute, axes))
         return self._contacts([c.name for c in p.all_contacts if c.against == tool], quantity)
 

@@ -19,7 +19,7 @@ def pressure_unit(problem: Problem) -> str:
 
 def _of_unit_thickness(problem: Problem) -> bool:
     """Whether forces are as much per length of thickness: plane problems of thickness 1, which they have unless it is given."""
-    return problem.space != "axisymmetric" and problem.thickness == 1.0
+    return problem.space not in ("axisymmetric", "solid") and problem.thickness == 1.0
 
 
 def force_unit(problem: Problem) -> str:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.measures.columns import directions, force_columns, place_columns
 from prensa.measures.units import force_unit, length_unit, moment_unit
 from prensa.model.problem import Case, Problem, Step
 from prensa.model.until import reached
@@ -49,7 +50,7 @@ def peaks(table: Table, case: Case) -> list[Peak]:
     problem = case.problem
     if not len(table["time"]):
         return []
-    ways = {tool: _way(table, tool) for tool in problem.tools}
+    ways = {tool: _way(table, tool, problem) for tool in problem.tools}
     chosen = [t for t in ways if ways[t]] or list(ways)
     found = [_peak(table, case, tool, ways[tool], moment) for tool in chosen for moment in (False, True)]
     return [peak for peak in found if peak is not None and peak.value]
@@ -136,37 +137,39 @@ def _gone(table: Table, problem: Problem, step: Step, tool: str = "") -> str:
         return ""
     last, before = int(rows[-1]), int(rows[0]) - 1
     for name in [tool] if tool else problem.tools:
-        start = [float(table[f"{name}.{c}"][before]) if before >= 0 else 0.0 for c in ("ux", "uy", "rz")]
-        gone = [float(table[f"{name}.{c}"][last]) - s for c, s in zip(("ux", "uy", "rz"), start)]
+        columns, d = place_columns(problem), directions(problem)
+        start = [float(table[f"{name}.{c}"][before]) if before >= 0 else 0.0 for c in columns]
+        gone = [float(table[f"{name}.{c}"][last]) - s for c, s in zip(columns, start)]
         if not any(gone):
             continue
-        planned = _planned(step, name, start)
-        turns = not any(gone[:2])
-        way, whole = (gone[2], planned[2]) if turns else (math.hypot(*gone[:2]), math.hypot(*planned[:2]))
+        planned = _planned(step, name, dict(zip(columns, start)))
+        turns = not any(gone[:d])
+        way, whole = (gone[-1], planned[-1]) if turns else (math.hypot(*gone[:d]), math.hypot(*planned[:d]))
         of = f" of {abs(whole):.4g}" if whole else ""
         return f"after {abs(way):.4g} {'rad' if turns else length_unit(problem)}{of}"
     return ""
 
 
-def _planned(step: Step, tool: str, start: list[float]) -> list[float]:
-    """The ways x, y and rz of a tool in a step that goes to its end; 0 where no number says so."""
-    out = [0.0, 0.0, 0.0]
+def _planned(step: Step, tool: str, start: Mapping[str, float]) -> list[float]:
+    """The ways of a tool, by the columns of its places, in a step that goes to its end; 0 where no number says so."""
+    out = [0.0] * len(start)
     for kind, motions in (("move", step.move), ("by", step.by), ("control", step.control)):
         motion = motions.get(tool)
-        for k, key in enumerate(("x", "y", "rz")):
-            value = getattr(motion, key, None)
+        for k, column in enumerate(start):
+            value = getattr(motion, column.removeprefix("u"), None)
             value = value[-1][1] if isinstance(value, tuple) else value
             if isinstance(value, int | float):
-                out[k] = float(value) - (start[k] if kind == "move" else 0.0)
+                out[k] = float(value) - (start[column] if kind == "move" else 0.0)
     return out
 
 
 # ----------------------------------------------------------------------------------------------------------- the force
-def _way(table: Table, tool: str) -> str:
-    """Along what a tool moves in a run: x, y, xy, rz, or nothing."""
-    sizes = {c: float(np.abs(table[f"{tool}.{c}"]).max(initial=0.0)) for c in ("ux", "uy", "rz")}
-    most = max(sizes["ux"], sizes["uy"])
-    along = "".join(c[1] for c in ("ux", "uy") if sizes[c] > NEGLIGIBLE * most)
+def _way(table: Table, tool: str, problem: Problem) -> str:
+    """Along what a tool moves in a run: x, y, xy, …, rz, or nothing."""
+    sizes = {c: float(np.abs(table[f"{tool}.{c}"]).max(initial=0.0)) for c in place_columns(problem)}
+    ways = place_columns(problem)[: directions(problem)]
+    most = max(sizes[c] for c in ways)
+    along = "".join(c[1] for c in ways if sizes[c] > NEGLIGIBLE * most)
     return along or ("rz" if sizes["rz"] else "")
 
 
@@ -176,20 +179,25 @@ def _peak(table: Table, case: Case, tool: str, way: str, moment: bool) -> Peak |
     turned = table[f"{tool}.rz"]
     if moment and (round_ or not turned.any()):
         return None
-    axis = "rz" if moment else "y" if round_ else way if way in ("x", "y") else ""
-    column = {"rz": "mz", "x": "fx", "y": "fy"}.get(axis)
-    values = table[f"{tool}.{column}"] if column else np.hypot(table[f"{tool}.fx"], table[f"{tool}.fy"])
+    axis = "rz" if moment else "y" if round_ else way if way in ("x", "y", "z") else ""
+    column = {"rz": "mz", "x": "fx", "y": "fy", "z": "fz"}.get(axis)
+    values = table[f"{tool}.{column}"] if column else size_of_force(table, tool, problem)
     if not np.isfinite(values).any():
         return None
     k = int(np.nanargmax(np.abs(values)))
-    x, y = float(table[f"{tool}.ux"][k]), float(table[f"{tool}.uy"][k])
+    gone = [float(table[f"{tool}.{c}"][k]) for c in place_columns(problem)[: directions(problem)]]
     turns = moment or way == "rz"
-    travel = None if not way else abs(float(turned[k])) if turns else math.hypot(x, y)
+    travel = None if not way else abs(float(turned[k])) if turns else math.hypot(*gone)
     return Peak(
         tool, "moment" if moment else "force", axis, float(values[k]), moment_unit(problem) if moment else force_unit(problem),
         travel, "rad" if turns else length_unit(problem), str(table["step"][k]), int(table["increment"][k]),
         float(table["time"][k]), _whole(case.output.mirror, axis),
     )  # fmt: skip
+
+
+def size_of_force(table: Table, tool: str, problem: Problem) -> NDArray[Any]:
+    """Size (n,) of a tool's force in each increment."""
+    return np.asarray(np.linalg.norm([table[f"{tool}.{c}"] for c in force_columns(problem)[: directions(problem)]], axis=0))
 
 
 def _whole(mirror: Iterable[str], axis: str) -> int | None:

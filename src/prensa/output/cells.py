@@ -7,7 +7,11 @@ import numpy as np
 from prensa.types import Index
 
 VTK = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}
-"""Names of meshio for the cell types of VTK."""
+
+
+def vtk_type(cells: Index, dimension: int) -> str:
+    """Name of meshio for the cell type of VTK."""
+    return "hexahedron" if dimension == 3 else VTK[cells.shape[1]]
 
 _AROUND = {3: [0, 1, 2], 4: [0, 1, 2, 3], 6: [0, 3, 1, 4, 2, 5], 8: [0, 4, 1, 5, 2, 6, 3, 7]}
 _INSIDE = {

@@ -32,6 +32,8 @@ CONTACT_COLUMNS = (
     "node", "x", "y", "gap", "pressure", "shear", "slip", "status", "pressure_from_stress", "pressure_smoothed", "error",
     "X", "Y",
 )  # fmt: skip
+SPATIAL_CONTACT_COLUMNS = (*CONTACT_COLUMNS, "z", "Z")
+"""In space, where points are the nodes: shear is the size of the traction along the tool."""
 POINT_COLUMNS = ("x", "y", "gap", "pressure", "shear", "slip", "status", "weight", "X", "Y")
 CONVERGENCE_COLUMNS = ("increment", "iteration", "residual", "changes")
 
@@ -164,9 +166,10 @@ def write_contact(directory: Path, name: str, number: int, contact: ContactState
     path = folder / f"{number:04d}.csv"
     c, q = contact, contact.points
     words = [[STATUS[s] for s in status] for status in (c.status, q.status)]
-    _write(path, CONTACT_COLUMNS, (
+    third = () if c.x.shape[1] == 2 else (c.x[:, 2], c.X[:, 2])
+    _write(path, SPATIAL_CONTACT_COLUMNS if third else CONTACT_COLUMNS, (
         c.node, c.x[:, 0], c.x[:, 1], c.gap, c.pressure, c.shear, c.slip, words[0], c.pressure_from_stress,
-        c.pressure_smoothed, c.error, c.X[:, 0], c.X[:, 1],
+        c.pressure_smoothed, c.error, c.X[:, 0], c.X[:, 1], *third,
     ))  # fmt: skip
     if not np.array_equal(q.X, c.X):
         _write(of_points(path), POINT_COLUMNS, (
@@ -211,11 +214,12 @@ def forget_contacts_after(directory: Path, number: int) -> None:
 def units_of(problem: Problem) -> dict[str, dict[str, str]]:
     """Units of the columns of ``history.csv`` and of the tables of contacts; of plain numbers and words nothing."""
     length, pressure = length_unit(problem), pressure_unit(problem)
-    lengths = dict.fromkeys(("x", "y", "gap", "slip", "X", "Y"), length)
+    lengths = dict.fromkeys(("x", "y", "z", "gap", "slip", "X", "Y", "Z"), length)
     pressures = dict.fromkeys(("pressure", "shear", "pressure_from_stress", "pressure_smoothed", "error"), pressure)
+    names = SPATIAL_CONTACT_COLUMNS if problem.space == "solid" else CONTACT_COLUMNS
     return {
         "history": {name: column.unit for name, column in columns_of(problem).items() if column.unit},
-        "contact": {name: {**lengths, **pressures}[name] for name in CONTACT_COLUMNS if name in {*lengths, *pressures}},
+        "contact": {name: {**lengths, **pressures}[name] for name in names if name in {*lengths, *pressures}},
     }
 
 

@@ -8,8 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.measures.columns import directions, force_columns, place_columns
 from prensa.model.problem import Problem
 from prensa.output import style
+from prensa.output.answer import size_of_force
 from prensa.output.stored import Stored
 from prensa.result.increment import BodyState, Increment
 from prensa.types import Array
@@ -18,13 +20,13 @@ SLENDER = 5.0  # length over thickness from which a body is a sheet, whose thinn
 
 
 class Maximum(NamedTuple):
-    """A largest value: ``value`` in ``unit`` of ``what`` in ``of``, at the current place (x, y), or None, in an increment."""
+    """A largest value: ``value`` in ``unit`` of ``what`` in ``of``, at the current place (d,), or None, in an increment."""
 
     what: str
     of: str
     value: float
     unit: str
-    place: tuple[float, float] | None
+    place: tuple[float, ...] | None
     step: str
     increment: int
     time: float
@@ -48,7 +50,8 @@ def largest_force(stored: Stored, numbers: Iterable[int] | None = None) -> int |
     if tool is None:
         return None
     history = stored.history
-    force = np.hypot(history[f"{tool}.fx"] * (stored.problem.space != "axisymmetric"), history[f"{tool}.fy"])
+    round_ = stored.problem.space == "axisymmetric"
+    force = np.abs(history[f"{tool}.fy"]) if round_ else size_of_force(history, tool, stored.problem)
     among = np.ones(len(force), dtype=bool) if numbers is None else np.isin(history["increment"], list(numbers))
     if not among.any() or not force[among].any():
         return None
@@ -59,9 +62,9 @@ def leading_tool(history: Mapping[str, NDArray[Any]], problem: Problem) -> str |
     """The tool that does the most work, turning included; of those that do none the one with the largest force."""
     best: tuple[float, float, str] | None = None
     for tool in problem.tools:
-        pairs = (("ux", "fx"), ("uy", "fy"), ("rz", "mz"))
+        pairs = zip(place_columns(problem), force_columns(problem))
         work = sum(_work(history[f"{tool}.{u}"], history[f"{tool}.{f}"]) for u, f in pairs)
-        force = float(np.hypot(history[f"{tool}.fx"], history[f"{tool}.fy"]).max(initial=0.0))
+        force = float(size_of_force(history, tool, problem).max(initial=0.0))
         if best is None or (work, force) > best[:2]:
             best = (work, force, tool)
     return best[2] if best is not None and best[1] > 0 else None
@@ -73,6 +76,8 @@ def thinning(body: BodyState) -> tuple[Array, Array] | None:
     A sheet is a body whose nodes were laid out as a grid and that was longer than five times its thickness. In plane
     stress the thickness is that out of the plane, at the nodes.
     """
+    if body.X.shape[1] == 3:
+        return None
     lines = [np.unique(np.round(body.X[:, k], 12)) for k in (0, 1)]
     if len(lines[0]) * len(lines[1]) != len(body.X):
         return None
@@ -96,13 +101,14 @@ def _work(u: Array, f: Array) -> float:
 def _of_tools(stored: Stored, problem: Problem) -> Iterator[Maximum]:
     history, names = stored.history, style.axes_names(problem)
     round_ = problem.space == "axisymmetric"  # radial forces and moments of a whole ring balance
-    forces = [(t, c) for t in problem.tools for c in ("fx", "fy") if not (round_ and c == "fx")]
+    kinds = force_columns(problem)[: directions(problem)]
+    forces = [(t, c) for t in problem.tools for c in kinds if not (round_ and c == "fx")]
     largest = max((float(np.abs(history[f"{t}.{c}"]).max(initial=0.0)) for t, c in forces), default=0.0)
     for tool, c in forces:
         values = history[f"{tool}.{c}"]
         if values.size and np.abs(values).max() > 1e-6 * largest:
             k = int(np.argmax(np.abs(values)))
-            what = f"force {names['xy'.index(c[1])]}"
+            what = f"force {names['xyz'.index(c[1])]}"
             yield Maximum(what, tool, float(values[k]), style.force_unit(problem), None, *_when(stored, k))
     for tool in problem.tools:
         moment = history[f"{tool}.mz"]
@@ -112,7 +118,7 @@ def _of_tools(stored: Stored, problem: Problem) -> Iterator[Maximum]:
 
 
 def _of_contacts(stored: Stored, problem: Problem) -> Iterator[Maximum]:
-    best: dict[str, tuple[float, tuple[float, float], int]] = {}
+    best: dict[str, tuple[float, tuple[float, ...], int]] = {}
     for k in range(len(stored)):
         if not any(stored.history[f"{c.name}.area"][k] for c in problem.all_contacts):
             continue
@@ -125,7 +131,7 @@ def _of_contacts(stored: Stored, problem: Problem) -> Iterator[Maximum]:
 
 
 def _of_bodies(stored: Stored, problem: Problem) -> Iterator[Maximum]:
-    best: dict[tuple[str, str], tuple[float, str, tuple[float, float], Increment]] = {}
+    best: dict[tuple[str, str], tuple[float, str, tuple[float, ...], Increment]] = {}
     for increment in stored.fields():
         for name, body in increment.bodies.items():
             for what, unit, values, x in _quantities(body, problem):
@@ -145,8 +151,8 @@ def _quantities(body: BodyState, problem: Problem) -> Iterator[tuple[str, str, A
         yield "thinning", "%", 100.0 * sheet[0], sheet[1]
 
 
-def _place(x: Array) -> tuple[float, float]:
-    return float(x[0]), float(x[1])
+def _place(x: Array) -> tuple[float, ...]:
+    return tuple(map(float, x))
 
 
 def _when(stored: Stored, k: int) -> tuple[str, int, float]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from prensa.model.problem import Case
 from prensa.output import plot
+from prensa.output.answer import size_of_force
 from prensa.output.files import file_name, file_names, replacing
 from prensa.output.flow import flow_lines
 from prensa.output.history import read_convergence
@@ -116,7 +117,7 @@ def _drawings(
     for contact in problem.all_contacts:
         if (k := _most_pressed(stored, contact.name, contact.against)) is not None:
             yield _PRESSURE + files[contact.name], lambda k=k, n=contact.name: plot.contact_at(stored[k], n, problem)  # type: ignore[misc]
-    if any(history[f"{t}.{c}"].any() for t in problem.tools for c in ("fx", "fy")):
+    if any(size_of_force(history, t, problem).any() for t in problem.tools):
         yield "force_stroke", lambda: plot.force_stroke(history, problem)
     if problem.measures and (directory / MEASURES).is_file():
         yield "measures", lambda: plot.measures(read_measures(directory), problem)
@@ -142,6 +143,6 @@ def _most_pressed(stored: Stored, contact: str, tool: str) -> int | None:
     """
     history, size = stored.history, stored.history[f"{contact}.area"]
     if tool in stored.problem.tools:
-        size = np.hypot(history[f"{tool}.fx"], history[f"{tool}.fy"])
+        size = size_of_force(history, tool, stored.problem)
     force = np.where(history[f"{contact}.area"] > 0, size, -1.0)
     return int(np.argmax(force)) if len(force) and force.max() >= 0 else None

@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
 from prensa.measures import parse_all
+from prensa.measures.columns import directions, place_columns
 from prensa.model.names import suggest
 from prensa.model.problem import Problem
 from prensa.output import style
 from prensa.output.cells import around, outline, triangles
 from prensa.output.maxima import leading_tool
 from prensa.output.outline import outlines
+from prensa.output.spatial import contact_pressures, picture
 from prensa.result.increment import STATUS, BodyState, ContactState, Increment
 from prensa.result.views import Curve
 from prensa.types import Array, Index
@@ -35,6 +37,7 @@ LEAST_EDGE = 1.5  # … if their sides are so many points of the page apart
 OUTLINE = 0.8  # width in points of a body's outline …
 OUTLINE_SHARE = 0.15  # … and that over the width of the body at most, so that its colour is seen between two of them
 STRESSES = ("xx", "yy", "zz", "xy")
+SPATIAL_FIELDS = ("displacement.z", "stress.yz", "stress.xz")
 FIELDS = (
     "mises",
     "plastic_strain",
@@ -92,6 +95,10 @@ def deformed(
     """
     bodies = list(increment.bodies.values())
     values = [field_values(b, field) for b in bodies]
+    if problem.space == "solid":
+        label, ends = f"{field_name(problem, field)} ({field_unit(problem, field)})", range or colour_range(values, field)
+        at = _moment(increment)
+        return picture(increment, problem, lambda _, b: field_values(b, field), label, field_map(field), ends, at, mesh)
     lines = mirror_lines(increment, problem, mirror)
     box = box or limits(increment, problem, mirror)
     with style.styled():
@@ -154,13 +161,14 @@ def new_meshes(pairs: Sequence[tuple[Increment, Increment]], problem: Problem) -
 def field_values(body: BodyState, field: str) -> Array:
     """(n,) nodal values of *field*, one of `FIELDS`; raises PrensaError for another."""
     kind, _, component = field.partition(".")
-    if field not in (*FIELDS, "thickness"):
-        raise PrensaError(f"unknown field {field!r}{suggest(field, FIELDS)}")
+    known = (*FIELDS, *(SPATIAL_FIELDS if body.X.shape[1] == 3 else ()))
+    if field not in (*known, "thickness"):
+        raise PrensaError(f"unknown field {field!r}{suggest(field, known)}")
     if kind == "stress":
-        return body.stress[:, STRESSES.index(component)]
+        return body.stress[:, (*STRESSES, "yz", "xz").index(component)]
     if kind == "displacement":
         u = body.displacement
-        return u[:, "xy".index(component)] if component else np.hypot(u[:, 0], u[:, 1])
+        return u[:, "xyz".index(component)] if component else np.linalg.norm(u, axis=1)
     if kind == "thickness" and body.thickness is None:
         raise PrensaError("the field 'thickness' is there in plane stress only; draw 'plastic_strain' instead")
     return np.asarray(getattr(body, kind))
@@ -173,18 +181,20 @@ def fields_of(problem: Problem, increments: Sequence[Increment]) -> list[str]:
     absent = {"stress.zz"} if thin else set()  # it is zero
     if not any(b.plastic_strain.any() for b in bodies):
         absent.add("plastic_strain")
-    return [f for f in (*FIELDS, *(["thickness"] if thin else [])) if f not in absent] if bodies else []
+    more = ["thickness"] if thin else SPATIAL_FIELDS if problem.space == "solid" else ()
+    return [f for f in (*FIELDS, *more) if f not in absent] if bodies else []
 
 
 def field_name(problem: Problem, field: str) -> str:
     """Name of a field as printed beside its colours."""
     kind, _, component = field.partition(".")
-    first, second = style.axes_names(problem)
+    axes = style.axes_names(problem)
+    first, second = axes[:2]
     if kind == "stress":
         letters = {"x": first, "y": second, "z": "θ" if problem.space == "axisymmetric" else "z"}
         return f"stress {letters[component[0]]}{letters[component[1]]}"
     if kind == "displacement":
-        return f"displacement {(first, second)['xy'.index(component)]}" if component else "displacement"
+        return f"displacement {axes['xyz'.index(component)]}" if component else "displacement"
     return {"mises": "von Mises stress", "plastic_strain": "equivalent plastic strain", "thickness": "thickness"}[kind]
 
 
@@ -307,8 +317,18 @@ def pressure(
 
 
 def contact_at(increment: Increment, contact: str, problem: Problem) -> Figure:
-    """`pressure` of a contact, by name, with the moment in the title."""
+    """`pressure` of a contact, by name, with the moment in the title; in space its pressure on the bodies."""
+    if problem.space == "solid":
+        return pressures_in_space(increment, problem, contact)
     return pressure(increment.contacts[contact], problem, title=title(increment, contact))
+
+
+def pressures_in_space(increment: Increment, problem: Problem, contact: str) -> Figure:
+    """Contact pressures on the bodies, with the name of a contact and the moment in the title."""
+    values = {name: contact_pressures(increment, name) for name in increment.bodies}
+    ends = 0.0, max((float(v.max(initial=0.0)) for v in values.values()), default=0.0) or 1.0
+    label = f"contact pressure ({style.pressure_unit(problem)})"
+    return picture(increment, problem, lambda name, _: values[name], label, style.SEQUENTIAL, ends, title(increment, contact))
 
 
 def title(increment: Increment, contact: str) -> str:
@@ -370,15 +390,16 @@ def force_stroke(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figur
 
 
 def _forces_into(axes: Axes, history: Mapping[str, Array], problem: Problem, along: Array) -> None:
-    largest = max((np.abs(history[f"{t}.f{c}"]).max(initial=0.0) for t in problem.tools for c in "xy"), default=0.0)
     names = style.axes_names(problem)
-    shown = (("y", "-"),) if problem.space == "axisymmetric" else (("y", "-"), ("x", "--"))  # radial forces balance
+    every = (("y", "-"), ("x", "--"), ("z", ":"))[: directions(problem)]
+    shown = every[:1] if problem.space == "axisymmetric" else every  # radial forces balance
+    largest = max((np.abs(history[f"{t}.f{c}"]).max(initial=0.0) for t in problem.tools for c, _ in every), default=0.0)
     for i, tool in enumerate(problem.tools):
         for c, line in shown:
             force = history[f"{tool}.f{c}"]
             if np.abs(force).max(initial=0.0) > 1e-6 * largest:
                 axes.plot(*broken(along, force), line, marker="o" if len(force) <= 60 else "", markersize=2.5,
-                          color=style.CYCLE[i % len(style.CYCLE)], label=f"{tool}, {names['xy'.index(c)]}")  # fmt: skip
+                          color=style.CYCLE[i % len(style.CYCLE)], label=f"{tool}, {names['xyz'.index(c)]}")  # fmt: skip
 
 
 def energy(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
@@ -485,10 +506,11 @@ def _from_zero(history: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
 def _stroke(history: Mapping[str, Array], problem: Problem, tool: str | None) -> tuple[Array, str]:
     """Abscissa of forces and its label: travel of a tool along the axis on which it moves most, made positive."""
     if tool is not None:
-        x, y, turn = (history[f"{tool}.{c}"] for c in ("ux", "uy", "rz"))
-        axis, u = ("x", x) if np.abs(x).max(initial=0.0) > np.abs(y).max(initial=0.0) else ("y", y)
+        ways, turn = place_columns(problem)[: directions(problem)], history[f"{tool}.rz"]
+        k = max(range(len(ways)), key=lambda k: (np.abs(history[f"{tool}.{ways[k]}"]).max(initial=0.0), k == 1))
+        u = history[f"{tool}.{ways[k]}"]
         if np.any(u):
-            name = style.axes_names(problem)["xy".index(axis)]
+            name = style.axes_names(problem)[k]
             return _positive(u), f"travel of {tool} along {name} ({style.length_unit(problem)})"
         if np.any(turn):
             return _positive(turn), f"rotation of {tool} (rad)"
@@ -626,7 +648,8 @@ def _draw_tools(axes: Axes, increment: Increment, problem: Problem, box: tuple[f
 
 def finish_section(axes: Axes, problem: Problem, box: tuple[float, float, float, float]) -> None:
     """Limits, equal scales and names of the axes of a section."""
-    first, second = style.axes_names(problem)
+    axes = style.axes_names(problem)
+    first, second = axes[:2]
     unit = style.length_unit(problem)
     axes.set(xlim=box[:2], ylim=box[2:], aspect="equal", xlabel=f"{first} ({unit})", ylabel=f"{second} ({unit})")
     axes.grid(False)

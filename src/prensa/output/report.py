@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from prensa.errors import take_path
+from prensa.measures.columns import directions, force_columns, place_columns
 from prensa.model.problem import Case, Problem
 from prensa.output import answer, style
 from prensa.output.files import file_name, write_text
@@ -88,7 +89,7 @@ def _interactive(stored: Stored) -> dict[str, Any]:
     """The interactive part: what it shows, the library that draws it and the script that drives that."""
     from prensa.output.scene import scene
 
-    if not stored.with_fields:
+    if not stored.with_fields or stored.problem.space == "solid":
         return {"frames": 0, "thinned": "", "touched": False}
     made = scene(stored)
     data, (shown, there) = made.pop("data"), made["shown"]
@@ -115,6 +116,7 @@ def _tables(stored: Stored, summary: dict[str, Any]) -> dict[str, Any]:
     case = loads(summary["case"], SUMMARY, bounded=False)
     problem, history = case.problem, stored.history
     last = {k: v[-1] for k, v in history.items()} if len(history["time"]) else {}
+    columns, heads = _of_tools(problem)
     scale = max((abs(float(last[f"energy.{e}"])) for e in energies_of(problem)), default=0.0) if last else 0.0
     return {
         "answer": answer.lines(history, case, summary),
@@ -124,7 +126,8 @@ def _tables(stored: Stored, summary: dict[str, Any]) -> dict[str, Any]:
         "maxima": maxima(stored),
         "words": list(_words(summary, stored, case)),
         "file": f"{file_name(problem.name)}.yaml",
-        "tools": [(t, [float(last[f"{t}.{c}"]) for c in ("ux", "uy", "rz", "fx", "fy", "mz")]) for t in problem.tools if last],
+        "tools": [(t, [float(last[f"{t}.{c}"]) for c in columns]) for t in problem.tools if last],
+        "tool_columns": heads,
         "areas": [(c.name, float(last[f"{c.name}.area"])) for c in problem.all_contacts if last],
         "measured_steps": list(dict.fromkeys(s for m in summary.get("measures", {}).values() for s in m["steps"])),
         "means": [(step, *row) for step, rows in summary.get("passage_means", {}).items() for row in _means(rows, problem)],
@@ -137,6 +140,17 @@ def _tables(stored: Stored, summary: dict[str, Any]) -> dict[str, Any]:
         "time": float(last["time"]) if last else 0.0,
         "step": str(last.get("step", "–")),
     }  # fmt: skip
+
+
+def _of_tools(problem: Problem) -> tuple[list[str], list[str]]:
+    """Columns of the last forces and places of tools, and their heads; about an axis what has a meaning there."""
+    d, axes, force, length = directions(problem), style.axes_names(problem), style.force_unit(problem), style.length_unit(problem)
+    if problem.space == "axisymmetric":
+        return ["fy", "uy"], [f"force z ({force})", f"uz ({length})"]
+    names = [""] if d == 2 else [f" {axis}" for axis in axes]
+    heads = [f"force {axis} ({force})" for axis in axes] + [f"moment{n} ({style.moment_unit(problem)})" for n in names]
+    heads += [f"u{axis} ({length})" for axis in axes] + [f"rotation{n} (rad)" for n in names]
+    return [*force_columns(problem), *place_columns(problem)], heads
 
 
 def _means(found: dict[str, dict[str, float]], problem: Problem) -> Iterator[tuple[str, float, float, str]]:

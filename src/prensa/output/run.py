@@ -135,7 +135,6 @@ def _refuse_unwritten(problem: Problem) -> None:
     """Refuse what no file of results knows yet."""
     unnamed = not all(getattr(body.material, "offered", True) for body in problem.bodies.values())
     for there, what in (
-        (problem.space == "solid", "bodies in space"),
         (problem.heat is not None, "temperatures"),
         (unnamed, "materials that case files cannot name"),
     ):

@@ -17,19 +17,20 @@ from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
 from prensa.measures import parse
+from prensa.measures.columns import directions, force_columns, place_columns
 from prensa.model.problem import Case
 from prensa.output import history, vtk
 from prensa.output.files import Contents, file_names, numbered
 from prensa.result.increment import (
+    FORCE_IN,
+    PLACE,
+    REACTION,
     STATUS,
     BodyState,
     ContactState,
-    Force,
     Increment,
     More,
-    Place,
     PointValues,
-    Reaction,
     Statistics,
     ToolState,
 )
@@ -40,10 +41,10 @@ _NOT_KEPT = "{}: an increment read back has no {}; those that solve yields have"
 
 @dataclass(frozen=True)
 class Placement:
-    """Where a tool was placed: ``at`` (2,) its reference point, ``direction`` (2,) the normal of its face."""
+    """Where a tool was placed: ``at`` (d,) its reference point, ``direction`` (d,) the normal of its face."""
 
-    at: tuple[float, float]
-    direction: tuple[float, float]
+    at: tuple[float, ...]
+    direction: tuple[float, ...]
 
 
 class Stored(Sequence[Increment]):
@@ -73,6 +74,7 @@ class Stored(Sequence[Increment]):
     ) -> None:  # fmt: skip
         self.directory, self.problem, self.placements, self.mirror = directory, case.problem, placements, case.output.mirror
         problem = case.problem
+        self._d = directions(problem)
         table = history.read_history(directory)
         self.history = Contents(directory / history.HISTORY, ((name, values[:most]) for name, values in table.items()))
         self._files = file_names(c.name for c in problem.all_contacts)
@@ -125,7 +127,7 @@ class Stored(Sequence[Increment]):
         return Increment(
             str(row["step"]), self._steps[str(row["step"])], number, time, tools,
             {"viscous": 0.0} | {c.removeprefix("energy."): float(v) for c, v in row.items() if c.startswith("energy.")},
-            {s: Reaction(float(row[f"fixed.{s}.fx"]), float(row[f"fixed.{s}.fy"])) for s in supports},
+            {s: REACTION[self._d](*(float(row[f"fixed.{s}.f{c}"]) for c in "xyz"[: self._d])) for s in supports},
             cost, bool(self.ends[k]), _absent(_NOT_KEPT.format(self.directory, "committed state")),
             lambda: self._contacts(number, row), lambda: self._bodies(number), int(row.get("remeshings", 0)),
             seconds=float(row.get("seconds", time)),
@@ -134,9 +136,10 @@ class Stored(Sequence[Increment]):
         )  # fmt: skip
 
     def _tool(self, name: str, row: dict[str, Any]) -> ToolState:
-        placed = self.placements.get(name, Placement((np.nan, np.nan), (0.0, -1.0)))
-        place = Place(*(float(row[f"{name}.{c}"]) for c in ("ux", "uy", "rz")))
-        force = Force(*(float(row[f"{name}.{c}"]) for c in ("fx", "fy", "mz")))
+        unknown = Placement((np.nan,) * self._d, (0.0, -1.0, 0.0)[: self._d])
+        placed = self.placements.get(name, unknown)
+        place = PLACE[self._d](*(float(row[f"{name}.{c}"]) for c in place_columns(self.problem)))
+        force = FORCE_IN[self._d](*(float(row[f"{name}.{c}"]) for c in force_columns(self.problem)))
         return ToolState(np.array(placed.at), place, force, placed.direction)
 
     def _bodies(self, number: int) -> dict[str, BodyState]:
@@ -172,7 +175,8 @@ def _contact(path: Path, contact: Any, area: float) -> ContactState:
     t = history.read_contact(path)
     if not len(t["x"]):
         raise PrensaError(f"{path}: the table has no rows; it is cut off, run the case again")
-    X, x = np.column_stack([t["X"], t["Y"]]), np.column_stack([t["x"], t["y"]])
+    axes = "xyz" if "z" in t else "xy"
+    X, x = np.column_stack([t[c.upper()] for c in axes]), np.column_stack([t[c] for c in axes])
     unknown, status = np.full(len(X), np.nan), _numbered(t["status"])
     points = PointValues(X, x, t["gap"], t["pressure"], t["shear"], t["slip"], status, unknown)
     if (beside := history.of_points(path)).is_file():
@@ -183,7 +187,7 @@ def _contact(path: Path, contact: Any, area: float) -> ContactState:
         )  # fmt: skip
     return ContactState(
         "+".join(contact.surface), contact.against, contact.surface[0].partition(".")[0], t["node"], X, x, t["gap"],
-        t["pressure"], t["shear"], t["slip"], status, unknown, np.full((len(X), 2), np.nan), t["pressure_from_stress"],
+        t["pressure"], t["shear"], t["slip"], status, unknown, np.full_like(X, np.nan), t["pressure_from_stress"],
         t["pressure_smoothed"], t["error"], area, points,
     )  # fmt: skip
 

@@ -107,6 +107,6 @@ def palette(name: str) -> list[str]:
 
 
 # --------------------------------------------------------------------------------------------------------------- names
-def axes_names(problem: Problem) -> tuple[str, str]:
-    """Names of the two coordinates: x, y or, in axisymmetry, r, z."""
-    return ("r", "z") if problem.space == "axisymmetric" else ("x", "y")
+def axes_names(problem: Problem) -> tuple[str, ...]:
+    """Names of the coordinates: x, y, in space z too; r, z in axisymmetry."""
+    return {"axisymmetric": ("r", "z"), "solid": ("x", "y", "z")}.get(problem.space, ("x", "y"))

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from prensa import __version__
 from prensa.errors import PrensaError, take_path
+from prensa.measures.columns import force_columns, place_columns
 from prensa.model.feed import ends_early
 from prensa.model.problem import Case, Problem
 from prensa.output import answer, checkpoint, history, lock, measured, passages, runlog
@@ -190,8 +191,8 @@ def _from_tables(
         return float(table[column][-1]) if len(table[column]) else 0.0
 
     return {
-        "last_force": {t: {c: last(f"{t}.{k}") for c, k in zip("xym", ("fx", "fy", "mz"))} for t in problem.tools},
-        "last_place": {t: {c: last(f"{t}.u{c}") for c in "xy"} | {"rz": last(f"{t}.rz")} for t in problem.tools},
+        "last_force": {t: {c: last(f"{t}.{k}") for c, k in _forces(problem)} for t in problem.tools},
+        "last_place": {t: {c.removeprefix("u"): last(f"{t}.{c}") for c in place_columns(problem)} for t in problem.tools},
         "ended_early": _early_ends(table, problem, completed),
         "passage_means": passages.last_means(directory),
         "measures": measured.measured(directory, problem),
@@ -214,6 +215,12 @@ def _from_tables(
         "timings": dict(timings),
         "largest_force": [peak._asdict() for peak in answer.peaks(table, case)],
     }
+
+
+def _forces(problem: Problem) -> list[tuple[str, str]]:
+    """Names of a tool's forces and moments in the summary, with their columns: x, y and m in the plane."""
+    names = ("x", "y", "z", "mx", "my", "mz") if problem.space == "solid" else ("x", "y", "m")
+    return list(zip(names, force_columns(problem)))
 
 
 def _early_ends(table: Mapping[str, NDArray[Any]], problem: Problem, completed: bool) -> dict[str, float]:

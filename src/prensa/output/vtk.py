@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from prensa.errors import PrensaError, take_path
-from prensa.output.cells import VTK
+from prensa.output.cells import vtk_type
 from prensa.output.files import numbered, replacing, write_text
 from prensa.result.increment import BodyState, Increment
 from prensa.types import Array, Index
@@ -75,7 +75,7 @@ def as_mesh(increment: Increment) -> Any:
 
     bodies = list(increment.bodies.values())
     offset = np.cumsum([0, *(len(b.X) for b in bodies)])
-    cells = [(VTK[b.cells.shape[1]], b.cells + o) for b, o in zip(bodies, offset)]
+    cells = [(vtk_type(b.cells, b.X.shape[1]), b.cells + o) for b, o in zip(bodies, offset)]
     thin = [b.thickness for b in bodies if b.thickness is not None]
     return meshio.Mesh(
         points=_stack(bodies, lambda b: _vector(b.x)),
@@ -83,7 +83,7 @@ def as_mesh(increment: Increment) -> Any:
         point_data={
             "displacement": _stack(bodies, lambda b: _vector(b.displacement)),
             "reaction": _stack(bodies, lambda b: _vector(b.reaction)),
-            "stress": _stack(bodies, lambda b: np.pad(b.stress, ((0, 0), (0, 2)))),
+            "stress": _stack(bodies, lambda b: np.pad(b.stress, ((0, 0), (0, 6 - b.stress.shape[1])))),
             "mises": _stack(bodies, lambda b: b.mises),
             "plastic_strain": _stack(bodies, lambda b: b.plastic_strain),
             "contact_pressure": _on_surfaces(increment, "pressure"),
@@ -141,16 +141,17 @@ def read_fields(path: str | Path, names: list[str]) -> dict[str, BodyState]:
 
 # ------------------------------------------------------------------------------------------------------------- details
 def _body(mesh: Any, cells: Index, own: slice) -> BodyState:
-    x, data = np.array(mesh.points[own, :2]), mesh.point_data
+    d = 3 if mesh.cells[0].type == "hexahedron" else 2
+    x, data = np.array(mesh.points[own, :d]), mesh.point_data
     thickness = np.array(data["thickness"][own]) if "thickness" in data else None
     return BodyState(
-        x - data["displacement"][own, :2], x, cells, np.array(data["reaction"][own, :2]), np.array(data["stress"][own, :4]),
+        x - data["displacement"][own, :d], x, cells, np.array(data["reaction"][own, :d]), np.array(data["stress"][own, : 2 * d]),
         np.array(data["mises"][own]), np.array(data["plastic_strain"][own]), thickness,
     )  # fmt: skip
 
 
 def _vector(v: Array) -> Array:
-    return np.pad(v, ((0, 0), (0, 1)))
+    return np.pad(v, ((0, 0), (0, 3 - v.shape[1])))
 
 
 def _stack(bodies: list[BodyState], values: object) -> Array:

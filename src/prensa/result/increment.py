@@ -111,8 +111,8 @@ class ContactState(Tabular):
     ``error`` = |pressure − pressure_from_stress| where closed, an error bar. ``area``: area of the closed points.
     ``points``: the same at the integration points. Pressures are per current area.
 
-    In space positions and forces have three components, ``shear`` (k, 2) is along the tool's two tangents, and nothing is
-    recovered from the stresses yet (not a number).
+    In space positions and forces have three components, ``shear`` is the size of the traction along the tool, and both pressures
+    from the stresses are those of `prensa.contact.recovery_in_space`.
     """
 
     surface: str
@@ -154,7 +154,8 @@ class BodyState(Tabular):
 
     ``X``, ``x`` (n, 2); ``cells`` (m, a); ``reaction`` (n, 2) force of the supports on the node (0 where free);
     ``stress`` (n, 4) recovered Cauchy stress xx, yy, zz, xy; ``mises`` (n,); ``plastic_strain`` (n,) equivalent;
-    ``thickness`` (n,) current, in plane stress (None elsewhere).
+    ``thickness`` (n,) current, in plane stress (None elsewhere). In space vectors have three components, cells are bricks of 8
+    nodes, and the stress (n, 6) has yz and xz too.
     """
 
     X: Array

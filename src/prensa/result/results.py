@@ -11,6 +11,7 @@ import numpy as np
 
 from prensa.contact.forces import ContactForces
 from prensa.contact.recovery import at_free_edges, borne, mises_of, recover, smoothed, with_tractions_of_centres
+from prensa.contact import recovery_in_space
 from prensa.contact.surface import Surface
 from prensa.errors import PrensaError, take
 from prensa.model.problem import support_names
@@ -163,8 +164,7 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
     x = system.positions(state.u)
     finite = system.problem.kinematics == "finite"
     where, depth = (x, system.depth_in(e.history)) if finite else (system.X, system.depth)
-    flat = system.dofs.dimension == 2  # stresses are not recovered in space yet
-    patches, smooth = (nodal_stress(system, state, e, how) if flat else None for how in (None, smoothed))
+    patches, smooth = _stresses(system, state, e)
     out = {s.name: _apart(system, s, state, where, depth) for s in system.removed}
     for s, f, law in zip(system.surfaces_at(state.clock.time), e.contacts, plan.friction_at(state.clock.time)):
         # Where a sharp corner cuts edges the points are others in each increment.
@@ -264,7 +264,7 @@ def _apart(system: System, s: Surface, state: State, where: Array, depth: Array 
         surface="+".join(s.description.surface), tool=s.against, body=s.body,
         node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=np.full(len(nodes), np.inf), pressure=nothing,
         shear=nothing, slip=slipped,
-        status=np.zeros(len(nodes), dtype=np.int8), weight=area, force=np.zeros((len(nodes), 2)),
+        status=np.zeros(len(nodes), dtype=np.int8), weight=area, force=np.zeros_like(x[nodes]),
         pressure_from_stress=unknown, pressure_smoothed=unknown, error=nothing, area=0.0,
         points=PointValues(s.X, s.points.at(x), np.full(n, np.inf), np.zeros(n), np.zeros(n), slip, np.zeros(n, dtype=np.int8),
                            weight),
@@ -280,14 +280,35 @@ def _with_area(area: Array) -> Index:
 
 
 def _tangential(t: Array) -> Array:
-    """Tractions (k,) along the tangent in the plane, (k, 2) along both in space."""
-    return t[:, 0] if t.shape[1] == 1 else t
+    """Tractions (k,) along the tangent in the plane, their size in space."""
+    return t[:, 0] if t.shape[1] == 1 else np.hypot(*t.T)
 
 
-def _pressure_of(stress: Array | None, nodes: Index, n: Array) -> Array:
-    """−n·σ n (k,) at nodes of stresses (n, 4) xx, yy, zz, xy, and unit normals n (k, 2); not a number without stresses."""
-    if stress is None:
-        return np.full(len(nodes), np.nan)
+def _stresses(system: System, state: State, e: Evaluation) -> tuple[Array, Array]:
+    """Stresses of the nodes by superconvergent patches, and by extrapolation and means; in space both are the latter."""
+    if system.dofs.dimension == 3:
+        return (stress_in_space(system, e),) * 2
+    return nodal_stress(system, state, e), nodal_stress(system, state, e, smoothed)
+
+
+def stress_in_space(system: System, e: Evaluation) -> Array:
+    """Recovered Cauchy stress (n, 6) xx, yy, zz, xy, yz, xz at the nodes of bricks."""
+    out = np.zeros((system.nodes, 6))
+    for b, h in zip(system.blocks, e.history):
+        stress = b.law.cauchy(b.at_law(h).reshape(-1, b.law.size)).reshape(len(b), -1, 6)
+        out[_own(b)] = _in_space(b, stress, h)[:, recovery_in_space.VTK_ORDER]
+    return out
+
+
+def _in_space(b: Block, values: Array, history: Array) -> Array:
+    own, yielded = _own(b), _yielded(b, history).any(axis=1) if b.law.plastic else None
+    return recovery_in_space.recover(b.cells - own.start, b.volume, b.element.N, values, yielded)
+
+
+def _pressure_of(stress: Array, nodes: Index, n: Array) -> Array:
+    """−n·σ n (k,) at nodes of stresses (n, 4) xx, yy, zz, xy, in space (n, 6), and unit normals n (k, d)."""
+    if n.shape[1] == 3:
+        return recovery_in_space.pressure_of(stress[nodes], n)
     xx, yy, _, xy = stress[nodes].T
     return np.asarray(-(xx * n[:, 0] ** 2 + 2 * xy * n[:, 0] * n[:, 1] + yy * n[:, 1] ** 2))
 
@@ -400,11 +421,11 @@ def _recovered(x: Array, b: Block, values: Array, history: Array, recovery: Reco
 
 
 def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> dict[str, BodyState]:
-    """Shapes, support reactions and recovered fields of the bodies; in space the fields are not recovered (not a number)."""
+    """Shapes, support reactions and recovered fields of the bodies."""
     x = system.positions(state.u)
     where = x if system.problem.kinematics == "finite" else system.X
     flat = system.dofs.dimension == 2
-    stress = skin_stress(system, state, e, plan) if flat else np.full((system.nodes, 4), np.nan)
+    stress = skin_stress(system, state, e, plan) if flat else stress_in_space(system, e)
     reaction = system.displacement(reactions(system, e, plan, state))
     thickness = system.depth_in(e.history) if system.problem.space == "plane stress" else None
     out = {}
@@ -412,10 +433,12 @@ def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
         own = _own(b)
         sig = stress[own]
         plastic = np.zeros(len(sig))
-        if b.law.plastic and flat:
-            plastic = np.maximum(_recovered(where, b, b.field(h, "plastic_strain"), h)[:, 0], 0.0)
+        if b.law.plastic:
+            strain = b.field(h, "plastic_strain")
+            plastic = np.maximum((_recovered(where, b, strain, h) if flat else _in_space(b, strain, h))[:, 0], 0.0)
+        mises = mises_of(sig) if flat else recovery_in_space.mises_of(sig)
         out[b.body] = BodyState(
-            system.X[own], x[own], b.cells - own.start, reaction[own], sig, mises_of(sig), plastic,
+            system.X[own], x[own], b.cells - own.start, reaction[own], sig, mises, plastic,
             None if thickness is None else thickness[own],
         )  # fmt: skip
     return out

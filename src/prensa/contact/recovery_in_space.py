@@ -1,0 +1,42 @@
+"""Fields at the nodes of bricks, from those at their integration points.
+
+Elastic fields are extrapolated to the corners of each brick and averaged there, by volume. Where metal has yielded the corner takes
+the point next to it instead: what is extrapolated would be above the flow stress.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from prensa.types import Array, Flags, Index
+
+VTK_ORDER = [0, 1, 2, 3, 5, 4]
+"""Places of xx, yy, zz, xy, yz, xz among the components of a law: xx, yy, zz, xy, xz, yz."""
+
+
+def recover(cells: Index, volume: Array, N: Array, values: Array, yielded: Flags | None = None) -> Array:
+    """Values (n, c) at nodes of cells (m, 8) of values (m, q, c) at points with shape values N (q, 8) and volumes (m, q).
+
+    ``yielded`` (m,): bricks whose values are not extrapolated.
+    """
+    corner = np.linalg.inv(N) @ values  # q = 8: the values are those of a trilinear field
+    if yielded is not None:
+        corner[yielded] = values[yielded][:, N.argmax(axis=0)]
+    weight = np.repeat(volume.sum(axis=1) / cells.shape[1], cells.shape[1])
+    n, flat = int(cells.max()) + 1, corner.reshape(-1, values.shape[2])
+    total = np.bincount(cells.ravel(), weight, n)
+    return np.stack([np.bincount(cells.ravel(), weight * v, n) for v in flat.T], axis=1) / total[:, None]
+
+
+def mises_of(stress: Array) -> Array:
+    """Von Mises stresses (…) of stresses (…, 6) xx, yy, zz, xy, yz, xz."""
+    xx, yy, zz, xy, yz, xz = np.moveaxis(stress, -1, 0)
+    shear = xy**2 + yz**2 + xz**2
+    return np.asarray(np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * shear))
+
+
+def pressure_of(stress: Array, n: Array) -> Array:
+    """−n·σ n (k,) of stresses (k, 6) in that order and unit normals n (k, 3)."""
+    xx, yy, zz, xy, yz, xz = stress.T
+    sigma = np.stack([np.stack([xx, xy, xz], -1), np.stack([xy, yy, yz], -1), np.stack([xz, yz, zz], -1)], axis=1)
+    return -np.einsum("ki,kij,kj->k", n, sigma, n)
