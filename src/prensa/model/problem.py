@@ -583,18 +583,20 @@ class Numerics:
 class Output:
     """What a run writes: fields every ``fields`` increments (0: only the last of each step), pictures, report.
 
-    ``mirror``: sides (``left``, ``right``, ``bottom``, ``top``) of the bodies on which pictures show their mirror image, where
-    a half or a quarter was modelled; in axisymmetry the axis mirrors by itself.
+    ``mirror``: sides (``left``, ``right``, ``bottom``, ``top``, in space ``back`` and ``front``) of the bodies on which pictures
+    show their mirror image, where a part of the whole was modelled; in axisymmetry the axis mirrors by itself.
     """
 
     fields: Annotated[Whole, Field(ge=0)] = 1
     pictures: bool = True
     report: bool = True
-    mirror: Annotated[tuple[Literal["left", "right", "bottom", "top"], ...], BeforeValidator(as_names)] = ()
+    mirror: Annotated[
+        tuple[Literal["left", "right", "bottom", "top", "back", "front"], ...], BeforeValidator(as_names)
+    ] = ()
 
     @model_validator(mode="after")
     def _check(self) -> Output:
-        for pair in (("left", "right"), ("bottom", "top")):
+        for pair in (("left", "right"), ("bottom", "top"), ("back", "front")):
             if sum(side in pair for side in self.mirror) > 1:
                 raise ValueError(f"'mirror' names one side of {pair[0]!r} and {pair[1]!r} at most, once")
         return self
@@ -612,6 +614,8 @@ class Case:
     def _check(self) -> Case:
         if self.problem.space == "axisymmetric" and {"left", "right"} & set(self.output.mirror):
             raise ValueError("'output.mirror' cannot name 'left' or 'right' in axisymmetry, whose axis mirrors: leave it out")
+        if self.problem.space != "solid" and {"back", "front"} & set(self.output.mirror):
+            raise ValueError("'output.mirror' cannot name 'back' or 'front' in the plane: they are sides in 'space: solid'")
         return self
 
 

@@ -10,7 +10,7 @@ from prensa.registry import DOORS
 
 NOT_IN_SPACE = {
     "problem": ("no_contact", "ties", "loads", "body_force", "stabilise", "remesh", "start", "measures"),
-    "tools": ("touching", "above", "below", "spring"),
+    "tools": ("spring",),
     "steps": ("crank", "feed", "push", "loads", "body_force", "control", "stabilise", "until", "remove_tools"),
 }
 """Keys that mean nothing in space yet, where they are given."""
@@ -77,7 +77,8 @@ def _tools(p: Any, dimension: int) -> Iterator[Finding]:
                 yield Finding(("tools", name, key), f"{key} has {len(given)} components; {p.space} has {dimension}")
         if dimension == 3:
             yield from _not_yet(tool, "tools", ("tools", name))
-            if tool.direction_key and getattr(tool, tool.direction_key) is None:
+            placed = tool.touching or tool.above or tool.below
+            if tool.direction_key and getattr(tool, tool.direction_key) is None and not placed:
                 yield Finding(("tools", name), f"give {tool.direction_key!r}: where the face looks in space")
 
 

@@ -71,7 +71,8 @@ def lines(table: Table, case: Case, summary: Mapping[str, Any]) -> list[str]:
 def sentence(peak: Peak) -> str:
     """A largest force in words: 'largest force of punch: 78.6 kN (78630 N) at 4.5 mm'."""
     where = f"time {peak.time:.4g}" if peak.travel is None else shown(peak.travel, peak.travel_unit)
-    whole = f" (whole part: twice, {shown(2 * abs(peak.value), peak.unit, both=False)})" if peak.whole == 2 else ""
+    times, more = peak.whole or 1, shown((peak.whole or 1) * abs(peak.value), peak.unit, both=False)
+    whole = f" (whole part: {'twice' if times == 2 else f'{times} times'}, {more})" if times > 1 else ""
     return f"largest {peak.what} of {peak.tool}: {shown(abs(peak.value), peak.unit)} at {where}{whole}"
 
 
@@ -201,12 +202,12 @@ def size_of_force(table: Table, tool: str, problem: Problem) -> NDArray[Any]:
 
 
 def _whole(mirror: Iterable[str], axis: str) -> int | None:
-    """How often the whole part has a force along an axis: a mirror image doubles it where the mirror lies along the axis.
+    """How often the whole part has a force along an axis: each mirror doubles it that lies along the axis.
 
     Across it the images press against each other, as two dies do.
     """
-    beside = {"y": {"left", "right"}, "x": {"bottom", "top"}}.get(axis)
-    return None if beside is None else 2 if beside & set(mirror) else 1
+    across = {"x": {"left", "right"}, "y": {"bottom", "top"}, "z": {"back", "front"}}.get(axis)
+    return None if across is None else 2 ** len(set(mirror) - across)
 
 
 # ------------------------------------------------------------------------------------------------------------- numbers

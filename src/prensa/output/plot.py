@@ -98,7 +98,8 @@ def deformed(
     if problem.space == "solid":
         label, ends = f"{field_name(problem, field)} ({field_unit(problem, field)})", range or colour_range(values, field)
         at = _moment(increment)
-        return picture(increment, problem, lambda _, b: field_values(b, field), label, field_map(field), ends, at, mesh)
+        copies = [(c.of, c.sign(field, problem)) for c in images(mirror_lines(increment, problem, mirror))]
+        return picture(increment, problem, lambda _, b: field_values(b, field), label, field_map(field), ends, at, mesh, copies)
     lines = mirror_lines(increment, problem, mirror)
     box = box or limits(increment, problem, mirror)
     with style.styled():
@@ -217,7 +218,7 @@ class Image(NamedTuple):
     lines: tuple[tuple[int, float], ...] = ()
 
     def of(self, points: Array) -> Array:
-        """Points (n, 2) of the copy."""
+        """Points (n, d) of the copy."""
         out = np.array(points, dtype=float)
         for axis, at in self.lines:
             out[:, axis] = 2.0 * at - out[:, axis]
@@ -226,10 +227,12 @@ class Image(NamedTuple):
     def sign(self, field: str, problem: Problem) -> float:
         """What a field's values are multiplied by; a radial component has no sign to lose."""
         axes = [axis for axis, _ in self.lines if not (axis == 0 and problem.space == "axisymmetric")]
-        if field == "stress.xy":
-            return -1.0 if len(self.lines) % 2 else 1.0
-        turned = field.startswith("displacement.") and "xy".index(field[-1]) in axes
-        return -1.0 if turned else 1.0
+        kind, _, component = field.partition(".")
+        if kind == "stress" and component[0] != component[1]:
+            axes = [axis for axis, _ in self.lines]
+        elif kind != "displacement" or not component:
+            return 1.0
+        return -1.0 if sum("xyz"[axis] in component for axis in axes) % 2 else 1.0
 
 
 def images(lines: Sequence[tuple[int, float]]) -> list[Image]:
@@ -241,7 +244,7 @@ def images(lines: Sequence[tuple[int, float]]) -> list[Image]:
 
 
 def mirror_lines(increment: Increment, problem: Problem, sides: Sequence[str]) -> list[tuple[int, float]]:
-    """Lines of symmetry: axis that changes sign, coordinate. In axisymmetry the axis is one without being asked for.
+    """Lines, in space planes, of symmetry: axis that changes sign, coordinate. In axisymmetry the axis is one by itself.
 
     Raises
     ------
@@ -250,7 +253,8 @@ def mirror_lines(increment: Increment, problem: Problem, sides: Sequence[str]) -
 
     """
     X = np.vstack([b.X for b in increment.bodies.values()])
-    ends = {"left": (0, X[:, 0].min()), "right": (0, X[:, 0].max()), "bottom": (1, X[:, 1].min()), "top": (1, X[:, 1].max())}
+    pairs = (("left", "right"), ("bottom", "top"), ("back", "front"))[: X.shape[1]]
+    ends = {name: (k, at) for k, p in enumerate(pairs) for name, at in zip(p, (X[:, k].min(), X[:, k].max()))}
     lines = [(0, 0.0)] if problem.space == "axisymmetric" else []
     for side in sides:
         if side not in ends:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +16,8 @@ from prensa.types import Array, Index
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+Copy = tuple[Callable[[Array], Array], float]
+"""Places of a mirror image, and the sign of its values."""
 VIEW: Mapping[str, float] = {"elev": 25.0, "azim": -50.0}
 """Angles in degrees above the horizontal plane and about the vertical axis, y."""
 _LIGHT = np.array([0.35, 0.85, 0.4])
@@ -24,11 +26,11 @@ MOST_EDGES = 2500  # faces whose sides can be distinguished in a picture
 
 def picture(
     increment: Increment, problem: Problem, values: Callable[[str, BodyState], Array], label: str, colours: str,
-    ends: tuple[float, float], title: str, mesh: bool | None = None, view: Mapping[str, float] | None = None,
+    ends: tuple[float, float], title: str, mesh: bool | None = None, copies: Sequence[Copy] = ((np.asarray, 1.0),),
 ) -> Figure:  # fmt: skip
     """Deformed bodies seen from outside; ``values`` (n,) at the nodes of a body, ``label`` and colour map of them.
 
-    ``mesh``: draw the sides of the faces; None draws them where they can be distinguished.
+    ``mesh``: draw the sides of the faces; None draws them where they can be distinguished. ``copies``: of the bodies, mirrored.
     """
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
@@ -40,16 +42,21 @@ def picture(
         figure = Figure(figsize=(5.4, 4.4), layout="constrained")
         axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
         scale, shades = Normalize(*ends), colormaps[colours]
+        corners, colours_of = [], []
         for name, body in increment.bodies.items():
-            faces = outside(body.cells)
-            corners = _upright(body.x)[faces]
-            colour = shades(scale(values(name, body)[faces].mean(axis=1)))
-            colour[:, :3] *= _lit(body.x, faces)[:, None]
-            drawn = len(faces) <= MOST_EDGES if mesh is None else mesh
-            edge = style.BLACK if drawn else colour
-            axes.add_collection3d(Poly3DCollection(corners, facecolors=colour, edgecolors=edge, linewidths=0.25))
-        _frame(axes, increment, problem)
-        axes.view_init(**(view or VIEW))
+            faces, value = outside(body.cells), values(name, body)
+            for of, sign in copies:
+                x = of(body.x)
+                colour = shades(scale(sign * value[faces].mean(axis=1)))
+                colour[:, :3] *= _lit(x, faces)[:, None]
+                corners.append(_upright(x)[faces])
+                colours_of.append(colour)
+        # One collection: within it the nearer faces cover those behind, of all bodies and copies.
+        shown, colour = np.concatenate(corners), np.concatenate(colours_of)
+        edge = style.BLACK if (len(shown) <= MOST_EDGES if mesh is None else mesh) else colour
+        axes.add_collection3d(Poly3DCollection(shown, facecolors=colour, edgecolors=edge, linewidths=0.25))
+        _frame(axes, shown.reshape(-1, 3), problem)
+        axes.view_init(**VIEW)
         figure.colorbar(ScalarMappable(scale, shades), ax=axes, label=label, shrink=0.75, pad=0.08)
         axes.set_title(title)
     return figure
@@ -73,14 +80,15 @@ def _lit(x: Array, faces: Index) -> Array:
     """Brightness (k,) of faces, between two thirds and one."""
     a = x[faces]
     n = np.cross(a[:, 2] - a[:, 0], a[:, 3] - a[:, 1])
+    if float((n * a.mean(axis=1)).sum()) < 0.0:  # ∫ n·x dA is three times the volume: mirrored faces turn inwards
+        n = -n
     n /= np.maximum(np.linalg.norm(n, axis=1), np.finfo(float).tiny)[:, None]
     return np.asarray(2 / 3 + np.clip(n @ _LIGHT, 0.0, 1.0) / 3)
 
 
-def _frame(axes: Any, increment: Increment, problem: Problem) -> None:
-    """Limits with equal scales, and names of the axes."""
-    all_x = _upright(np.concatenate([body.x for body in increment.bodies.values()]))
-    low, high = all_x.min(axis=0), all_x.max(axis=0)
+def _frame(axes: Any, shown: Array, problem: Problem) -> None:
+    """Limits with equal scales, and names of the axes, for points (k, 3) that are shown."""
+    low, high = shown.min(axis=0), shown.max(axis=0)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set_box_aspect(high - low)
     unit = style.length_unit(problem)

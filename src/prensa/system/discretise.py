@@ -146,15 +146,16 @@ def _with_laws(s: Surface, contact: model.Contact | model.BodyContact, laws: Map
 
 
 def first_way(problem: model.Problem, tool: str) -> Array | None:
-    """Unit vector (2,) of the first travel or push of a tool that a step gives; None if none does."""
+    """Unit vector (d,) of the first travel or push of a tool that a step gives; None if none does."""
+    axes = model.AXES if problem.space == "solid" else model.AXES[:2]
     for step in problem.steps:
         if (crank := step.crank.get(tool)) is not None:
             axis, sign = AXIS[crank.toward]
             return np.array([sign * (axis == "x"), sign * (axis == "y")])
         for kind in (step.move, step.by, step.velocity, step.push):
-            way = np.array([_first_value(getattr(kind.get(tool), axis, None)) for axis in "xy"])
+            way = np.array([_first_value(getattr(kind.get(tool), axis, None)) for axis in axes])
             if way.any():
-                return np.asarray(way / np.hypot(*way))
+                return np.asarray(way / np.linalg.norm(way))
     return None
 
 

@@ -40,17 +40,25 @@ class PlacedTool:
         return min(self.shape.across(np.array([np.cos(a), np.sin(a)]), 0.0)[1] for a in angles)
 
 
-def surface_normal(points: Array, edges: Index) -> Array:
-    """Mean outward unit normal of oriented edges (k, 2), body on the left."""
-    t = points[edges[:, 1]] - points[edges[:, 0]]
-    n = np.array([t[:, 1].sum(), -t[:, 0].sum()])
-    return n / np.linalg.norm(n)
+def _area_normals(points: Array, sides: Index) -> Array:
+    """Outward normals (k, d), as long as the side is large, of edges (k, 2), body on the left, or faces (k, 4) seen from outside."""
+    if points.shape[1] == 3:
+        a = points[sides]
+        return np.asarray(0.5 * np.cross(a[:, 2] - a[:, 0], a[:, 3] - a[:, 1]))
+    t = points[sides[:, 1]] - points[sides[:, 0]]
+    return np.stack([t[:, 1], -t[:, 0]], axis=1)
+
+
+def surface_normal(points: Array, sides: Index) -> Array:
+    """Mean outward unit normal (d,) of oriented edges (k, 2) or faces (k, 4); see `_area_normals`."""
+    n = _area_normals(points, sides).sum(axis=0)
+    return np.asarray(n / np.linalg.norm(n))
 
 
 def side_of(name: str, target: str, points: Array, edges: Index) -> Array:
     """`surface_normal` of the boundary that tool *name* is to touch; `ToolError` if it ends where it begins and has none."""
-    t = points[edges[:, 1]] - points[edges[:, 0]]
-    if np.hypot(*t.sum(axis=0)) <= NEGLIGIBLE * np.hypot(*t.T).sum():
+    n = _area_normals(points, edges)
+    if np.linalg.norm(n.sum(axis=0)) <= NEGLIGIBLE * np.linalg.norm(n, axis=1).sum():
         raise ToolError(
             f"tools.{name}: 'touching: {target}' does not say on which side: that boundary runs all around and has no mean "
             f"normal; give 'above: {target}', 'below: {target}' or 'at'"
@@ -59,12 +67,12 @@ def side_of(name: str, target: str, points: Array, edges: Index) -> Array:
 
 
 def against(points: Array, edges: Index, mean: Array, way: Array | None) -> Array:
-    """Where a tool stands that is to touch a boundary: along its normal, or against the tool's ``way`` (2,) where it is curved.
+    """Where a tool stands that is to touch a boundary: along its normal, or against the tool's ``way`` where it is curved.
 
-    A curved or kinked boundary has no one normal. ``way``: unit vector of the tool's first travel; None: it is not known.
+    A curved or kinked boundary has no one normal. ``way`` (d,): unit vector of the tool's first travel; None: it is not known.
     """
-    t = points[edges[:, 1]] - points[edges[:, 0]]
-    normals = np.stack([t[:, 1], -t[:, 0]], axis=1) / np.hypot(*t.T)[:, None]
+    normals = _area_normals(points, edges)
+    normals = normals / np.linalg.norm(normals, axis=1)[:, None]
     straight = (normals @ mean >= ONE_NORMAL).all()
     return mean if straight or way is None or -(way @ mean) < FACING else -way
 
@@ -83,20 +91,20 @@ def place(
 
     """
     target = d.touching or d.above or d.below
-    dimension = 2 if d.at is None else len(d.at)  # in space a place is given
+    dimension = next(iter(meshes.values())).points.shape[1]
     outward = np.eye(dimension)[1]
     if target:
         body, _, edge = target.partition(".")
         mesh = meshes[body]
         mesh.nodes(edge)
         if d.above:
-            outward = np.array([0.0, 1.0])
+            outward = np.eye(dimension)[1]
         elif d.below:
-            outward = np.array([0.0, -1.0])
+            outward = -np.eye(dimension)[1]
         elif edge in mesh.corners:
             raise ToolError(f"tools.{name}: 'touching' needs a boundary; {target!r} is a point")
         else:
-            edges = mesh.edges[edge][:, :2]
+            edges = mesh.edges[edge][:, : 2 * (dimension - 1)]
             outward = against(mesh.points, edges, side_of(name, target, mesh.points, edges), way)
     direction = d.looks(outward)
     at = np.array(d.at if d.at is not None else np.zeros(dimension), dtype=np.float64)
@@ -125,7 +133,7 @@ def place(
         k = int(np.argmin(shape.closest(points - where).g))
         raise ToolError(
             f"tools.{name}: moved along {(-outward).tolist()} until it touches {target!r}, the {d.type} has the node at "
-            f"({points[k, 0]:g}, {points[k, 1]:g}) inside by {inside:.3g}: the boundary does not fit into it; change its "
+            f"({', '.join(f'{v:g}' for v in points[k])}) inside by {inside:.3g}: the boundary does not fit into it; change its "
             "shape, 'at', or the order of its points (somebody who walks along them has the tool on the left)"
         )
     return PlacedTool(name, shape, where, direction, d)
