@@ -58,8 +58,8 @@ def test_the_force_on_a_block_is_that_of_hertz(radius):
     assert pressure.max() == pytest.approx(1.5 * force / (np.pi * radius**2), rel=0.02)
 
 
-def test_a_case_file_cannot_name_a_sphere():
-    """Refused with line and column."""
+def test_a_case_file_names_a_sphere_in_space_alone():
+    """Read in space, refused in the plane with line and column."""
     text = """
 name: ball
 bodies:
@@ -68,11 +68,10 @@ tools:
   ball: {type: sphere, radius: 1, at: [0, 2]}
 steps: [{name: press}]
 """
-    with pytest.raises(pr.CaseError, match="'sphere' is a tool of 'space: solid'"):
+    with pytest.raises(pr.CaseError, match="6:3: 'sphere' is a tool of 'space: solid'"):
         loads(text)
     box = "box, size: [1, 1, 1], n: [1, 1, 1]"
     spatial = text.replace("bodies:", "space: solid\nbodies:").replace("rectangle, size: [1, 1], n: [1, 1]", box)
     spatial = spatial.replace("at: [0, 2]", "at: [0, 2, 0]")
     spatial = spatial.replace("steps:", "contacts: [{surface: b.top, against: ball}]\nsteps:")
-    with pytest.raises(pr.CaseError, match="7:3: 'sphere' is described in Python alone so far"):
-        loads(spatial)
+    assert loads(spatial).problem.tools["ball"] == pr.Sphere(1.0, at=(0.0, 2.0, 0.0))

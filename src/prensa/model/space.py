@@ -31,7 +31,7 @@ def findings(p: Any) -> Iterator[Finding]:
             for name, given in getattr(owner, kind, {}).items():
                 axis = "rz" if solid else "z"
                 if getattr(given, axis, None) is not None:
-                    words = "tools do not turn in space yet" if solid else "z is an axis of 'space: solid'"
+                    words = "tools do not turn in space yet" if solid else _no_z(p, kind)
                     yield Finding((*path, kind, name, axis), words, at_key=True)
     if not solid:
         return
@@ -40,6 +40,13 @@ def findings(p: Any) -> Iterator[Finding]:
     if p.thickness not in (None, 1.0):
         yield Finding(("thickness",), "bodies in space have no thickness; leave it out", at_key=True)
     yield from _contacts(p)
+
+
+def _no_z(p: Any, kind: str) -> str:
+    """What to write in the plane instead."""
+    remedy = "write 'x', 'y', 'xy'" if kind == "fixed" else "write 'x', 'y' or 'rz'"
+    about = " In axisymmetry x is the radius and y the axis" if p.space == "axisymmetric" else ""
+    return f"'z' is an axis of 'space: solid'; {remedy}.{about}"
 
 
 def _not_yet(owner: Any, kind: str, path: tuple[str | int, ...]) -> Iterator[Finding]:

@@ -189,13 +189,13 @@ def fields_of(problem: Problem, increments: Sequence[Increment]) -> list[str]:
 def field_name(problem: Problem, field: str) -> str:
     """Name of a field as printed beside its colours."""
     kind, _, component = field.partition(".")
-    axes = style.axes_names(problem)
-    first, second = axes[:2]
+    names = style.axes_names(problem)
+    first, second = names[:2]
     if kind == "stress":
         letters = {"x": first, "y": second, "z": "θ" if problem.space == "axisymmetric" else "z"}
         return f"stress {letters[component[0]]}{letters[component[1]]}"
     if kind == "displacement":
-        return f"displacement {axes['xyz'.index(component)]}" if component else "displacement"
+        return f"displacement {names['xyz'.index(component)]}" if component else "displacement"
     return {"mises": "von Mises stress", "plastic_strain": "equivalent plastic strain", "thickness": "thickness"}[kind]
 
 
@@ -652,8 +652,7 @@ def _draw_tools(axes: Axes, increment: Increment, problem: Problem, box: tuple[f
 
 def finish_section(axes: Axes, problem: Problem, box: tuple[float, float, float, float]) -> None:
     """Limits, equal scales and names of the axes of a section."""
-    axes = style.axes_names(problem)
-    first, second = axes[:2]
+    first, second = style.axes_names(problem)[:2]
     unit = style.length_unit(problem)
     axes.set(xlim=box[:2], ylim=box[2:], aspect="equal", xlabel=f"{first} ({unit})", ylabel=f"{second} ({unit})")
     axes.grid(False)

@@ -86,8 +86,6 @@ class Extruded(_SweptShape):
     axis: Direction = (0.0, 0.0, 1.0)
     type: Literal["extruded"] = "extruded"
 
-    examples: ClassVar = ({"section": circle.Circle(2.0)}, {"section": circle.Circle(3.0), "axis": (1.0, 0.5, 0.0)})
-
     def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
         """See `prensa.tools.swept`."""
         return self._swept(Prism, self._section_looks(-(direction @ section_axes(self._unit))), rounding)
@@ -103,8 +101,6 @@ class Revolved(_SweptShape):
     section: Section
     axis: Direction = (0.0, 1.0, 0.0)
     type: Literal["revolved"] = "revolved"
-
-    examples: ClassVar = ({"section": circle.Circle(2.0)}, {"section": circle.Circle(1.0, at=(3.0, 0.0))})
 
     def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
         """See `prensa.tools.swept`."""
