@@ -15,6 +15,8 @@ _MODEL = (
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "Box": "prensa.model.meshes",
     "Bricks": "prensa.model.meshes",
+    "Extrusion": "prensa.model.meshes",
+    "Revolution": "prensa.model.meshes",
     "BodyContact": "prensa.model.problem",
     "Conductor": "prensa.model.heat",
     "Heat": "prensa.model.heat",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,10 +11,13 @@ import numpy as np
 from prensa.mesh.mesh import Mesh, MeshError
 from prensa.mesh.spacing import graded
 from prensa.model import meshes as model
+from prensa.precision import NEGLIGIBLE, ROUND_OFF
 from prensa.types import Array, Index
 
 # corners of the six faces of a brick, seen from outside counter-clockwise
 FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
+_SECTION_AXES = {"x": [2, 1, 0], "y": [0, 2, 1], "z": [0, 1, 2]}
+"""Axes of a section's x and y, and of the extrusion."""
 _SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]  # corners along x and y, in the order of a brick's lower nodes
 
 
@@ -84,6 +88,58 @@ def from_arrays(m: model.Bricks) -> BrickMesh:
     """Mesh of a `prensa.Bricks`."""
     named = {name: np.array(nodes, dtype=np.int64) for name, nodes in m.boundaries.items()}
     return _with_boundaries(np.array(m.points, dtype=np.float64), np.array(m.cells, dtype=np.int64), named)
+
+
+def extruded(m: model.Extrusion, section: Mesh) -> BrickMesh:
+    """Mesh of a `prensa.Extrusion` over the mesh of its section."""
+    ends = {"base": m.start, "cap": m.start + m.length}
+    along = graded(ends["base"], ends["cap"], m.n, (ends[m.grade],) if m.grade else (), m.ratio)
+    axes = _SECTION_AXES[m.axis]
+    points = np.zeros((len(along), len(section.points), 3))
+    points[:, :, axes[:2]] = section.points
+    points[:, :, axes[2]] = along[:, None]
+    # The section's axes and that of the extrusion are a left-handed triple for x and y: layers are then counted downwards.
+    return _swept(section, points, False, m.axis != "z")
+
+
+def revolved(m: model.Revolution, section: Mesh) -> BrickMesh:
+    """Mesh of a `prensa.Revolution` over the mesh of its section.
+
+    Raises
+    ------
+    MeshError
+        If the section touches the axis, or crosses it.
+
+    """
+    radius, height = section.points.T
+    if radius.min() <= NEGLIGIBLE * radius.max():
+        raise MeshError(
+            f"the section comes to x = {radius.min():g}, and bricks would collapse on the axis; leave a bore, "
+            "or make a cylinder of a disc that is extruded along y"
+        )
+    whole = m.angle >= math.tau * (1.0 - NEGLIGIBLE)
+    angle = np.linspace(0.0, m.angle, m.n + 1)[: m.n + (not whole)]
+    points = np.stack(
+        [radius * np.cos(angle)[:, None], height + 0.0 * angle[:, None], radius * np.sin(angle)[:, None]], axis=-1
+    )
+    points[np.abs(points) < ROUND_OFF * radius.max()] = 0.0  # a quarter ends in the plane x = 0
+    return _swept(section, points, whole, False)
+
+
+def _swept(section: Mesh, points: Array, closed: bool, downwards: bool) -> BrickMesh:
+    """Bricks between layers of points (k, n, 3) over a section; ``closed``: the last layer is under the first one."""
+    k, n, _ = points.shape
+    layer = np.arange(k if closed else k - 1)
+    lower = section.cells[None] + n * layer[:, None, None]
+    upper = section.cells[None] + n * ((layer + 1) % k)[:, None, None]
+    pair = (upper, lower) if downwards else (lower, upper)
+    cells = np.concatenate(pair, axis=2).reshape(-1, 8)
+    named = {
+        name: (np.unique(edges)[None] + n * np.arange(k)[:, None]).ravel() for name, edges in section.edges.items()
+    }
+    if not closed:
+        named |= {"base": np.arange(n), "cap": np.arange(n) + n * (k - 1)}
+    return _with_boundaries(points.reshape(-1, 3), cells, named)
 
 
 def _with_boundaries(points: Array, cells: Index, named: dict[str, Index]) -> BrickMesh:

@@ -106,6 +106,14 @@ def in_cells_of(
     return mesh_from_draft(draft_of(points, cells, edges, corners), nodes)
 
 
+def _section(description: Any, unit: str) -> Mesh:
+    """Mesh of a section that bricks stand on."""
+    mesh = mesh_of(description, "q4", unit)
+    if mesh.cells.shape[1] != 4:
+        raise MeshError("the section has triangles, and bricks stand on quadrilaterals; draw it as a 'patch' or import quadrilaterals")
+    return mesh
+
+
 def mesh_of(description: Any, element: str | int = "q4", unit: str = "mm", beside: Mesh | None = None) -> Mesh:
     """The mesh of a description in the cells of an element (``q4_fbar``, ``t6``, …); *unit*: of length, of the case.
 
@@ -145,4 +153,8 @@ def mesh_of(description: Any, element: str | int = "q4", unit: str = "mm", besid
             return bricks.box(description)
         case model.Bricks():
             return bricks.from_arrays(description)
+        case model.Extrusion():
+            return bricks.extruded(description, _section(description.section, unit))
+        case model.Revolution():
+            return bricks.revolved(description, _section(description.section, unit))
     raise TypeError(f"unknown mesh {description!r}")

@@ -155,7 +155,10 @@ def _boundaries(body: Any) -> list[str]:
     """Boundaries and points of a body that are known before it is meshed; none where only the mesh can tell."""
     if body is None:
         return []
-    mesh = body.mesh
+    return _of_mesh(body.mesh)
+
+
+def _of_mesh(mesh: Any) -> list[str]:
     match mesh.type:
         case "rectangle" | "patch" | "strip" | "wire":
             return [*_EDGES, *(f"{y}-{x}" for y in ("bottom", "top") for x in ("left", "right"))]
@@ -168,6 +171,9 @@ def _boundaries(body: Any) -> list[str]:
             return list(mesh.boundaries)
         case "box":
             return ["left", "right", "bottom", "top", "back", "front"]
+        case "extruded" | "revolved":
+            known = _of_mesh(mesh.section)
+            return [*known, "base", "cap"] if known else []
         case "outline":
             holes = [f"hole-{k + 1}" for k in range(len(mesh.holes))]
             return [*dict.fromkeys(mesh.sides or ("outline",)), *holes]

@@ -411,7 +411,47 @@ class Bricks:
     type: Literal["bricks"] = "bricks"
 
 
+Section = Annotated[
+    Rectangle | Strip | Wire | Disc | Annulus | Patch | Outline | Points | File, Field(discriminator="type")
+]
+"""Meshes of the plane, of quadrilaterals where they are sections of bodies in space."""
+
+
+@described
+class Extrusion:
+    """Bricks over a ``section`` of the plane, ``n`` layers of them over a ``length`` along ``axis``, from ``start`` on.
+
+    The section keeps its y where the axis is x or z, and its x where that is y: a disc along y has its x and z. Boundaries: those
+    of the section, ``base`` where the axis begins and ``cap`` where it ends. Layers shrink towards ``grade`` in the ratio
+    ``ratio`` (largest over smallest).
+    """
+
+    section: Section
+    length: Annotated[Length, Field(gt=0)]
+    n: Annotated[Whole, Field(ge=1)]
+    axis: Literal["x", "y", "z"] = "z"
+    start: Length = 0.0
+    grade: Literal["base", "cap"] | None = None
+    ratio: Annotated[Number, Field(ge=1)] = 8.0
+    type: Literal["extruded"] = "extruded"
+
+
+@described
+class Revolution:
+    """Bricks over a ``section`` drawn as in axisymmetry, x the radius and y the axis, ``n`` of them around the ``angle``.
+
+    From the direction x towards z, at most a whole turn. A section that touches the axis is refused: there bricks would collapse
+    (a disc, extruded along y, is a cylinder). Boundaries: those of the section, and of a sector ``base`` at z = 0 and ``cap``
+    where it ends.
+    """
+
+    section: Section
+    n: Annotated[Whole, Field(ge=3)]
+    angle: Annotated[Angle, Field(gt=0, le=math.tau * (1 + NEGLIGIBLE))] = math.tau
+    type: Literal["revolved"] = "revolved"
+
+
 Mesh = Annotated[
-    Rectangle | Strip | Wire | Disc | Annulus | Patch | Outline | Points | File | Box | Bricks,
+    Rectangle | Strip | Wire | Disc | Annulus | Patch | Outline | Points | File | Box | Bricks | Extrusion | Revolution,
     Field(discriminator="type"),
 ]

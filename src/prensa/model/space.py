@@ -8,6 +8,8 @@ from typing import Any
 from prensa.model.names import Finding
 from prensa.registry import DOORS
 
+BRICKS = ("box", "extruded", "revolved", "bricks")
+"""Meshes of bodies in space."""
 NOT_IN_SPACE = {
     "problem": ("no_contact", "ties", "loads", "body_force", "stabilise", "remesh", "start", "measures"),
     "tools": ("spring",),
@@ -60,8 +62,8 @@ def _bodies(p: Any, dimension: int) -> Iterator[Finding]:
     for name, body in p.bodies.items():
         if body is None:
             continue
-        if (body.mesh.type in ("box", "bricks")) != (dimension == 3):
-            words = "bodies in space have a mesh of type 'box' or 'bricks'" if dimension == 3 else "bricks need 'space: solid'"
+        if (body.mesh.type in BRICKS) != (dimension == 3):
+            words = f"bodies in space have a mesh of type {', '.join(map(repr, BRICKS))}" if dimension == 3 else "bricks need 'space: solid'"
             yield Finding(("bodies", name, "mesh"), words)
         if body.element is not None:
             element: Any = DOORS["element"].find(body.element)

@@ -78,8 +78,8 @@ class _SweptShape(ToolShape, abstract=True):
 class Extruded(_SweptShape):
     """A tool of the plane, ``section``, extruded endlessly along ``axis``: a roll is an extruded circle.
 
-    The section lies across the axis: its second coordinate is y (z where the axis is y), its first one follows by the
-    right-hand rule, x for the axis z. ``at`` of the section is a place in that plane.
+    The section lies across the axis: its second coordinate is y (z where the axis is y), its first one x (z where the axis is
+    x). ``at`` of the section is a place in that plane.
     """
 
     section: Section

@@ -1,0 +1,160 @@
+"""Runs in space from a case file: tables, fields, pictures, report, answers, resuming; sections swept to bricks."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import meshio
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.mesh.bricks import bricks_behind
+from prensa.mesh.generate import mesh_of
+from prensa.mesh.mesh import MeshError
+from prensa.model.schema import loads
+from prensa.output.run import resume
+
+CASE = """
+name: ball
+space: solid
+bodies:
+  block:
+    mesh: {type: box, size: [4, 2, 4], n: [4, 2, 4]}
+    material: {type: j2, E: 200000, nu: 0.3, flow: {type: swift, K: 500, e0: 0.01, n: 0.2}}
+tools:
+  ball: {type: revolved, section: {type: circle, radius: 5}, touching: block.top, at: [0, 0, 0]}
+contacts: [{surface: block.top, against: ball, friction: {mu: 0.2}}]
+fixed: {block.left: x, block.back: z, block.bottom: y}
+steps:
+- {name: press, move: {ball: {y: -0.3}}, increments: 3}
+- {name: drag, by: {ball: {z: 0.1}}, fixed: {block.bottom: xyz}, increments: 2}
+measures: {deepest: min block.top.y at x = 0}
+output: {mirror: [left, back]}
+"""
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """The case, run into a folder; and its increments as they were solved."""
+    folder = tmp_path_factory.mktemp("space") / "ball"
+    case = loads(CASE.replace("measures: {deepest: min block.top.y at x = 0}\n", ""))
+    pr.run(case, folder, quiet=True)
+    return folder, case, list(pr.solve(case.problem))
+
+
+def test_tables_and_fields_are_what_was_solved(ran):
+    """Read back: forces, places, contacts to the bit; stresses have six components; hexahedra for ParaView."""
+    folder, _, solved = ran
+    stored = pr.results(folder)
+    assert len(stored.increments) == len(solved) == 5
+    for read, made in zip(stored.increments, solved):
+        assert read.force("ball") == made.force("ball")
+        assert read.tools["ball"].place == made.tools["ball"].place
+        assert read.supports == made.supports
+        a, b = read.contacts["block.top-ball"], made.contacts["block.top-ball"]
+        assert np.array_equal(a.x, b.x)
+        assert np.array_equal(a.pressure, b.pressure)
+        assert np.array_equal(a.shear, b.shear)
+    last = stored.increments[-1].bodies["block"]
+    assert last.stress.shape == (len(last.x), 6)
+    assert np.allclose(last.stress, solved[-1].bodies["block"].stress)
+    grid = meshio.read(next((folder / "fields").glob("0005.vtu")))
+    assert grid.cells[0].type == "hexahedron"
+    assert np.allclose(grid.point_data["stress"], last.stress)
+
+
+def test_forces_balance(ran):
+    """Tool and supports hold the block: sums of forces to the tolerance; x and z are even before the drag."""
+    *_, solved = ran
+    for increment in solved:
+        total = np.array(increment.force("ball")[:3]) - sum(np.array(f) for f in increment.supports.values())
+        assert np.abs(total).max() < 1e-8 * abs(increment.force("ball").y)
+    pressed = solved[2].force("ball")
+    assert pressed.x == pytest.approx(pressed.z, rel=1e-6)
+    assert solved[-1].force("ball").z != pytest.approx(pressed.z, rel=1e-2)
+
+
+def test_the_stress_is_that_of_the_metal(ran):
+    """No node is above the largest flow stress; the pressure from stresses is near that of the forces."""
+    *_, solved = ran
+    body = solved[-1].bodies["block"]
+    strain = solved[-1].bodies["block"].plastic_strain.max()
+    assert 0.02 < strain < 1.0
+    assert body.mises.max() <= 500.0 * (0.01 + 1.5 * strain) ** 0.2
+
+
+def test_summary_report_and_pictures(ran):
+    """The answer counts four quarters and is in newtons; three components; the report says the same; pictures are drawn."""
+    folder, _, solved = ran
+    made = json.loads((folder / "summary.json").read_text())
+    assert made["status"] == "completed"
+    assert set(made["last_force"]["ball"]) == {"x", "y", "z", "mx", "my", "mz"}
+    assert "force" in made["answer"][1] and "/mm" not in made["answer"][1]
+    page = (folder / "report.html").read_text()
+    assert "uz (mm)" in page and "force z (N)" in page
+    names = {path.name for path in (folder / "pictures").glob("*.png")}
+    assert {"deformed.png", "plastic_strain.png", "force_stroke.png", "pressure_block.top-ball.png"} <= names
+    for field in ("mises", "displacement.z", "stress.yz"):
+        assert solved[-1].plot(field).axes[0].name == "3d"
+
+
+def test_it_resumes_to_the_same_bits(ran, tmp_path):
+    """Stopped after two increments and resumed, tables end with the same text."""
+    folder, case, _ = ran
+    with pytest.raises(KeyboardInterrupt):
+        pr.run(case, tmp_path / "again", quiet=True, bar=_Stop(2))
+    resume(tmp_path / "again", quiet=True)
+    for name in ("history.csv", "convergence.csv", "contact/block.top-ball/0005.csv"):
+        assert (tmp_path / "again" / name).read_bytes() == (folder / name).read_bytes()
+
+
+class _Stop:
+    """A progress bar that interrupts after some increments."""
+
+    def __new__(cls, after):
+        from prensa.output.progress import ProgressBar
+
+        class Stopping(ProgressBar):
+            seen = 0
+
+            def __call__(self, progress):
+                self.seen += progress.event == "accepted"
+                if self.seen > after:
+                    raise KeyboardInterrupt
+
+        return Stopping(True)
+
+
+CYLINDER = pr.Extrusion(pr.Disc(10.0, (16, 6)), 20.0, 4, axis="y")
+
+
+@pytest.mark.parametrize(
+    ("mesh", "volume"),
+    [
+        (CYLINDER, np.pi * 100 * 20),
+        (replace(CYLINDER, section=pr.Disc(10.0, (16, 6), part="top-right"), axis="x"), np.pi * 100 * 5),
+        (pr.Extrusion(pr.Rectangle((3.0, 2.0), (3, 2)), 4.0, 3, start=-1.0, grade="cap"), 24.0),
+        (pr.Revolution(pr.Rectangle((2.0, 3.0), (2, 3), (4.0, 0.0)), 72), np.pi * 60.0),
+        (pr.Revolution(pr.Rectangle((2.0, 3.0), (2, 3), (4.0, 0.0)), 18, angle=np.pi / 2), np.pi * 15.0),
+    ],
+)
+def test_swept_sections_are_bodies(mesh, volume):
+    """Bricks are positive and fill the volume, but for chords; faces look outwards; every face of the outside has a name."""
+    made = mesh_of(mesh)
+    corner = np.array([(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)]) / 8
+    size = 8.0 * np.linalg.det(np.einsum("ai,maj->mij", corner, made.points[made.cells]))
+    assert size.min() > 0
+    assert size.sum() == pytest.approx(volume, rel=2.1e-3)
+    assert sum(map(len, made.edges.values())) == len(made.boundary)
+    for faces in made.edges.values():
+        a = made.points[faces]
+        inside = made.points[made.cells[bricks_behind(faces, made.cells)]].mean(axis=1)
+        assert (np.einsum("ki,ki->k", np.cross(a[:, 2] - a[:, 0], a[:, 3] - a[:, 1]), a.mean(axis=1) - inside) > 0).all()
+
+
+def test_a_section_on_the_axis_is_refused():
+    """With the remedy."""
+    with pytest.raises(MeshError, match="bricks would collapse on the axis; leave a bore"):
+        mesh_of(pr.Revolution(pr.Rectangle((2.0, 3.0), (2, 3)), 8))
