@@ -39,7 +39,7 @@ def differences(shape, x, h=1e-5):
 
 @pytest.mark.parametrize("tool", TOOLS.values(), ids=TOOLS)
 def test_gap_normal_and_curvature_belong_together(tool):
-    """n = ∇g and ∂n/∂x as given, by differences, but at kinks; the foot x − g n is on the surface."""
+    """N = ∇g and ∂n/∂x as given, by differences, but at kinks; the foot x − g n is on the surface."""
     x, shape, h = points(), tool.shape(DOWN), 1e-5
     close = shape.closest(x)
     slope = np.stack([shape.closest(x + e).g - shape.closest(x - e).g for e in h * np.eye(3)], axis=1) / (2 * h)

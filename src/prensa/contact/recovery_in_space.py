@@ -1,7 +1,7 @@
 """Fields at the nodes of bricks, from those at their integration points.
 
-Elastic fields are extrapolated to the corners of each brick and averaged there, by volume. Where metal has yielded the corner takes
-the point next to it instead: what is extrapolated would be above the flow stress.
+Elastic fields are extrapolated to the corners of each brick and averaged there, by volume. Where metal has yielded the corner
+takes the point next to it instead: what is extrapolated would be above the flow stress.
 """
 
 from __future__ import annotations

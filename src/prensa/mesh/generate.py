@@ -110,7 +110,7 @@ def _section(description: Any, unit: str) -> Mesh:
     """Mesh of a section that bricks stand on."""
     mesh = mesh_of(description, "q4", unit)
     if mesh.cells.shape[1] != 4:
-        raise MeshError("the section has triangles, and bricks stand on quadrilaterals; draw it as a 'patch' or import quadrilaterals")
+        raise MeshError("the section has triangles, and bricks stand on quadrilaterals; draw it as a 'patch', or import those")
     return mesh
 
 

@@ -289,7 +289,7 @@ AXES = ("x", "y", "z")
 
 @described
 class Fixed:
-    """Support of a boundary along ``x``, ``y`` and in space ``z``: ``held`` where it is, a displacement or a table of it, or none.
+    """Support of a boundary along ``x``, ``y`` and in space ``z``: ``held``, a displacement, a table of it, or none.
 
     ``free`` releases what earlier entries prescribed there: its force goes linearly to zero over the step.
     """
@@ -318,7 +318,10 @@ FixedValue = Annotated[Fixed, BeforeValidator(_as_fixed)]
 
 @described
 class Motion:
-    """Displacement (or velocity) ``x``, ``y``, in space ``z``, of a tool's reference point and its rotation ``rz``, counter-clockwise."""
+    """Displacement (or velocity) ``x``, ``y`` of a tool's reference point and its rotation ``rz``, counter-clockwise.
+
+    In space ``z`` too; tools do not turn there yet.
+    """
 
     x: DisplacementValue | None = None
     y: DisplacementValue | None = None

@@ -63,7 +63,8 @@ def _bodies(p: Any, dimension: int) -> Iterator[Finding]:
         if body is None:
             continue
         if (body.mesh.type in BRICKS) != (dimension == 3):
-            words = f"bodies in space have a mesh of type {', '.join(map(repr, BRICKS))}" if dimension == 3 else "bricks need 'space: solid'"
+            kinds = ", ".join(map(repr, BRICKS))
+            words = f"bodies in space have a mesh of type {kinds}" if dimension == 3 else "bricks need 'space: solid'"
             yield Finding(("bodies", name, "mesh"), words)
         if body.element is not None:
             element: Any = DOORS["element"].find(body.element)

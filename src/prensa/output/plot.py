@@ -96,10 +96,10 @@ def deformed(
     bodies = list(increment.bodies.values())
     values = [field_values(b, field) for b in bodies]
     if problem.space == "solid":
-        label, ends = f"{field_name(problem, field)} ({field_unit(problem, field)})", range or colour_range(values, field)
+        label, span = f"{field_name(problem, field)} ({field_unit(problem, field)})", range or colour_range(values, field)
         at = _moment(increment)
         copies = [(c.of, c.sign(field, problem)) for c in images(mirror_lines(increment, problem, mirror))]
-        return picture(increment, problem, lambda _, b: field_values(b, field), label, field_map(field), ends, at, mesh, copies)
+        return picture(increment, problem, lambda _, b: field_values(b, field), label, field_map(field), span, at, mesh, copies)
     lines = mirror_lines(increment, problem, mirror)
     box = box or limits(increment, problem, mirror)
     with style.styled():

@@ -86,14 +86,14 @@ class ProgressBar(Display):
         forces, p = progress.forces, self.problem
         if not forces:
             return ""
-        axes = "y" if p is not None and p.space == "axisymmetric" else "yx"  # radial forces of a whole ring balance
+        axes = {"axisymmetric": "y", "solid": "yxz"}.get(p.space if p is not None else "", "yx")  # a ring's radial forces balance
         name, axis = max(((t, a) for t in forces for a in axes), key=lambda c: abs(getattr(forces[c[0]], c[1])))
         force = getattr(forces[name], axis)
         if p is None:
             return f"{name} {axis} {force:.4g}"
         text = f"{name} {axis} {shown(force, force_unit(p), both=False)}"
         place = progress.places.get(name)
-        gone = 0.0 if place is None else math.hypot(place.x, place.y)
+        gone = 0.0 if place is None else math.hypot(*place[: len(place) // 2 + len(place) % 2])
         if place is None or not (gone or place.rz):
             return text
         return f"{text} at {shown(gone, length_unit(p))}" if gone else f"{text} at {shown(abs(place.rz), 'rad')}"

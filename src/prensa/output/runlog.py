@@ -105,7 +105,7 @@ def log_progress(progress: Progress) -> None:
 def log_increment(increment: Increment) -> None:
     """Log an accepted increment: its cost, the status changes of each iteration and the tool forces."""
     cost = increment.statistics
-    forces = "; ".join(f"{name} {t.force.x:.6g}, {t.force.y:.6g}" for name, t in increment.tools.items())
+    forces = "; ".join(f"{name} {', '.join(f'{v:.6g}' for v in t.force[: len(t.at)])}" for name, t in increment.tools.items())
     log.info("increment %d accepted: %d iterations, %d cut-backs, %d augmentations, status changes %s, forces: %s",
              increment.number, cost.iterations, cost.cutbacks, cost.augmentations,
              " ".join(map(str, cost.changes)) or "–", forces or "–")  # fmt: skip

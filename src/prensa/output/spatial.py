@@ -57,7 +57,7 @@ def picture(
         axes.add_collection3d(Poly3DCollection(shown, facecolors=colour, edgecolors=edge, linewidths=0.25))
         _frame(axes, shown.reshape(-1, 3), problem)
         axes.view_init(**VIEW)
-        figure.colorbar(ScalarMappable(scale, shades), ax=axes, label=label, shrink=0.75, pad=0.08)
+        figure.colorbar(ScalarMappable(scale, shades), ax=axes, label=label, shrink=0.75, pad=0.14)
         axes.set_title(title)
     return figure
 

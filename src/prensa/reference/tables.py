@@ -54,6 +54,17 @@ RING_BORE_CHANGE = {
 }
 """mu: change of the bore at mid-height (%) at 10 ... 50 %, ring OD 18, ID 9, height 6, same material; +- 0.3 points."""
 
+SQUARE_BILLET_FORCE = {
+    0.1: (200.2242, 235.928, 268.9028, 302.9039, 339.8022, 381.1693),
+    0.3: (214.7695, 254.5138, 291.4539, 329.3636, 369.4183, 411.5656),
+}
+"""mu: F (kN) at 5, 10 ... 30 %, billet 20 x 20 x 15, E = 200 000, nu = 0.3, flow 250 + 500 eps^0.3 on the Cauchy stress,
+8 x 6 x 8 bricks with F-bar of an eighth, computed by an independent program; the limit of fine meshes is 0.05 to 0.2 % lower for
+mu = 0.1 (second program: 380.7 at 30 %, 235.8 at 10 %)."""
+BLOCK_SPHERE_FORCE = {0.5: 2051.60, 1.0: 6386.44}
+"""delta (mm): P (N), sphere R = 10 on a block 20 x 20 x 10, base bonded, mu = 0.3, psi = mu/2 (I1 - 3) - mu ln J + lambda/2 ln²J,
+E = 1000, nu = 0.3; independent program, 16 graded bricks a side; +- 0.5 %."""
+
 
 @dataclass(frozen=True)
 class RingCalibration:

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from prensa.contact import recovery_in_space
 from prensa.contact.forces import ContactForces
 from prensa.contact.recovery import at_free_edges, borne, mises_of, recover, smoothed, with_tractions_of_centres
-from prensa.contact import recovery_in_space
 from prensa.contact.surface import Surface
 from prensa.errors import PrensaError, take
 from prensa.model.problem import support_names
@@ -301,7 +301,7 @@ def stress_in_space(system: System, e: Evaluation) -> Array:
 
 
 def _in_space(b: Block, values: Array, history: Array) -> Array:
-    own, yielded = _own(b), _yielded(b, history).any(axis=1) if b.law.plastic else None
+    own, yielded = _own(b), np.asarray(_yielded(b, history).any(axis=1)) if b.law.plastic else None
     return recovery_in_space.recover(b.cells - own.start, b.volume, b.element.N, values, yielded)
 
 

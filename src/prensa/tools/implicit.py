@@ -17,7 +17,7 @@ import numpy as np
 
 from prensa.errors import PrensaError
 from prensa.geometry.outline import around, width
-from prensa.precision import COMPLEX_STEP, EPS, FIRST_DIFFERENCE, NEGLIGIBLE, SECOND_DIFFERENCE
+from prensa.precision import COMPLEX_STEP, FIRST_DIFFERENCE, NEGLIGIBLE, SECOND_DIFFERENCE
 from prensa.tools.analytic import Closest, marched_along, turned
 from prensa.types import Array, Index
 

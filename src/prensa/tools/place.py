@@ -41,7 +41,7 @@ class PlacedTool:
 
 
 def _area_normals(points: Array, sides: Index) -> Array:
-    """Outward normals (k, d), as long as the side is large, of edges (k, 2), body on the left, or faces (k, 4) seen from outside."""
+    """Outward normals (k, d), as long as the side is large, of edges (k, 2), body on the left, or faces (k, 4)."""
     if points.shape[1] == 3:
         a = points[sides]
         return np.asarray(0.5 * np.cross(a[:, 2] - a[:, 0], a[:, 3] - a[:, 1]))

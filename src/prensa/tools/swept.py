@@ -9,6 +9,7 @@ its tangent t, which is κ/(1 + κ g) already. In space
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,7 +17,7 @@ import numpy as np
 
 from prensa.precision import NEGLIGIBLE
 from prensa.tools.analytic import Analytic, Closest, Tool, marched_along, turned
-from prensa.types import Array
+from prensa.types import Array, Flags
 
 
 def section_axes(axis: Array) -> Array:
@@ -33,7 +34,7 @@ def section_axes(axis: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Swept(Analytic):
-    """``section`` with its reference point at ``at`` (2,) of the section plane; ``axis`` (3,) of unit length, as rows of numbers."""
+    """``section`` with its reference point at ``at`` (2,) of the section plane; ``axis`` (3,) of unit length."""
 
     section: Tool
     at: tuple[float, ...]
@@ -47,7 +48,7 @@ class _Swept(Analytic):
     @property
     def extent(self) -> float:  # type: ignore[override]
         """Of the section, and how far it is from the reference point."""
-        return self.section.extent and self.section.extent + float(np.hypot(*self.at))
+        return self.section.extent and self.section.extent + math.hypot(*self.at)
 
     @property
     def cavity(self) -> bool:  # type: ignore[override]
@@ -129,10 +130,10 @@ class Revolution(_Swept):
             H[middle] = 0.0
         return Closest(g, n, H)
 
-    def _at_tip(self, xi: Array, zeta: Array, inside: Array) -> tuple[Array, Array, Array]:
+    def _at_tip(self, xi: Array, zeta: Array, inside: Flags) -> tuple[Array, Array, Array]:
         """Gaps (k,), normals (k, 3) and their derivatives of points whose closest point is where the surface meets its axis."""
         k, start = self._axis, np.stack([np.zeros_like(zeta), zeta], axis=1) - np.array(self.at)
-        limit = 10.0 * (np.abs(xi).max(initial=0.0) + self.extent) + float(np.hypot(*self.at))
+        limit = 10.0 * (np.abs(xi).max(initial=0.0) + self.extent) + math.hypot(*self.at)
         up, down = (self.section.along(start, np.array([0.0, way]), limit) * way for way in (1.0, -1.0))
         way = np.where(np.abs(up) <= np.abs(down), up, down)
         d = xi - (zeta + way)[:, None] * k

@@ -10,10 +10,10 @@ import numpy as np
 from prensa.model.doors import union
 from prensa.model.fields import Direction
 from prensa.model.names import Finding
+from prensa.tools.analytic import Tool
 
 # A section is a tool of the plane: those of the package have to be known before their union is made.
 from prensa.tools.shapes import circle, ellipse, plane, polygon, profile, ring, stamp  # noqa: F401
-from prensa.tools.analytic import Tool
 from prensa.tools.swept import Prism, Revolution, section_axes
 from prensa.tools.tool import ToolShape
 from prensa.types import Array
@@ -63,7 +63,7 @@ class _SweptShape(ToolShape, abstract=True):
 
     def face(self) -> tuple[float, str]:
         """That of the section."""
-        return self.section.face()  # type: ignore[no-any-return]
+        return self.section.face()
 
     def details(self, shape: Tool, direction: Array) -> str:
         """What is swept, and how."""
@@ -72,7 +72,7 @@ class _SweptShape(ToolShape, abstract=True):
 
     def outline(self, depth: float) -> list[Array]:
         """That of the section."""
-        return self.section.outline(depth)  # type: ignore[no-any-return]
+        return self.section.outline(depth)
 
 
 class Extruded(_SweptShape):

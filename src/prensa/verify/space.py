@@ -1,0 +1,70 @@
+"""Bodies in space: a square billet with friction, a rigid sphere on a block at large strain.
+
+References: tables of an independent program of bricks with F-bar (`prensa.reference.tables`), whose billet has the same uniform
+meshes; a second program (CalculiX, C3D20R) is within 0.1 % of its limit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+import prensa as pr
+from prensa.reference import tables
+from prensa.result.increment import Increment
+from prensa.verify.table import Row, case, row
+
+BILLET = (10.0, 7.5, 10.0)
+"""An eighth (mm) of 20 x 20 x 15."""
+
+
+def billet(n: int, mu: float, E_scale: float = 1.0) -> pr.Problem:
+    """An eighth of a square billet, n x 0.75 n x n bricks, upset by 30 % between planes onto which its sides may fold."""
+    return pr.Problem(
+        "billet", space="solid", friction=pr.Coulomb(mu),
+        bodies={"billet": pr.Body(
+            pr.Box(BILLET, (n, 3 * n // 4, n)), pr.J2(200_000.0 * E_scale, 0.3, pr.Ludwik(s0=250.0, K=500.0, n=0.3)))},
+        tools={"plate": pr.Plane(touching="billet.top")},
+        contacts=(pr.Contact(("billet.top", "billet.right", "billet.front"), "plate"),),
+        fixed={"billet.left": "x", "billet.back": "z", "billet.bottom": "y"},
+        steps=(pr.Step("press", move={"plate": pr.Motion(y=-0.3 * BILLET[1])}, increments=30),),
+    )  # fmt: skip
+
+
+def imbalance(increment: Increment) -> float:
+    """Sum of the forces of tools and supports over the largest of the tools."""
+    tools = np.sum([t.force[:3] for t in increment.tools.values()], axis=0)
+    rest = tools - np.sum([list(f) for f in increment.supports.values()], axis=0)
+    return float(np.abs(rest).max() / np.abs(tools).max())
+
+
+@case("square billet, upset with friction", suite="space")
+def square_billet(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
+    """Force of the whole billet on a mesh of 8 x 6 x 8 bricks, every 5 % to 30 %, mu = 0.1 and 0.3."""
+    off = 0.0
+    for mu, forces in tables.SQUARE_BILLET_FORCE.items():
+        increments = list(pr.solve(billet(8, mu * mu_scale, E_scale)))
+        off = max(off, *map(imbalance, increments))
+        for k, force in enumerate(forces):
+            tolerance = 0.005 if mu < 0.2 or k < 4 else 0.01  # beyond 20 % the plate's edge sticks and sides fold one by one
+            ours = 4e-3 * abs(increments[5 * k + 4].force("plate").y)
+            yield row(f"mu = {mu:g}: F (kN) at {5 * k + 5} %", force, ours, tolerance)
+    yield row("forces of plate and supports", 0.0, off, 1e-8, "absolute")
+
+
+@case("rigid sphere on a block at large strain", suite="space")
+def sphere(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
+    """A ball of the block's height pressed into neo-Hooke with mu = 0.3: force by depth."""
+    mesh = pr.Box((10.0,) * 3, (12,) * 3, toward=(0.0, 10.0, 0.0), ratio=4.0)
+    increments = list(pr.solve(pr.Problem(
+        "block", space="solid", friction=pr.Coulomb(0.3 * mu_scale),
+        bodies={"block": pr.Body(mesh, pr.NeoHooke(1000.0 * E_scale, 0.3), "h8")},
+        tools={"ball": pr.Revolved(pr.Circle(10.0), touching="block.top", at=(0.0, 0.0, 0.0))},
+        contacts=(pr.Contact("block.top", "ball"),),
+        fixed={"block.left": "x", "block.back": "z", "block.bottom": "xyz"},
+        steps=(pr.Step("press", move={"ball": pr.Motion(y=-1.0)}, increments=4),),
+    )))  # fmt: skip
+    for depth, force in tables.BLOCK_SPHERE_FORCE.items():
+        yield row(f"P (N) at {depth:g} mm", force, 4.0 * abs(increments[round(4 * depth) - 1].force("ball").y), 0.005)
+    yield row("forces of ball and supports", 0.0, max(map(imbalance, increments)), 1e-8, "absolute")
