@@ -14,6 +14,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
+from prensa.model import meshes
 from prensa.model import problem as model
 from prensa.model import text
 from prensa.model.doors import NameOf
@@ -30,7 +31,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     "Bodies and meshes": (
         model.Body, model.Rectangle, model.Grade, model.Strip, model.Wire, model.Nose,
         model.Disc, model.Annulus, model.Patch, model.ArcSide, model.SplineSide,
-        model.Outline, model.Points, model.File, model.Tie,
+        model.Outline, model.Points, model.File, meshes.Box, meshes.Extrusion, meshes.Revolution, meshes.Bricks, model.Tie,
     ),
     "Materials": tuple(dict(public("material")).values()),
     "Flow curves": tuple(dict(public("flow")).values()),
@@ -50,6 +51,8 @@ VALUES = {
     ("Profile", "points"): "{}, or the name of a DXF or CSV file, or [Drawing](#drawing)",
     **{(t, "fillet"): "number ≥ 0, or a list with one for each point" for t in ("Profile", "Polygon")},
     ("Step", "friction"): "names of contacts: a friction law or `null`",
+    **{(t, "section"): "[Rectangle](#rectangle) or another mesh of the plane" for t in ("Extrusion", "Revolution")},
+    **{(t, "section"): "[Circle](#circle) or another tool of the plane" for t in ("Extruded", "Revolved")},
     **{(t, k): "boundary `body.name`" for t in dict(public("tool")) for k in ("touching", "above", "below")},
 }
 UNITS = {

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.measures import parse_all
 from prensa.mesh.bricks import bricks_behind
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import MeshError
@@ -30,7 +32,6 @@ fixed: {block.left: x, block.back: z, block.bottom: y}
 steps:
 - {name: press, move: {ball: {y: -0.3}}, increments: 3}
 - {name: drag, by: {ball: {z: 0.1}}, fixed: {block.bottom: xyz}, increments: 2}
-measures: {deepest: min block.top.y at x = 0}
 output: {mirror: [left, back]}
 """
 
@@ -39,7 +40,7 @@ output: {mirror: [left, back]}
 def ran(tmp_path_factory):
     """The case, run into a folder; and its increments as they were solved."""
     folder = tmp_path_factory.mktemp("space") / "ball"
-    case = loads(CASE.replace("measures: {deepest: min block.top.y at x = 0}\n", ""))
+    case = loads(CASE)
     pr.run(case, folder, quiet=True)
     return folder, case, list(pr.solve(case.problem))
 
@@ -158,3 +159,42 @@ def test_a_section_on_the_axis_is_refused():
     """With the remedy."""
     with pytest.raises(MeshError, match="bricks would collapse on the axis; leave a bore"):
         mesh_of(pr.Revolution(pr.Rectangle((2.0, 3.0), (2, 3)), 8))
+
+
+@pytest.mark.parametrize(
+    ("measure", "words"),
+    [
+        ("block.max.mises", "of bodies in space"),
+        ("block.top-ball.length", "along a line"),
+        ("block.top-ball.neutral.x", "along a line"),
+    ],
+)
+def test_measures_of_the_plane_are_refused(measure, words):
+    """With what there is instead; those of tools and contacts are read."""
+    with pytest.raises(pr.PrensaError, match=words):
+        parse_all(loads(CASE + f"measures: {{a: {measure}}}\n").problem)
+    there = "measures: {a: ball.force.z, b: block.top-ball.max.pressure, c: block.plastic_power}\n"
+    read = parse_all(loads(CASE + there).problem)
+    assert list(read) == ["a", "b", "c"]
+
+
+def test_converge_refines_bricks():
+    """A factor of the numbers of elements holds along all three axes; sections and layers too."""
+    from prensa.study.levels import _mesh
+
+    problem = loads(CASE).problem
+    changes, size = _mesh(problem, 2.0, {})
+    assert (changes["bodies.block.mesh.n"], size) == ("[8, 4, 8]", 0.5)
+    body = replace(problem.bodies["block"], mesh=CYLINDER)
+    alone = replace(problem, bodies={"block": body}, contacts=(), fixed={}, tools={}, steps=(pr.Step("s"),))
+    changes, size = _mesh(alone, 0.5, {})
+    assert (changes["bodies.block.mesh.section.n"], changes["bodies.block.mesh.n"], size) == ("[8, 3]", "2", 2.0)
+
+
+def test_the_page_lists_what_is_refused():
+    """The table of docs/guide/space.md names every key that the table of the program refuses."""
+    from prensa.model.space import NOT_IN_SPACE
+
+    page = (Path(__file__).parents[2] / "docs" / "guide" / "space.md").read_text(encoding="utf-8")
+    for keys in NOT_IN_SPACE.values():
+        assert all(f"`{key}`" in page for key in keys)

@@ -107,7 +107,7 @@ def names(problem: Problem) -> Iterator[str]:
         yield from (f"{tool}.{q}" for q in (*TOOL_QUANTITIES, *_contact_quantities()))
     for contact in problem.all_contacts:
         yield from (f"{contact.name}.{q}" for q in (*_contact_quantities(), "passages", "elements") if q != "area")
-    for name in problem.bodies:
+    for name in problem.bodies if problem.space != "solid" else ():
         corners, edges = _boundaries(problem, name)
         yield from (f"{name}.{q}" for q in ("plastic_power", "max.plastic_power"))
         yield from (f"{name}.{p}.{q}" for p in corners for q in (*POSITIONS, *_fields(problem)))
@@ -257,6 +257,8 @@ class _Reader:
         units = {"pressure": pressure_unit(p), "shear": pressure_unit(p), "slip": length_unit(p), "friction_power": power}
         if quantity == "area":
             return _Part(area_unit(p), contacts.area(of))
+        if p.space == "solid" and (quantity == "length" or head == "neutral"):
+            raise MeasureError(f"{quantity!r} of a contact is along a line; in space take 'area', 'max.pressure' or 'count.slip'")
         if quantity == "length":
             return _Part(length_unit(p), contacts.contact_length(of))
         if quantity == "friction_power":
@@ -291,6 +293,9 @@ class _Reader:
             return _Part(f"{moment_unit(p)}/s", lambda i: float(np.vdot(*i.plastic_power[body])))
         if quantity == "max.plastic_power" and not where:
             return _Part(f"{pressure_unit(p)}/s", lambda i: float(i.plastic_power[body][0].max()))
+        if p.space == "solid":
+            known = "of bodies in space there is the measure 'plastic_power' alone so far; take one of a tool or a contact"
+            raise MeasureError(f"'{body}.{rest}': {known}")
         owner, quantity = self._outline(body, quantity)
         if isinstance(owner, Place):
             return self._at_place(owner, quantity, "") if not where else None

@@ -283,7 +283,7 @@ SupportValue = Annotated[
 ]
 
 
-AXES = ("x", "y", "z")
+ALONG = ("x", "y", "z")
 """Along which bodies and tools are displaced; those of the plane are the first two."""
 
 

@@ -11,7 +11,7 @@ from prensa.registry import DOORS
 BRICKS = ("box", "extruded", "revolved", "bricks")
 """Meshes of bodies in space."""
 NOT_IN_SPACE = {
-    "problem": ("no_contact", "ties", "loads", "body_force", "stabilise", "remesh", "start", "measures"),
+    "problem": ("no_contact", "ties", "loads", "body_force", "stabilise", "remesh", "start"),
     "tools": ("spring",),
     "steps": ("crank", "feed", "push", "loads", "body_force", "control", "stabilise", "until", "remove_tools"),
 }

@@ -67,7 +67,7 @@ def deformed(
     mesh: bool | None = None,
     mirror: Sequence[str] = (),
     range: tuple[float, float] | None = None,
-    box: tuple[float, float, float, float] | None = None,
+    box: tuple[float, ...] | None = None,
 ) -> Figure:
     """Deformed bodies coloured by *field*, with the tools at their current place; axisymmetric sections are mirrored.
 
@@ -84,7 +84,7 @@ def deformed(
     range
         Values of the first and the last colour; those of the increment if None.
     box
-        Part of the plane to show (x from, to, y from, to); the bodies with the nearest pieces of the tools if None.
+        Part to show (x from, to, y from, to, in space z from, to); the bodies with the nearest pieces of the tools if None.
 
     Raises
     ------
@@ -93,13 +93,9 @@ def deformed(
         and an end.
 
     """
-    bodies = list(increment.bodies.values())
-    values = [field_values(b, field) for b in bodies]
+    values = [field_values(b, field) for b in increment.bodies.values()]
     if problem.space == "solid":
-        label, span = f"{field_name(problem, field)} ({field_unit(problem, field)})", range or colour_range(values, field)
-        at = _moment(increment)
-        copies = [(c.of, c.sign(field, problem)) for c in images(mirror_lines(increment, problem, mirror))]
-        return picture(increment, problem, lambda _, b: field_values(b, field), label, field_map(field), span, at, mesh, copies)
+        return _deformed_in_space(increment, problem, field, mesh, mirror, range or colour_range(values, field), box)
     lines = mirror_lines(increment, problem, mirror)
     box = box or limits(increment, problem, mirror)
     with style.styled():
@@ -109,7 +105,7 @@ def deformed(
         mappable: Any = None
         for image in images(lines):
             sign = image.sign(field, problem)
-            for body, value in zip(bodies, values):
+            for body, value in zip(increment.bodies.values(), values):
                 mappable = _coloured(axes, image.of(body.x), body.cells, sign * value, ends, field_map(field))
                 _edges(axes, body, image, mesh, lines, box)
             _draw_tools(axes, increment, problem, box, image)
@@ -124,6 +120,16 @@ def deformed(
         bar.outline.set_linewidth(0.6)
         axes.set_title(_moment(increment))
     return figure
+
+
+def _deformed_in_space(
+    increment: Increment, problem: Problem, field: str, mesh: bool | None, mirror: Sequence[str],
+    ends: tuple[float, float], box: tuple[float, ...] | None,
+) -> Figure:  # fmt: skip
+    copies = [(c.of, c.sign(field, problem)) for c in images(mirror_lines(increment, problem, mirror))]
+    label, at = f"{field_name(problem, field)} ({field_unit(problem, field)})", _moment(increment)
+    values = dict(zip(increment.bodies, (field_values(b, field) for b in increment.bodies.values())))
+    return picture(increment, problem, lambda name, _: values[name], label, field_map(field), ends, at, mesh, copies, box)
 
 
 def section(increment: Increment, problem: Problem, draw: Callable[[Axes, BodyState, Image], None]) -> Figure:
@@ -605,12 +611,17 @@ def colour_range(values: list[Array], field: str) -> tuple[float, float]:
     return (low, high) if high > low else (low, low + 1.0)
 
 
-def limits(increment: Increment, problem: Problem, mirror: Sequence[str] = ()) -> tuple[float, float, float, float]:
-    """Part of the plane to show (x from, to, y from, to): the bodies, a margin, and the nearest piece of each tool."""
+def limits(increment: Increment, problem: Problem, mirror: Sequence[str] = ()) -> tuple[float, ...]:
+    """Part to show (x from, to, y from, to): the bodies, a margin, and the nearest piece of each tool.
+
+    In space (…, z from, to), bodies alone.
+    """
     copies = images(mirror_lines(increment, problem, mirror))
     shapes = [b.x for b in increment.bodies.values()] + [b.X for b in increment.bodies.values()]
     x = np.vstack([image.of(shape) for image in copies for shape in shapes])
     low, high = x.min(axis=0), x.max(axis=0)
+    if problem.space == "solid":
+        return tuple(np.stack([low, high], axis=1).ravel().tolist())
     margin = 0.1 * float((high - low).max())
     box = np.vstack([low - 0.4 * margin, high + 0.4 * margin])
     for name, tool in problem.tools.items():
@@ -623,7 +634,7 @@ def limits(increment: Increment, problem: Problem, mirror: Sequence[str] = ()) -
     return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
 
-def figure_of_section(box: tuple[float, float, float, float]) -> tuple[Figure, Axes]:
+def figure_of_section(box: tuple[float, ...]) -> tuple[Figure, Axes]:
     """A figure with axes for a part of the plane (x from, to, y from, to)."""
     return _figure(*_size((box[1] - box[0]) / (box[3] - box[2])))
 
@@ -650,7 +661,7 @@ def _draw_tools(axes: Axes, increment: Increment, problem: Problem, box: tuple[f
             axes.add_patch(Polygon(image.of(polygon), closed=True, zorder=2.5, **style.TOOL))
 
 
-def finish_section(axes: Axes, problem: Problem, box: tuple[float, float, float, float]) -> None:
+def finish_section(axes: Axes, problem: Problem, box: tuple[float, ...]) -> None:
     """Limits, equal scales and names of the axes of a section."""
     first, second = style.axes_names(problem)[:2]
     unit = style.length_unit(problem)

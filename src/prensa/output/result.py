@@ -241,8 +241,8 @@ def _film(path: Path, shown: Sequence[Increment], what: str, fps: int, options: 
         raise PrensaError(f"{path}: an .mp4 needs the program ffmpeg, which is not on the path; install it or write a .gif")
     values = [plot.field_values(b, what) for i in shown for b in i.bodies.values()]
     mirror = options.get("mirror", ())
-    boxes = np.array([plot.limits(i, i.problem, mirror) for i in shown])
-    box = (boxes[:, 0].min(), boxes[:, 1].max(), boxes[:, 2].min(), boxes[:, 3].max())
+    ends = np.array([plot.limits(i, i.problem, mirror) for i in shown]).reshape(len(shown), -1, 2)
+    box = tuple(np.stack([ends[..., 0].min(axis=0), ends[..., 1].max(axis=0)], axis=1).ravel().tolist())
     same = {"box": box, "range": plot.colour_range(values, what)} | options
     path.parent.mkdir(parents=True, exist_ok=True)
     writer = PillowWriter(fps=fps) if kind == ".gif" else FFMpegWriter(fps=fps)

@@ -27,10 +27,12 @@ MOST_EDGES = 2500  # faces whose sides can be distinguished in a picture
 def picture(
     increment: Increment, problem: Problem, values: Callable[[str, BodyState], Array], label: str, colours: str,
     ends: tuple[float, float], title: str, mesh: bool | None = None, copies: Sequence[Copy] = ((np.asarray, 1.0),),
+    box: Sequence[float] | None = None,
 ) -> Figure:  # fmt: skip
     """Deformed bodies seen from outside; ``values`` (n,) at the nodes of a body, ``label`` and colour map of them.
 
     ``mesh``: draw the sides of the faces; None draws them where they can be distinguished. ``copies``: of the bodies, mirrored.
+    ``box``: limits (x from, to, y from, to, z from, to); those of the bodies if None.
     """
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
@@ -55,7 +57,7 @@ def picture(
         shown, colour = np.concatenate(corners), np.concatenate(colours_of)
         edge = style.BLACK if (len(shown) <= MOST_EDGES if mesh is None else mesh) else colour
         axes.add_collection3d(Poly3DCollection(shown, facecolors=colour, edgecolors=edge, linewidths=0.25))
-        _frame(axes, shown.reshape(-1, 3), problem)
+        _frame(axes, shown.reshape(-1, 3) if box is None else _upright(np.reshape(box, (3, 2)).T), problem)
         axes.view_init(**VIEW)
         figure.colorbar(ScalarMappable(scale, shades), ax=axes, label=label, shrink=0.75, pad=0.14)
         axes.set_title(title)

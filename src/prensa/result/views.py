@@ -27,7 +27,7 @@ class PlotOptions(TypedDict, total=False):
     mesh: bool | None
     mirror: Sequence[str]
     range: tuple[float, float] | None
-    box: tuple[float, float, float, float] | None
+    box: tuple[float, ...] | None
     reference: Mapping[str, Curve] | None
     title: str
 

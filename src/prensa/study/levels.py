@@ -127,19 +127,40 @@ def _mesh(problem: Problem, factor: float, increments: dict[str, int]) -> tuple[
     """Numbers of elements, and the size of an element relative to the case's: of the same area, on the average."""
     changes, before, after = _remeshed(problem, factor), 0, 0
     for name, body in problem.bodies.items():
+        if problem.space == "solid" and body.mesh.type != "bricks":
+            more, was, now = _bricks(f"bodies.{name}.mesh", body.mesh, factor)
+            changes, before, after = changes | more, before + was, after + now
+            continue
         n: Any = getattr(body.mesh, "n", None)
         if n is None:
             kind = body.mesh.type
             raise PrensaError(
                 f"--mesh: the mesh of body {name!r} is given ({kind}); vary bodies.{name}.mesh in a sweep"
             )
-        # The core of a disc needs an even number of elements along its side.
-        even = 2 if body.mesh.type == "disc" else 1
-        new = [max(even * round(n[0] * factor / even), even), max(round(n[1] * factor), 1)]
+        new = _counts(body.mesh, factor)
         changes[f"bodies.{name}.mesh.n"] = yaml.line(new)
         before, after = before + n[0] * n[1], after + new[0] * new[1]
     # The size that rounding to whole elements left, not the one asked for: an order fitted over nominal sizes would be off.
-    return changes, math.sqrt(before / after)
+    return changes, (before / after) ** (1 / 3 if problem.space == "solid" else 1 / 2)
+
+
+def _counts(mesh: Any, factor: float) -> list[int]:
+    """Numbers of elements along the axes of a mesh, times a factor."""
+    # The core of a disc needs an even number of elements along its side.
+    even = 2 if mesh.type == "disc" else 1
+    return [max(even * round(mesh.n[0] * factor / even), even), *(max(round(n * factor), 1) for n in mesh.n[1:])]
+
+
+def _bricks(path: str, mesh: Any, factor: float) -> tuple[dict[str, str], int, int]:
+    """As `_mesh`, of a body in space: changes, how many bricks it has, and how many it gets."""
+    if mesh.type == "box":
+        new = _counts(mesh, factor)
+        return {f"{path}.n": yaml.line(new)}, math.prod(mesh.n), math.prod(new)
+    if getattr(mesh.section, "n", None) is None:
+        raise PrensaError(f"--mesh: the section of {path} is given ({mesh.section.type}); vary {path} in a sweep")
+    new, layers = _counts(mesh.section, factor), max(round(mesh.n * factor), 3 if mesh.type == "revolved" else 1)
+    changes = {f"{path}.section.n": yaml.line(new), f"{path}.n": yaml.line(layers)}
+    return changes, math.prod(mesh.section.n) * mesh.n, math.prod(new) * layers
 
 
 def _remeshed(problem: Problem, factor: float) -> dict[str, str]:

@@ -17,7 +17,7 @@ __all__ = ["Sphere"]
 
 
 class Sphere(ToolShape):
-    """Rigid sphere in space; the reference point is its centre."""
+    """Rigid sphere in space of a ``radius``; the reference point is its centre."""
 
     radius: Annotated[Length, Field(gt=0)]
     type: Literal["sphere"] = "sphere"
