@@ -185,6 +185,9 @@ class _Marked(GenerateJsonSchema):
     def dataclass_schema(self, schema: Any) -> dict[str, Any]:
         """The schema of a class, with ``offered`` false where a file may not name it."""
         made = super().dataclass_schema(schema)
+        # what another key of the same mapping gives may be left out
+        if filled := getattr(schema["cls"], "filled", ()):
+            made["required"] = [key for key in made.get("required", ()) if key not in filled]
         return made if getattr(schema["cls"], "offered", True) else {**made, "offered": False}
 
 
@@ -410,6 +413,11 @@ def _short(support: Fixed) -> Any:
     if given and not support.free and all(v == "held" for v in given.values()):
         return "".join(given)
     return {c: _plain(v) for c, v in given.items()} | ({"free": True} if support.free else {})
+
+
+def plain(value: Any) -> Any:
+    """A part of a description as dicts, lists and scalars, as it may be written in a file."""
+    return _plain(value)
 
 
 def brief(value: Any) -> str:
