@@ -18,6 +18,7 @@ from prensa.materials.flow_curve import stress_at
 from prensa.materials.metals import library, read_metal
 from prensa.model.schema import dump, json_schema, load, loads
 from prensa.output.metals import flow_curves, lines_of
+from prensa.sensitivity.parameters import numbers, with_values
 from problems import single_block
 
 CASE = """\
@@ -107,6 +108,8 @@ def test_what_the_case_states_besides_takes_the_place_of_that_number():
     assert (metal.E, metal.flow.K, metal.flow.n, metal.of.changed) == (200e3, 1275, 0.4, ("E", "flow.n"))
     changed = loads(case("{type: j2, of: AISI304}"), overrides=["bodies.billet.material.flow.K=1300 MPa"])
     assert changed.problem.bodies["billet"].material.flow.K == 1300
+    with pytest.raises(pr.CaseError, match="nothing of the metal 'AISI304' is used; leave them out, or 'of'"):
+        pr.J2(200e3, 0.3, pr.Perfect(s0=300), of="AISI304")
     other = material_of(case("{type: j2, of: AISI304, flow: {type: perfect, s0: 300}}"))
     assert (other.flow, other.of.changed) == (pr.Perfect(s0=300), ("flow",))
 
@@ -188,6 +191,16 @@ def test_check_and_summary_name_the_metal_with_its_source(tmp_path):
     assert data["metals"]["billet"]["name"] == "AISI1045"
     ran = pr.run(load(tmp_path / "case.yaml"), out=tmp_path / "out")
     assert ran.summary["metals"] == data["metals"]
+
+
+def test_a_parameter_that_is_varied_is_no_longer_that_of_the_source():
+    """Where derivatives and calibrations put in another number, the metal says so; its source has no numbers to vary."""
+    problem = loads(case("{type: j2, of: AISI304}")).problem
+    path = "bodies.billet.material.flow.K"
+    assert path in numbers(problem) and not [p for p in numbers(problem) if ".material.of" in p]
+    metal = with_values(problem, {path: 1300.0}).bodies["billet"].material
+    assert (metal.flow.K, metal.of.changed) == (1300.0, ("flow.K",))
+    assert "flow.K of the case" in metal.of.words()
 
 
 def test_editors_accept_a_material_of_a_metal():

@@ -158,7 +158,7 @@ def given_by(data: Mapping[str, Any], context: Any) -> dict[str, Any]:
     UnknownMetalError, CaseError
         See `read_metal`.
     ValueError
-        If the case has other units, and a flow curve of the user's own that states none.
+        If nothing of the metal is used, or the case has other units, and a flow curve of the user's own that states none.
 
     """
     metal, file = read_metal(data["of"], (context or {}).get("folder"))
@@ -173,9 +173,11 @@ def given_by(data: Mapping[str, Any], context: Any) -> dict[str, Any]:
         flow = {f.name: getattr(flow, f.name) for f in fields(flow)} | {"type": flow.type} | stated
     elif stated is not None:
         changed, flow = [*changed, "flow"], stated
+    if changed == ["E", "nu", "flow"]:
+        raise ValueError(f"E, nu and flow are stated, so nothing of the metal {data['of']!r} is used; leave them out, or 'of'")
     defaults = {"E": file.E * by, "nu": file.nu, "flow": flow}
     return out | {k: v for k, v in defaults.items() if k == "flow" or out.get(k) is None} | {
-        "of": replace(metal, changed=tuple(changed), MPa=by)
+        "of": replace(metal, MPa=by).altered(changed)
     }
 
 

@@ -72,7 +72,7 @@ def _measures(p: Any) -> Iterator[Finding]:
 
 def _metal(p: Any, body: str, metal: Any) -> Iterator[Finding]:
     """A metal of a script has its stresses in N/mm², which may not be those of the problem."""
-    if metal is not None and p.units is not None:
+    if metal is not None and metal.MPa is not None and p.units is not None:
         length, force = p.units.length, p.units.force
         if not isclose(metal.MPa, factor("1 MPa", length, force, PRESSURE.exponents)):
             message = f"the stresses of {metal.name!r} are not in {force}/{length}²: in Python 'of' gives them in N/mm²; "

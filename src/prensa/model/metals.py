@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
@@ -28,7 +29,6 @@ RateRange = Annotated[tuple[Rate, Rate], AfterValidator(_rising)]
 TemperatureRange = Annotated[tuple[Number, Number], AfterValidator(_ordered)]
 
 
-
 @described
 class Metal:
     """Where the numbers of a metal come from: its ``name``, the ``source``, and the range in which it was measured.
@@ -37,7 +37,7 @@ class Metal:
     ``of: DC04`` or ``of: steel.yaml``, from which elastic constants and flow curve are taken; what the case states besides,
     as in ``flow: {n: 0.2}``, takes the place of that number and is listed in ``changed``.
     ``strain``, ``rate`` (per second) and ``temperature`` (°C): ranges [from, to] of the plastic strains, their rates and the
-    temperatures of the tests; ``MPa``: one in the unit of stress of the case.
+    temperatures of the tests; ``MPa``: one in the unit of stress in which the metal was read.
     """
 
     name: str
@@ -46,7 +46,11 @@ class Metal:
     rate: RateRange | None = None
     temperature: TemperatureRange | None = None
     changed: tuple[str, ...] = ()
-    MPa: Annotated[float, Field(gt=0)] = 1.0
+    MPa: Annotated[Number, Field(gt=0)] | None = None
+
+    def altered(self, keys: Iterable[str]) -> Metal:
+        """The same, of a material in which other numbers of the metal have been put in at keys such as ``flow.K`` too."""
+        return replace(self, changed=tuple(dict.fromkeys([*self.changed, *keys])))
 
     def words(self) -> str:
         """Name, range and source in one sentence."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, ValidationError, ValidationInfo, model_validator
@@ -41,7 +42,9 @@ class J2(Material):
     @model_validator(mode="before")
     @classmethod
     def _of_a_metal(cls, data: Any, info: ValidationInfo) -> Any:
-        given = dict(data.kwargs or {}) if isinstance(data, ArgsKwargs) and not data.args else data
+        given = data
+        if isinstance(data, ArgsKwargs):  # of a script: fields in their order, and by name
+            given = dict(zip((f.name for f in fields(cls)), data.args)) | (data.kwargs or {})
         if not isinstance(given, dict) or not isinstance(given.get("of"), str):
             return data
         try:
