@@ -184,11 +184,11 @@ def test_a_run_that_leaves_the_range_of_the_tests_says_so(strain, rate, duration
 
 def test_check_and_summary_name_the_metal_with_its_source(tmp_path):
     """Both say what was used, its range, and what the case changed."""
-    (tmp_path / "case.yaml").write_text(case("{type: j2, of: C45, flow: {n: 0.15}}"), encoding="utf-8")
+    (tmp_path / "case.yaml").write_text(case("{type: j2, of: X12Cr13, flow: {n: 0.15}}"), encoding="utf-8")
     checked = CliRunner().invoke(app, ["check", str(tmp_path / "case.yaml")])
-    assert "of AISI1045 (plastic strain 0 to 0.14, 20 °C; flow.n of the case): Kalpakjian & Schmid" in checked.output
+    assert "of AISI410 (plastic strain 0 to 0.1, 20 °C; flow.n of the case): Kalpakjian & Schmid" in checked.output
     data = json.loads(CliRunner().invoke(app, ["check", "--json", str(tmp_path / "case.yaml")]).stdout)
-    assert data["metals"]["billet"]["name"] == "AISI1045"
+    assert data["metals"]["billet"]["name"] == "AISI410"
     ran = pr.run(load(tmp_path / "case.yaml"), out=tmp_path / "out")
     assert ran.summary["metals"] == data["metals"]
 
