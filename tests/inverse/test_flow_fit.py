@@ -36,6 +36,20 @@ def test_exact_data_give_back_the_constants(curve):
     assert plain(best.curve) == {k: v if k == "type" else pytest.approx(v, rel=1e-6) for k, v in plain(curve).items()}
 
 
+def test_constants_are_found_whatever_the_range_of_strains():
+    """Of thin sheets that part at some per cent and of torsion tests to strains of three, of random constants."""
+    rng = np.random.default_rng(0)
+    for last in np.geomspace(0.03, 3.0, 8):
+        strain = np.concatenate([[0.0], np.geomspace(last / 200, last, 30)])
+        s0, n = rng.uniform(80, 600), rng.uniform(0.08, 0.6)
+        for curve in (
+            pr.Swift(K=3 * s0, e0=10 ** rng.uniform(-4, -1.5), n=n), pr.Voce(s0=s0, Q=s0, b=10 ** rng.uniform(0, 1.3) / last),
+            pr.Ludwik(s0=s0, K=2 * s0, n=n + 0.1), pr.HockettSherby(s0=s0, s_inf=2.5 * s0, b=2 / last ** (n + 0.2), n=n + 0.2),
+        ):  # fmt: skip
+            (found,) = fit_flow(strain, stress_at(curve, strain, 0 * strain), [curve.type])
+            assert plain(found.curve) == {k: v if k == "type" else pytest.approx(v, rel=1e-6) for k, v in plain(curve).items()}
+
+
 def test_the_error_of_readings_is_found_and_ranks_the_laws():
     """Readings of Swift's law with an error of 2 MPa: its own law is the best, and its error that of the readings."""
     rng = np.random.default_rng(7)
@@ -129,8 +143,8 @@ def test_the_command_ranks_draws_and_writes_what_can_be_pasted(tmp_path):
     pasted = loads(f"name: n\nbodies: {{b: {body}}}\nsteps: [{{name: s}}]\n").problem.bodies["b"].material.flow
     assert pasted == pr.Swift(K=565.32, e0=0.007117, n=0.2589)
     assert "at 1" in done.output and "beyond the data nothing is known" in done.output
-    told = json.loads(CliRunner().invoke(app, ["fit", str(path), "--json", "--law", "voce"]).stdout)
-    assert [law["type"] for law in told["laws"]] == ["voce"] and told["beyond"][1]["strain"] == 0.8
+    given = json.loads(CliRunner().invoke(app, ["fit", str(path), "--json", "--law", "voce"]).stdout)
+    assert [law["type"] for law in given["laws"]] == ["voce"] and given["beyond"][1]["strain"] == 0.8
     data = read_flow(path)
     fits = fit_flow(data.strain, data.stress)
     top, low = figure_of(data, fits).axes

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import TypeAlias
 
 import numpy as np
 
@@ -22,20 +23,23 @@ from prensa.materials.flow_curve import FlowCurve, stress_at
 from prensa.precision import NEGLIGIBLE, SMALLEST
 from prensa.types import Array
 
-EXPONENTS = np.linspace(0.05, 0.95, 10)
-PRESTRAINS = np.geomspace(1e-5, 0.3, 8)
-RATES = np.geomspace(0.3, 100.0, 9)
+_Grid: TypeAlias = tuple[Array, int]
+EXPONENT: _Grid = (np.linspace(1 / 20, 19 / 20, 10), 0)
+PRESTRAIN: _Grid = (np.ldexp(1.0, np.arange(-16, 1, 2)), 1)
+SATURATION: _Grid = (np.ldexp(1.0, np.arange(-3, 7)), -1)
+"""Of the grids from which laws are fitted: values, and the power of the last strain by which they are multiplied."""
 
 
 @dataclass(frozen=True)
 class _Law:
     """A law that is linear in some constants: ``columns`` (k, m) at strains (k,) for the ``others``, from a ``grid`` of these.
 
-    ``curve`` makes the law of the linear constants and the others; ``constants``: how many it has.
+    Entries of the grid: values, and the power of the last strain by which they are multiplied. ``curve`` makes the law of the
+    linear constants and the others; ``constants``: how many it has.
     """
 
     columns: Callable[[Array, Sequence[float]], Array]
-    grid: tuple[Array, ...]
+    grid: tuple[_Grid, ...]
     curve: Callable[[Array, Sequence[float]], FlowCurve]
     constants: int
 
@@ -49,29 +53,29 @@ def _mixed(a: Array, o: Sequence[float]) -> SwiftVoce:
     return SwiftVoce(K=max(swift, SMALLEST) / w, e0=e0, n=n, s0=max(s0, SMALLEST) / (1.0 - w), Q=Q / (1.0 - w), b=b, w=w)
 
 
-def _rise(x: Array, b: float, n: float = 1.0) -> Array:
+def _rise(x: Array, b: float, n: float) -> Array:
     return 1.0 - np.exp(-b * np.maximum(x, 0.0) ** n)
 
 
 FLOW_LAWS: Mapping[str, _Law] = {
     "swift": _Law(
-        lambda x, o: ((o[0] + x) ** o[1])[:, None], (PRESTRAINS, EXPONENTS),
+        lambda x, o: ((o[0] + x) ** o[1])[:, None], (PRESTRAIN, EXPONENT),
         lambda a, o: Swift(K=float(a[0]), e0=float(o[0]), n=float(o[1])), 3,
     ),
     "voce": _Law(
-        lambda x, o: np.stack([np.ones_like(x), _rise(x, o[0])], 1), (RATES,),
+        lambda x, o: np.stack([np.ones_like(x), _rise(x, o[0], 1.0)], 1), (SATURATION,),
         lambda a, o: Voce(s0=float(a[0]), Q=float(a[1]), b=float(o[0])), 3,
     ),
     "ludwik": _Law(
-        lambda x, o: np.stack([np.ones_like(x), x ** o[0]], 1), (EXPONENTS,),
+        lambda x, o: np.stack([np.ones_like(x), x ** o[0]], 1), (EXPONENT,),
         lambda a, o: Ludwik(s0=float(a[0]), K=float(a[1]), n=float(o[0])), 3,
     ),
     "hockett_sherby": _Law(
-        lambda x, o: np.stack([np.ones_like(x), _rise(x, o[0], o[1])], 1), (RATES, EXPONENTS),
+        lambda x, o: np.stack([np.ones_like(x), _rise(x, o[0], o[1])], 1), (SATURATION, EXPONENT),
         lambda a, o: HockettSherby(s0=float(a[0]), s_inf=float(a[0] + a[1]), b=float(o[0]), n=float(o[1])), 4,
     ),
     "swift_voce": _Law(
-        lambda x, o: np.stack([(o[0] + x) ** o[1], np.ones_like(x), _rise(x, o[2])], 1), (PRESTRAINS, EXPONENTS, RATES),
+        lambda x, o: np.stack([(o[0] + x) ** o[1], np.ones_like(x), _rise(x, o[2], 1.0)], 1), (PRESTRAIN, EXPONENT, SATURATION),
         _mixed, 6,
     ),
 }  # fmt: skip
@@ -111,8 +115,9 @@ def _fitted(name: str, strain: Array, stress: Array) -> FittedCurve:
     def linear(logs: Array) -> tuple[Array, Array]:
         return _linear(law.columns(strain, [float(v) for v in np.exp(logs)]), y)
 
-    starts = sorted(product(*(np.log(g) for g in law.grid)), key=lambda o: float((linear(np.array(o))[1] ** 2).sum()))
-    bounds = [(np.log(SMALLEST), np.log(1e3))] * len(law.grid)
+    grid = [np.log(values * strain.max() ** power) for values, power in law.grid]
+    starts = sorted(product(*grid), key=lambda o: float((linear(np.array(o))[1] ** 2).sum()))
+    bounds = [(np.log(SMALLEST), g.max() + np.log(4.0)) for g in grid]
     tight = {"xtol": np.finfo(float).eps, "ftol": np.finfo(float).eps, "gtol": np.finfo(float).eps}
     # Several valleys: the laws of four and six constants have more than one.
     found = [
