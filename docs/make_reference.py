@@ -47,6 +47,7 @@ VALUES = {
     **{(c, "surface"): "body, boundary `body.name` or list of them" for c in ("Contact", "NoContact")},
     **{(c, "against"): "name of a tool" for c in ("Contact", "NoContact")},
     ("Coulomb", "mu"): "{}, or the name of a CSV file of κ, μ",
+    ("J2", "of"): "name of a metal or of a file, or {}",
     ("FlowTable", "points"): "{}, or the name of a CSV file of ε̄, σ_y",
     ("Profile", "points"): "{}, or the name of a DXF or CSV file, or [Drawing](#drawing)",
     **{(t, "fillet"): "number ≥ 0, or a list with one for each point" for t in ("Profile", "Polygon")},

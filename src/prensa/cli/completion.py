@@ -20,6 +20,13 @@ def kinds(incomplete: str) -> list[tuple[str, str]]:
     return [(name, what) for name, (_, what) in STARTERS.items() if name.startswith(incomplete)]
 
 
+def metals(incomplete: str) -> list[str]:
+    """Metals that come with prensa."""
+    from prensa.materials.metals import names
+
+    return [name for name in names() if name.casefold().startswith(incomplete.casefold())]
+
+
 def fields(incomplete: str) -> list[str]:
     """What can be drawn of every run."""
     known = (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -14,18 +15,23 @@ if TYPE_CHECKING:
 def lines_of(system: System) -> Iterator[str]:
     """Lines about a discretised problem: bodies, tools in their places, contacts, steps, size."""
     from prensa.mesh.quality import quality
+    from prensa.model.metals import metals_of
     from prensa.model.schema import brief
 
     p = system.problem
     geometry = "moved" if p.contact_geometry == "current" else "undeformed"
     yield f"{p.name}: {p.space}, {p.kinematics} deformation, contact on the {geometry} surface"
     yield f"units: {p.units.length}, {p.units.force}"
+    metals = dict(metals_of(p))
     for name, body in p.bodies.items():
         mesh = system.meshes[name]
         ranges = zip("xyz", mesh.points.min(axis=0), mesh.points.max(axis=0))
         why = " (it is elastic and may bend)" if name in system.chosen else ""
         yield f"body {name}: {len(mesh.cells)} elements {body.element_in(p.space)}{why}, {len(mesh.points)} nodes"
-        yield f"  {', '.join(f'{c} {low:g} … {high:g}' for c, low, high in ranges)}; {brief(body.material)}"
+        material = replace(body.material, of=None) if name in metals else body.material
+        yield f"  {', '.join(f'{c} {low:g} … {high:g}' for c, low, high in ranges)}; {brief(material)}"
+        if name in metals:
+            yield f"  of {metals[name].words()}"
         if p.space != "solid":  # the measures of the plane do not say what bricks are worth
             yield f"  {quality(mesh).line()}"
         yield from (f"  sides: {note}" for note in mesh.notes)
@@ -73,6 +79,9 @@ def _actions(step: Step) -> str:
 
 def summary_of(system: System) -> dict[str, Any]:
     """The same as data."""
+    from prensa.model.metals import metals_of
+    from prensa.model.schema import plain
+
     p = system.problem
     bodies = {
         name: {"elements": len(mesh.cells), "nodes": len(mesh.points), "element": p.bodies[name].element_in(p.space)}
@@ -80,7 +89,7 @@ def summary_of(system: System) -> dict[str, Any]:
     }
     return {
         "name": p.name, "space": p.space, "kinematics": p.kinematics, "units": {"length": p.units.length, "force": p.units.force},
-        "bodies": bodies,
+        "bodies": bodies, "metals": {name: plain(metal) for name, metal in metals_of(p)},
         "sides": {
             name: {"boundaries": [*mesh.edges], "points": [*mesh.corners], "notes": [*mesh.notes]}
             for name, mesh in system.meshes.items()

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from math import isclose
 from typing import Any
 
 from prensa.model import body_contacts, crank, feed, heat, interference, space, until
 from prensa.model.names import SYMMETRY, Finding, suggest
 from prensa.model.remeshing import remeshing_of
+from prensa.model.units import PRESSURE, factor
 from prensa.registry import DOORS
 
 _OWN_NAME = re.compile(r"[^\W\d][\w-]*")
@@ -68,6 +70,16 @@ def _measures(p: Any) -> Iterator[Finding]:
             )
 
 
+def _metal(p: Any, body: str, metal: Any) -> Iterator[Finding]:
+    """A metal of a script has its stresses in N/mm², which may not be those of the problem."""
+    if metal is not None and metal.MPa is not None and p.units is not None:
+        length, force = p.units.length, p.units.force
+        if not isclose(metal.MPa, factor("1 MPa", length, force, PRESSURE.exponents)):
+            message = f"the stresses of {metal.name!r} are not in {force}/{length}²: in Python 'of' gives them in N/mm²; "
+            message += "use mm and N, or read the case from a file, where they are converted"
+            yield Finding(("bodies", body, "material"), message)
+
+
 def _whole(p: Any) -> Iterator[Finding]:
     for key, body in p.bodies.items():
         if body is None:
@@ -77,6 +89,7 @@ def _whole(p: Any) -> Iterator[Finding]:
             other = "a strip is not round; use 'wire'" if p.space == "axisymmetric" else "a wire is round; use 'strip'"
             or_round = "" if p.space == "axisymmetric" else ", or write 'space: axisymmetric'"
             yield Finding(("bodies", key, "mesh", "type"), f"{other} in {p.space}{or_round}")
+        yield from _metal(p, key, getattr(body.material, "of", None))
         known = body.material.kinematics
         if p.kinematics is not None and p.kinematics not in known:
             other = "use 'elastic' or 'kinematics: finite'" if p.kinematics == "small" else "use 'kinematics: small'"

@@ -96,6 +96,8 @@ def explain(error: Any, place: Place) -> Mistake:
         return Mistake(place.mark(), _length(place, ctx))
     if kind == "value_error":
         return Mistake(place.mark(), f"{place.label}: {ctx['error']}")
+    if kind == "metal":  # names what is unknown itself
+        return Mistake(place.mark(), f"{above.owner or 'the material'}: {ctx['words']}")
     return Mistake(place.mark(), _wrong(error, place))
 
 

@@ -283,7 +283,7 @@ SupportValue = Annotated[
 ]
 
 
-ALONG = ("x", "y", "z")
+COMPONENTS = ("x", "y", "z")
 """Along which bodies and tools are displaced; those of the plane are the first two."""
 
 

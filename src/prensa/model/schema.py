@@ -26,7 +26,7 @@ from prensa.model.messages import findings_of, mistakes
 from prensa.model.overrides import override
 from prensa.model.places import SECTIONS, bare, hints, is_names, root
 from prensa.model.plausibility import warnings_of
-from prensa.model.problem import ALONG, Case, Fixed, Problem, Units
+from prensa.model.problem import COMPONENTS, Case, Fixed, Problem, Units
 from prensa.model.python_alone import of_python_alone
 from prensa.model.units import Length
 
@@ -185,6 +185,9 @@ class _Marked(GenerateJsonSchema):
     def dataclass_schema(self, schema: Any) -> dict[str, Any]:
         """The schema of a class, with ``offered`` false where a file may not name it."""
         made = super().dataclass_schema(schema)
+        # what another key of the same mapping gives may be left out
+        if filled := getattr(schema["cls"], "filled", ()):
+            made["required"] = [key for key in made.get("required", ()) if key not in filled]
         return made if getattr(schema["cls"], "offered", True) else {**made, "offered": False}
 
 
@@ -404,12 +407,17 @@ def _entry(name: str, value: Any) -> Any:
 
 def _short(support: Fixed) -> Any:
     """'x', 'y', 'xy', …, or 'free' where that says it all."""
-    given = {c: getattr(support, c) for c in ALONG if getattr(support, c) is not None}
+    given = {c: getattr(support, c) for c in COMPONENTS if getattr(support, c) is not None}
     if support.free and not given:
         return "free"
     if given and not support.free and all(v == "held" for v in given.values()):
         return "".join(given)
     return {c: _plain(v) for c, v in given.items()} | ({"free": True} if support.free else {})
+
+
+def plain(value: Any) -> Any:
+    """A part of a description as dicts, lists and scalars, as it may be written in a file."""
+    return _plain(value)
 
 
 def brief(value: Any) -> str:

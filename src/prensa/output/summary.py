@@ -19,7 +19,9 @@ from prensa import __version__
 from prensa.errors import PrensaError, take_path
 from prensa.measures.columns import force_columns, place_columns
 from prensa.model.feed import ends_early
+from prensa.model.metals import metals_of
 from prensa.model.problem import Case, Problem
+from prensa.model.schema import plain
 from prensa.output import answer, checkpoint, history, lock, measured, passages, runlog
 from prensa.output.files import Contents, write_text
 
@@ -60,6 +62,7 @@ def summarise(directory: Path, system: System, case: Case, state: State | None, 
             b: {"nodes": len(m.points), "elements": len(m.cells), "element": bodies[b].element_in(problem.space)}
             for b, m in meshes.items()
         },
+        "metals": {b: plain(metal) for b, metal in metals_of(problem)},
         "tools": {t.name: {"at": t.at.tolist(), "direction": list(map(float, t.direction))} for t in system.tools},
         "warnings": known["warnings"],
         "warnings_about": {w: about[w] for w in answer.weighed(known["warnings"], about) if w in about},

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
 from prensa.errors import ArgumentError, PrensaError, take
+from prensa.model.metals import Metal
 from prensa.model.names import suggest
 from prensa.model.problem import Problem
 from prensa.system.discretise import discretise, with_laws, with_tool
@@ -33,6 +34,8 @@ def part_of(problem: Problem, path: str) -> Any:
 
 def _below(value: Any) -> Iterator[tuple[tuple[str, ...], Any]]:
     """Parts of a part of a description, by their keys: an entry of a list has its number and its name, if it has one."""
+    if isinstance(value, Metal):  # where numbers come from is none of them
+        return
     if is_dataclass(value):
         yield from (((f.name,), getattr(value, f.name)) for f in fields(value))
     elif isinstance(value, Mapping):
@@ -114,6 +117,8 @@ def _replaced(part: Any, changes: Mapping[str, float]) -> Any:
         }
         if inside:
             below[keys[0]] = _replaced(value, inside)
+    if isinstance(metal := getattr(part, "of", None), Metal):
+        below["of"] = metal.altered(changes)
     if is_dataclass(part):
         return replace(part, **below)  # type: ignore[type-var]
     if isinstance(part, Mapping):

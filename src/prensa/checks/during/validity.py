@@ -15,6 +15,8 @@ from prensa.checks.check import Committed, Failed, Finished, ended_by, warning
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding
 from prensa.materials.flow_curve import FlowCurve
+from prensa.model.metals import metals_of
+from prensa.model.seconds import stated
 from prensa.model.units import factor
 from prensa.policy import Policy
 from prensa.precision import SMALLEST
@@ -55,8 +57,11 @@ class Validity:
         self.system, self.policy = system, policy
         p = system.problem
         self.small = system.dofs.dimension == 2 and p.kinematics == "small" and not p.allow_large_strain
+        self.metals = dict(metals_of(p))
         self.seen: dict[str, Deformation] = {}
         self.used_to: dict[str, float] = {}
+        self.beyond_tests: dict[str, float] = {}
+        self.fastest: dict[str, float] = {}
         self.rubbed: dict[tuple[str, str], tuple[float, float]] = {}
         self.squeezed: dict[str, float] = {}
         self.stretched: dict[str, float] = {}
@@ -68,6 +73,7 @@ class Validity:
     def __call__(self, given: Committed) -> Iterator[Finding]:
         """Note a committed increment, and end the run with one in which small-strain kinematics does not hold."""
         self.look_at_friction(given.context, given.evaluation)
+        self._note_rates(given.context, given.state.history)
         # of condensed bodies the displacements are known at the end of a step
         if given.complete and (reason := self.look(given.state.u, given.state.history)):
             yield ended_by(reason)
@@ -134,11 +140,41 @@ class Validity:
                 f"the flow curve of body {body!r} ends at a plastic strain of {end:g} and was used up to {strain:.3g}, where "
                 "its last stress is kept; give stresses up to there"
             )
+        yield from self._of_metals()
         for (contact, name), (end, most) in self.rubbed.items():
             yield (
                 f"the friction of contact {contact!r} has a table that ends at a {name} of {end:g} and was used up to "
                 f"{most:.3g}, where its last value is kept; give values up to there"
             )
+
+    def _of_metals(self) -> Iterator[str]:
+        """Sentences about metals that left the range of their tests."""
+        for body, strain in self.beyond_tests.items():
+            metal = self.metals[body]
+            yield (
+                f"the flow curve of body {body!r}, {metal.name}, was measured up to a plastic strain of {metal.strain[1]:g} and "
+                f"was used up to {strain:.3g}: beyond its tests it is extrapolated; compare with a curve measured up to there"
+            )
+        for body, rate in self.fastest.items():
+            metal = self.metals[body]
+            low, high = metal.rate or (0.0, math.inf)
+            if low <= rate * (1.0 + NO_DIFFERENCE) and rate <= high * (1.0 + NO_DIFFERENCE):
+                continue
+            yield (
+                f"body {body!r}, {metal.name}, deforms at plastic strain rates of up to {rate:.3g} /s, and its flow curve was "
+                f"measured at {low:g} to {high:g} /s; take a curve of that rate, or see whether 'duration' is what was meant"
+            )
+
+    def _note_rates(self, c: Context, history: Sequence[Array]) -> None:
+        """Note the largest plastic strain rate of metals with a range of rates, where the step says how long it lasts."""
+        rated = {body for body, metal in self.metals.items() if metal.rate is not None}
+        if not rated or not self.system.has_memory or stated(self.system.problem.steps[c.plan.number]) is None:
+            return
+        for block, old, new in zip(self.system.blocks, c.state.history, history):
+            if block.body in rated and block.law.plastic:
+                rise = block.field(new, "plastic_strain") - block.field(old, "plastic_strain")
+                rate = float(rise.max()) / c.seconds
+                self.fastest[block.body] = max(rate, self.fastest.get(block.body, 0.0))
 
     def _note_shape(self, block: Block, moved: Array) -> None:
         """Note the loss of volume of a body that flows, or the strain of an elastic metal, where a share exceeds it."""
@@ -188,11 +224,14 @@ class Validity:
             return
         for block, values in zip(self.system.blocks, history):
             flow: FlowCurve | None = getattr(self.system.problem.bodies[block.body].material, "flow", None)
-            if flow is None or not block.law.plastic or not math.isfinite(end := flow.known_to()):
+            metal = self.metals.get(block.body)
+            if flow is None or not block.law.plastic or (metal is None and not math.isfinite(flow.known_to())):
                 continue
             strain = float(block.field(values, "plastic_strain").max())
-            if strain > end * (1.0 + NO_DIFFERENCE):
-                self.used_to[block.body] = max(strain, self.used_to.get(block.body, 0.0))
+            ends = [(self.used_to, flow.known_to()), (self.beyond_tests, math.inf if metal is None else metal.strain[1])]
+            for noted, end in ends:
+                if strain > end * (1.0 + NO_DIFFERENCE):
+                    noted[block.body] = max(strain, noted.get(block.body, 0.0))
 
     def _deformation(self, block: Block, moved: Array) -> Deformation:
         """Of a body with nodes ``moved`` (n, 2) from their initial places."""

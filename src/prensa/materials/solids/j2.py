@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
+from dataclasses import fields
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationError, ValidationInfo, model_validator
+from pydantic_core import ArgsKwargs, InitErrorDetails, PydanticCustomError
 
-from prensa.materials.flow_curve import FlowCurve
+from prensa.errors import CaseError
 from prensa.materials.material import Material, PoissonRatio
-from prensa.model.doors import union
+from prensa.materials.metals import Flow, given_by
+from prensa.model.metals import Metal
 from prensa.model.units import Pressure
 
-if TYPE_CHECKING:  # members are known when the program runs
+if TYPE_CHECKING:
     from prensa.materials.laws import Material as Law
 
-    Flow: TypeAlias = FlowCurve
-else:
-    Flow = union("flow")
+__all__ = ["J2", "Metal"]
 
 
 class J2(Material):
@@ -24,15 +25,34 @@ class J2(Material):
 
     ``E``: Young's modulus, ``nu``: Poisson's ratio, ``flow``: the flow curve.
     ``yield_on``: the stress that the flow curve limits, ``cauchy`` (true stress of a tensile test) or ``kirchhoff``.
+    ``of``: a metal of the library, or a file of one's own, that gives the other three; in Python in N/mm².
     """
 
     E: Annotated[Pressure, Field(gt=0)]
     nu: PoissonRatio
     flow: Flow
     yield_on: Literal["cauchy", "kirchhoff"] = "cauchy"
+    of: Metal | None = None
     type: Literal["j2"] = "j2"
 
     plastic: ClassVar[bool] = True
+    filled: ClassVar[tuple[str, ...]] = ("E", "nu", "flow")
+    """Fields that ``of`` gives."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_a_metal(cls, data: Any, info: ValidationInfo) -> Any:
+        given = data
+        if isinstance(data, ArgsKwargs):  # of a script: fields in their order, and by name
+            given = dict(zip((f.name for f in fields(cls)), data.args)) | (data.kwargs or {})
+        if not isinstance(given, dict) or not isinstance(given.get("of"), str):
+            return data
+        try:
+            return given_by(given, info.context)
+        except (ValueError, CaseError) as error:
+            words = PydanticCustomError("metal", "{words}", {"words": str(error)})
+            wrong = InitErrorDetails(type=words, loc=("of",), input=given["of"])
+            raise ValidationError.from_exception_data("J2", [wrong]) from None
 
     def bulk_law(self, finite: bool, **tensors: Any) -> Law:
         """The law with the compiled return map where the flow curve has a kernel, else with that of any curve."""

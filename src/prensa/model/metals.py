@@ -1,0 +1,71 @@
+"""Where the numbers of a material come from, and the range in which they were measured."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, Field
+
+from prensa.model.fields import described
+from prensa.model.units import Number, Rate, Strain
+
+
+def _rising(pair: tuple[float, float]) -> tuple[float, float]:
+    if not 0.0 <= pair[0] <= pair[1]:
+        raise ValueError("it must be a range [from, to] of numbers from zero on")
+    return pair
+
+
+def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
+    if not pair[0] <= pair[1]:
+        raise ValueError("it must be a range [from, to]")
+    return pair
+
+
+StrainRange = Annotated[tuple[Strain, Strain], AfterValidator(_rising)]
+RateRange = Annotated[tuple[Rate, Rate], AfterValidator(_rising)]
+TemperatureRange = Annotated[tuple[Number, Number], AfterValidator(_ordered)]
+
+
+@described
+class Metal:
+    """Where the numbers of a metal come from: its ``name``, the ``source``, and the range in which it was measured.
+
+    In a case file stands the name of a metal of the library (``prensa materials`` lists them) or a file of one's own instead,
+    ``of: DC04`` or ``of: steel.yaml``, from which elastic constants and flow curve are taken; what the case states besides,
+    as in ``flow: {n: 0.2}``, takes the place of that number and is listed in ``changed``.
+    ``strain``, ``rate`` (per second) and ``temperature`` (°C): ranges [from, to] of the plastic strains, their rates and the
+    temperatures of the tests; ``MPa``: one in the unit of stress in which the metal was read.
+    """
+
+    name: str
+    source: str
+    strain: StrainRange
+    rate: RateRange | None = None
+    temperature: TemperatureRange | None = None
+    changed: tuple[str, ...] = ()
+    MPa: Annotated[Number, Field(gt=0)] | None = None
+
+    def altered(self, keys: Iterable[str]) -> Metal:
+        """The same, of a material in which other numbers of the metal have been put in at keys such as ``flow.K`` too."""
+        return replace(self, changed=tuple(dict.fromkeys([*self.changed, *keys])))
+
+    def words(self) -> str:
+        """Name, range and source in one sentence."""
+        ranges = [f"plastic strain {self.strain[0]:g} to {self.strain[1]:g}"]
+        ranges += [f"rate {self.rate[0]:g} to {self.rate[1]:g} /s"] if self.rate else []
+        if self.temperature:
+            low, high = self.temperature
+            ranges.append(f"{low:g} °C" if low == high else f"{low:g} to {high:g} °C")
+        changed = f"; {', '.join(self.changed)} of the case" if self.changed else ""
+        return f"{self.name} ({', '.join(ranges)}{changed}): {self.source}"
+
+
+def metals_of(problem: Any) -> Iterator[tuple[str, Metal]]:
+    """Bodies of a problem whose material was taken from a metal, with it."""
+    for name, body in problem.bodies.items():
+        metal = getattr(body.material, "of", None)
+        if isinstance(metal, Metal):
+            yield name, metal
