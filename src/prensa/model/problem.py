@@ -102,6 +102,18 @@ def _chosen(value: Any) -> Any:
     return None if value == "auto" else value
 
 
+# ---------------------------------------------------------------------------------------------------- damage
+if TYPE_CHECKING:  # members are known when the program runs
+    Damage: TypeAlias = Any
+else:
+    Damage = union("damage")
+
+
+def _as_laws(value: Any) -> Any:
+    """Accept one law for a list of one."""
+    return tuple(value) if isinstance(value, list | tuple) else (value,)
+
+
 @described
 class Body:
     """Deformable body: a mesh of one material and ``element``.
@@ -113,11 +125,13 @@ class Body:
     Without ``element``, or with ``auto``: ``q4_fbar``, and ``q4`` in plane stress, where nothing locks in volume and F-bar has no
     meaning;
     ``q4_enhanced`` for elastic bodies whose layers would err by 5 % in bending and that nothing presses across their thickness.
+    ``damage``: a damage law or a list of several, evaluated along with plastic flow; the mechanics do not depend on it.
     """
 
     mesh: Mesh
     material: Material
     element: Annotated[ElementName | None, BeforeValidator(_chosen)] = None
+    damage: Annotated[tuple[Damage, ...], BeforeValidator(_as_laws)] = ()
 
     def element_in(self, space: str) -> str:
         """Name of the element in a problem of that ``space``, the default filled in."""
