@@ -24,8 +24,8 @@ from prensa.model.doors import Member
 from prensa.model.units import Number, Pressure
 from prensa.types import Array, Index
 
-LIMIT: Any = Annotated[Number, Field(gt=0)] | None
-LIMIT_OF_STRESS: Any = Annotated[Pressure, Field(gt=0)] | None
+NUMBER_LIMIT: Any = Annotated[Number, Field(gt=0)] | None
+STRESS_LIMIT: Any = Annotated[Pressure, Field(gt=0)] | None
 
 
 class StressState(NamedTuple):
@@ -97,7 +97,7 @@ class DamageLaw(Member, abstract=True):
             own = dict(inspect.get_annotations(cls))
             if "limit" not in own:
                 kind = {"type": own.pop("type")} if "type" in own else {}
-                cls.__annotations__ = {**own, "limit": LIMIT_OF_STRESS if cls.of_stress else LIMIT, **kind}
+                cls.__annotations__ = {**own, "limit": STRESS_LIMIT if cls.of_stress else NUMBER_LIMIT, **kind}
                 cls.limit = cls.usual_limit
         super().__init_subclass__(abstract=abstract, **options)
 

@@ -103,15 +103,17 @@ def _chosen(value: Any) -> Any:
 
 
 # ---------------------------------------------------------------------------------------------------- damage
-if TYPE_CHECKING:  # members are known when the program runs
-    Damage: TypeAlias = Any
-else:
-    Damage = union("damage")
-
-
 def _as_laws(value: Any) -> Any:
     """Accept one law for a list of one."""
     return tuple(value) if isinstance(value, list | tuple) else (value,)
+
+
+if TYPE_CHECKING:  # members are known when the program runs
+    Damage: TypeAlias = Any
+    OneOrMore: TypeAlias = Any
+else:
+    Damage = union("damage")
+    OneOrMore = BeforeValidator(_as_laws, json_schema_input_type=tuple[Damage, ...] | Damage)
 
 
 @described
@@ -131,7 +133,7 @@ class Body:
     mesh: Mesh
     material: Material
     element: Annotated[ElementName | None, BeforeValidator(_chosen)] = None
-    damage: Annotated[tuple[Damage, ...], BeforeValidator(_as_laws)] = ()
+    damage: Annotated[tuple[Damage, ...], OneOrMore] = ()
 
     def element_in(self, space: str) -> str:
         """Name of the element in a problem of that ``space``, the default filled in."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -61,7 +62,8 @@ def lines(table: Table, case: Case, summary: Mapping[str, Any]) -> list[str]:
 
     ``table``: columns of ``history.csv``; ``summary``: content of ``summary.json``, of which older ones lack some.
     """
-    out = [ending(table, case.problem, summary), *map(sentence, peaks(table, case)), *damage.sentences(table, case.problem)]
+    out = [ending(table, case.problem, summary), *map(sentence, peaks(table, case))]
+    out += damage.sentences(table, case.problem, partial(shown, both=False))
     for name, measure in summary.get("measures", {}).items():
         last = measure["last"]
         out.append(f"{name}: {'no value' if last is None else shown(last, measure['unit'])}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -58,10 +58,11 @@ def damages(table: Table, problem: Problem) -> list[Damage]:
     return [damage for damage in found if damage is not None]
 
 
-def sentences(table: Table, problem: Problem) -> Iterator[str]:
-    """Each of them in words: 'damage of billet (Oyane) reaches its limit 0.3 after 5.2 mm of punch, at (12.3, 0) mm'."""
-    from prensa.output.answer import shown
+def sentences(table: Table, problem: Problem, shown: Callable[[float, str], str]) -> Iterator[str]:
+    """Each of them in words: 'damage of billet (Oyane) reaches its limit 0.3 after 5.2 mm of punch, at (12.3, 0) mm'.
 
+    ``shown``: a number with its unit in words.
+    """
     unit = length_unit(problem)
 
     def where(m: Moment) -> str:
@@ -71,15 +72,15 @@ def sentences(table: Table, problem: Problem) -> Iterator[str]:
         return f"at time {m.time:.4g}" if m.travel is None else f"after {m.travel:.4g} {unit} of {m.tool}"
 
     for d in damages(table, problem):
-        largest = shown(d.largest, d.unit, both=False)
+        largest = shown(d.largest, d.unit)
         of = f"of {d.body} ({d.heading})"
         if d.limit is None:
             yield f"largest damage {of}: {largest} {where(d.at)}"
         elif d.reached is None:
-            limit = shown(d.limit, d.unit, both=False)
+            limit = shown(d.limit, d.unit)
             yield f"largest damage {of}: {100 * d.largest / d.limit:.3g} % of the limit {limit}, {where(d.at)}"
         else:
-            limit = shown(d.limit, d.unit, both=False)
+            limit = shown(d.limit, d.unit)
             more = f"; in the end {largest}" if d.largest > 1.001 * d.limit else ""
             yield f"damage {of} reaches its limit {limit} {when(d.reached)}, {where(d.reached)}{more}"
 

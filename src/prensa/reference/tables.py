@@ -76,7 +76,7 @@ class DamagePath:
 
 def damage_paths() -> list[DamagePath]:
     """Damage integrals along homogeneous paths: closed forms, twelve digits, computed apart from this package."""
-    path = resources.files("prensa.reference") / "data" / "damage_paths.csv"
+    path = resources.files(__package__) / "data" / "damage_paths.csv"
     rows = list(csv.reader(path.read_text(encoding="utf-8").splitlines()))[1:]
     return [DamagePath(row[0], *map(float, row[1:])) for row in rows]
 

@@ -15,7 +15,7 @@ from prensa.types import Array
 class Ayada(StrainDriven):
     """Ayada's criterion (1987), D = ∫ ⟨σ_m/σ̄⟩ dε̄, for bursting along the axis of extruded and drawn bars.
 
-    ``heals``: damage falls under mean compression; without it nothing grows there.
+    ``heals``: damage falls under mean compression; without it nothing grows there. ``limit``: a number.
     """
 
     heals: bool = False

@@ -17,7 +17,7 @@ from prensa.types import Array
 class Brozzo(DamageLaw):
     """Brozzo, de Luca & Rendina's criterion (1972), D = ∫ 2 ⟨σ_1⟩/(3 (σ_1 − σ_m)) dε̄, for sheets.
 
-    In uniaxial tension D is the strain.
+    In uniaxial tension D is the strain. ``limit``: a number.
     """
 
     type: Literal["brozzo"] = "brozzo"

@@ -21,7 +21,7 @@ class McClintock(StrainDriven):
 
     D = ∫ ⟨√3/(2 (1 − n)) sinh(√3 (1 − n)/2 · (σ_1 + σ_2)/σ̄) + ¾ (σ_1 − σ_2)/σ̄⟩ dε̄, the growth of the longer axis of their
     section. ``n``: hardening exponent of σ̄ = K ε̄ⁿ. ``heals``: damage falls where the integrand is negative, as holes close;
-    without it nothing grows there.
+    without it nothing grows there. ``limit``: a number.
     """
 
     n: Annotated[Number, Field(ge=0, lt=1)]

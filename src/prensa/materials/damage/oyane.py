@@ -17,7 +17,7 @@ class Oyane(StrainDriven):
     """Oyane's criterion, D = ∫ ⟨σ_m/σ̄ + A⟩ dε̄.
 
     ``A``: the material's constant; the paper's ∫(1 + σ_m/(A σ̄)) dε̄ is D/A. ``heals``: damage falls where σ_m/σ̄ < −A, as pores
-    close; without it nothing grows there.
+    close; without it nothing grows there. ``limit``: a number.
     """
 
     A: Number

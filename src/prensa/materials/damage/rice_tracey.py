@@ -21,7 +21,7 @@ class RiceTracey(DamageLaw):
     """Rice & Tracey's (1969) growth of a void, D = ∫ c exp(1.5 σ_m/σ̄) dε̄.
 
     ``c``: factor; with 0.283, Rice and Tracey's, D is ln(R/R_0) of a void's radius, with 1 the integral that is often tabled.
-    ``cut_off``: stress triaxiality σ_m/σ̄ up to which nothing grows, −1/3 (Bao & Wierzbicki 2005).
+    ``cut_off``: stress triaxiality σ_m/σ̄ up to which nothing grows, −1/3 (Bao & Wierzbicki 2005). ``limit``: a number.
     """
 
     c: Annotated[Number, Field(gt=0)] = 1.0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +11,12 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from damaged import STEEL, billet, largest, upset
 from prensa.materials.hill import Hill
 from prensa.output.checkpoint import write_checkpoint
 from prensa.remeshing.renewal import renewed
 from prensa.system.checkpoint import read_checkpoint
-from problems import stroke
 
-STEEL = pr.J2(200e3, 0.3, pr.Ludwik(250.0, 500.0, 0.3))
 LAWS = (
     pr.CockcroftLatham(), pr.Oyane(A=0.1), pr.RiceTracey(), pr.Ayada(), pr.Brozzo(), pr.McClintock(n=0.2),
     pr.CockcroftLathamPlain(), pr.Freudenthal(),
@@ -93,31 +91,10 @@ def test_equivalent_stress_of_an_anisotropic_metal() -> None:
 
 
 # -------------------------------------------------------------------------------------------------------------- upsetting
-def billet(mu: float = 0.3, damage: Any = pr.CockcroftLatham(), by: float = -5.0, **more: Any) -> pr.Problem:  # noqa: B008
-    """Half of a billet between rough plates; with ``remesh`` of triangles."""
-    remeshed = "remesh" in more
-    mesh = pr.Rectangle((10.0, 15.0), (8, 12) if remeshed else (6, 9))
-    return pr.Problem(
-        "billet", space="axisymmetric", tools={"die": pr.Plane(touching="billet.top")},
-        bodies={"billet": pr.Body(mesh, STEEL, "t6" if remeshed else None, damage=damage)},
-        contacts=[pr.Contact(("billet.top", "billet.right"), "die", pr.Coulomb(mu))], fixed={"billet.bottom": "y"},
-        **{"steps": [stroke(by, 15, tool="die")]} | more,
-    )  # fmt: skip
-
-
 def at_equator(increment: pr.Increment) -> float:
     """The largest in the lowest eighth."""
     body = increment.bodies["billet"]
     return float(body.damage["cockcroft_latham"][body.X[:, 1] < 15.0 / 8.0].max())
-
-
-@cache
-def upset() -> list[pr.Increment]:
-    return list(pr.solve(billet(damage=(pr.CockcroftLatham(limit=0.05), pr.Oyane(A=0.3)))))
-
-
-def largest(increment: pr.Increment, law: str = "cockcroft_latham") -> float:
-    return float(increment.bodies["billet"].damage[law].max())
 
 
 def test_damage_at_the_equator_follows_from_the_committed_states() -> None:
