@@ -35,6 +35,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     ),
     "Materials": tuple(dict(public("material")).values()),
     "Flow curves": tuple(dict(public("flow")).values()),
+    "Damage laws": tuple(dict(public("damage")).values()),
     "Tools": (*(cls for _, cls in public("tool") if getattr(cls, "offered", True)), model.Springs),
     "Contacts": (model.Contact, model.NoContact, model.Interference, *dict(public("enforcement")).values()),
     "Friction": tuple(dict(public("friction")).values()),

@@ -39,6 +39,7 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "results": "prensa.output.result",
     "evaluate": "prensa.result.results",
     "ProgressBar": "prensa.output.progress",
+    "DamageLaw": "prensa.materials.damage_law",
     "FlowCurve": "prensa.materials.flow_curve",
     "FrictionLaw": "prensa.friction.law",
     "Enforcement": "prensa.contact.method",

@@ -142,6 +142,7 @@ DOORS = {
         Door("enforcement", "prensa.contact.enforcement", "prensa.contact.method:Enforcement"),
         Door("tool", "prensa.tools.shapes", "prensa.tools.tool:ToolShape"),
         Door("flow", "prensa.materials.flow", "prensa.materials.flow_curve:FlowCurve"),
+        Door("damage", "prensa.materials.damage", "prensa.materials.damage_law:DamageLaw"),
         Door("material", "prensa.materials.solids", "prensa.materials.material:Material"),
     )
 }

@@ -567,7 +567,7 @@ def plot(
     field: Annotated[
         str,
         typer.Option(
-            help="mises, plastic_strain, stress.xx, …, pressure, mesh; force_stroke, energy or convergence.",
+            help="mises, plastic_strain, damage, stress.xx, …, pressure, mesh; force_stroke, energy or convergence.",
             autocompletion=completion.fields,
         ),
     ] = "mises",

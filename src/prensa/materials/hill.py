@@ -86,6 +86,11 @@ class Hill(PointMaterial):
         """The angle everywhere."""
         return np.full(len(X), np.radians(self.angle))
 
+    def equivalent(self, stress: Tensor) -> Any:
+        """Hill's."""
+        d = stress.deviator
+        return Coefficients(self.F, self.G, self.H, self.N).equivalent((d.xx, d.yy, d.xy))  # type: ignore[arg-type]
+
     def _shear(self) -> Any:
         return self.E / (2.0 + 2.0 * self.nu)
 

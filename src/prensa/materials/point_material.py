@@ -101,6 +101,11 @@ class PointMaterial(Material, abstract=True):
             raise NotImplementedError(f"{type(self).__name__} states no flow stress: define flow_stress(self, strain)")
         return stress_at(curve, strain, np.zeros_like(strain))
 
+    def equivalent(self, stress: Tensor) -> Any:
+        """Equivalent stress of its yield function, von Mises' unless a material states another."""
+        d = stress.deviator
+        return sqrt(1.5 * d.dot(d))
+
     def axes(self, X: Array) -> Array:
         """Angles (k,) in radians of the first material axis to x at initial places X (k, 2), of one that is ``directed``."""
         return np.zeros(len(X))
@@ -463,6 +468,13 @@ class PointMaterialLaw:
     def flow_stress(self, strain: Array) -> Array:
         """Flow stress (n,) at plastic strains (n,), at rest."""
         return np.asarray(self.material.flow_stress(strain), dtype=np.float64) + np.zeros_like(strain)
+
+    def equivalent_stress(self, history: Array) -> Array:
+        """Equivalent stress (n,) of committed histories (n, h)."""
+        stress = Tensor(*self.cauchy(history).T)
+        if self.material.directed:
+            stress = stress.in_axes(*history[:, AXES_COLUMNS].T)
+        return np.asarray(self.material.equivalent(stress))
 
     def shear_strength(self, history: Array) -> Array:
         """Shear yield stress σ_y/√3 (n,) of committed histories (n, h)."""

@@ -143,3 +143,11 @@ class Flowing(Protocol):
 
     def begin(self, history: Array, share: float) -> Array:
         """What an increment begins with: a committed history (n, h) after a ``share`` of the last plastic strain more."""
+
+
+@runtime_checkable
+class Yielding(Protocol):
+    """A law that says what its equivalent stress is; von Mises' of others."""
+
+    def equivalent_stress(self, history: Array) -> Array:
+        """σ̄ (n,) of the yield function, a Cauchy stress, of a committed history (n, h)."""

@@ -357,6 +357,8 @@ def field(body: BodyState, name: str) -> Array:
         return body.stress[:, STRESS_PARTS.index(component)]
     if kind == "displacement":
         return np.asarray(np.hypot(*body.displacement.T))
+    if kind == "damage":
+        return body.damage[component or next(iter(body.damage))]
     values: Any = getattr(body, kind)
     return np.asarray(values)
 
@@ -379,5 +381,18 @@ def field_extreme(outline: Outline, name: str, sign: float) -> Callable[[Increme
         if outline.boundary:
             values = values[np.unique(outline.edges(increment.shapes[outline.body]))]
         return sign * float(values.max())
+
+    return value
+
+
+def extreme_place(outline: Outline, name: str, sign: float, axis: str) -> Callable[[Increment], float]:
+    """Present coordinate x or y of the node at which `field_extreme` is found."""
+
+    def value(increment: Increment) -> float:
+        body = increment.bodies[outline.body]
+        values, nodes = sign * field(body, name), np.arange(len(body.x))
+        if outline.boundary:
+            nodes = np.unique(outline.edges(increment.shapes[outline.body]))
+        return float(body.x[nodes[np.argmax(values[nodes])], AXIS_NUMBER[axis]])
 
     return value

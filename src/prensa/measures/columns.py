@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from prensa.measures import damage
 from prensa.measures.measure import MeasureError
 from prensa.measures.units import area_unit, energy_unit, force_unit, length_unit, moment_unit
 from prensa.model.problem import Problem, ever_stabilised, support_names
@@ -62,6 +63,10 @@ def columns(problem: Problem) -> dict[str, Column]:
     for body in problem.bodies if problem.space == "plane stress" else ():
         out[f"{body}.thickness.min"] = _thickness(body, "min", length_unit(problem))
         out[f"{body}.thickness.max"] = _thickness(body, "max", length_unit(problem))
+    for body, law in damage.laws(problem):
+        units = (damage.unit_of(problem, law), length_unit(problem), length_unit(problem))
+        for key, c, unit in zip(("", ".x", ".y"), damage.Largest._fields, units):
+            out[f"{body}.damage.{law.name}{key}"] = _damage(body, law.name, c, unit)
     for name in energies_of(problem):
         out[f"energy.{name}"] = _energy(name, energy_unit(problem))
     out["iterations"] = Column("", lambda i: i.statistics.iterations)
@@ -91,6 +96,10 @@ def _spring(tool: str, k: int, unit: str) -> Column:
 
 def _area(contact: str, unit: str) -> Column:
     return Column(unit, lambda i: i.contacts[contact].area)
+
+
+def _damage(body: str, law: str, of: str, unit: str) -> Column:
+    return Column(unit, lambda i: getattr(damage.largest(i, body, law), of))
 
 
 def _energy(name: str, unit: str) -> Column:

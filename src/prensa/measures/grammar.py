@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from prensa.errors import PrensaError, take
-from prensa.measures import bodies, contacts
+from prensa.measures import bodies, contacts, damage
 from prensa.measures.bodies import Outline, Place
 from prensa.measures.columns import columns, directions, force_columns, place_columns
 from prensa.measures.measure import Gradient, Measure, MeasureError, Slope, Value
@@ -112,7 +112,8 @@ def names(problem: Problem) -> Iterator[str]:
         yield from (f"{name}.{q}" for q in ("plastic_power", "max.plastic_power"))
         yield from (f"{name}.{p}.{q}" for p in corners for q in (*POSITIONS, *_fields(problem)))
         for outline in (name, *(f"{name}.{e}" for e in edges)):
-            extremes = (f"{m}.{q}" for m in ("max", "min") for q in (*POSITIONS, *_fields(problem)))
+            extremes = [f"{m}.{q}" for m in ("max", "min") for q in (*POSITIONS, *_fields(problem))]
+            extremes += [f"{m}.{q}.place.{c}" for m in ("max", "min") for q in _fields(problem) for c in "xy"]
             yield from (f"{outline}.{q}" for q in (*extremes, "height", "width"))
         yield from (f"{name}.{e}.barrel" for e in edges)
 
@@ -123,7 +124,8 @@ def _contact_quantities() -> Iterator[str]:
 
 
 def _fields(problem: Problem) -> tuple[str, ...]:
-    return (*NODAL_FIELDS, "thickness") if problem.space == "plane stress" else NODAL_FIELDS
+    thin = ("thickness",) if problem.space == "plane stress" else ()
+    return (*NODAL_FIELDS, *thin, *damage.fields(problem))
 
 
 def _boundaries(problem: Problem, body: str) -> tuple[list[str], list[str]]:
@@ -298,10 +300,14 @@ class _Reader:
             raise MeasureError(f"'{body}.{rest}': {known}")
         owner, quantity = self._outline(body, quantity)
         if isinstance(owner, Place):
+            if quantity.partition(".")[0] == "damage":
+                damage.law_of(p, body, quantity)
             return self._at_place(owner, quantity, "") if not where else None
         choose, _, name = quantity.partition(".")
         if choose not in ("max", "min"):
             choose, name = "", quantity
+        if name.partition(".")[0] == "damage":
+            damage.law_of(p, body, name.partition(".place.")[0])
         if where:
             return self._at_place(self._place(owner, where, choose), name, choose)
         if choose:
@@ -359,7 +365,7 @@ class _Reader:
         if name == "angle" and place.axis:
             return self._geometric(body, "deg", bodies.inclination(place), turn=180.0)
         if name in _fields(self.problem):
-            return _Part(self._field_unit(name), bodies.field_at(place, name))
+            return _Part(self._field_unit(body, name), bodies.field_at(place, name))
         return None
 
     def _extreme(self, outline: Outline, name: str, sign: float) -> _Part | None:
@@ -367,12 +373,17 @@ class _Reader:
             geometry = bodies.end(outline, name[-1], sign, displacement=name.startswith("u"))
             return self._geometric(outline.body, length_unit(self.problem), geometry)
         if name in _fields(self.problem):
-            return _Part(self._field_unit(name), bodies.field_extreme(outline, name, sign))
+            return _Part(self._field_unit(outline.body, name), bodies.field_extreme(outline, name, sign))
+        field, _, axis = name.partition(".place.")
+        if field in _fields(self.problem) and axis in ("x", "y"):
+            return _Part(length_unit(self.problem), bodies.extreme_place(outline, field, sign, axis))
         return None
 
-    def _field_unit(self, name: str) -> str:
+    def _field_unit(self, body: str, name: str) -> str:
         if name == "plastic_strain":
             return ""
+        if name.partition(".")[0] == "damage":
+            return damage.unit_of(self.problem, damage.law_of(self.problem, body, name))
         return length_unit(self.problem) if name in ("displacement", "thickness") else pressure_unit(self.problem)
 
     def _geometric(self, body: str, unit: str, geometry: bodies.Geometry, turn: float = math.inf) -> _Part:

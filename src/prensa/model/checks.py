@@ -96,6 +96,7 @@ def _whole(p: Any) -> Iterator[Finding]:
             yield Finding(
                 ("bodies", key, "material", "type"), f"{body.material.type} is a {known[0]}-strain law; {other}"
             )
+        yield from _damage(p, key, body)
         element: Any = DOORS["element"].find(body.element) if body.element is not None else None
         if element is not None and element.no_plane_stress and p.space == "plane stress":
             yield Finding(("bodies", key, "element"), element.no_plane_stress)
@@ -114,6 +115,23 @@ def _whole(p: Any) -> Iterator[Finding]:
         yield Finding(
             ("contact_geometry",), "'reference' is the linear Signorini problem and needs 'kinematics: small'"
         )
+
+
+def _damage(p: Any, key: str, body: Any) -> Iterator[Finding]:
+    """What is wrong with the damage laws of a body."""
+    if not body.damage:
+        return
+    path = ("bodies", key, "damage")
+    if not body.material.plastic:
+        kind = body.material.type
+        why = f"damage grows with plastic strain, and {kind} has none; use 'j2', or leave 'damage' out"
+        yield Finding(path, why, at_key=True)
+    if p.space == "solid":
+        yield Finding(path, "damage is not evaluated in three dimensions yet; leave it out", at_key=True)
+    names = [law.name for law in body.damage]
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            yield Finding((*path, k), f"two damage laws {name!r}; a body has one of each, so keep one of them")
 
 
 def _remeshing(p: Any) -> Iterator[Finding]:

@@ -19,7 +19,10 @@ _BOUNDS = {
     "less_than": ("lt", "less than"),
     "less_than_equal": ("le", "at most"),
 }
-_KINDS = {"mesh": "mesh", "material": "material", "flow": "flow", "enforcement": "enforcement", "friction": "friction"}
+_KINDS = {
+    "mesh": "mesh", "material": "material", "flow": "flow", "enforcement": "enforcement", "friction": "friction",
+    "damage": "damage law",
+}  # fmt: skip
 
 
 def mistakes(errors: Iterable[Any], findings: Iterable[Finding], root: Place, known: list[Mistake]) -> list[Mistake]:
@@ -120,7 +123,7 @@ def _type(place: Place, tag: Any) -> Mistake:
 
 def _noun(place: Place) -> str:
     """What a thing with a ``type`` is called: tool, material, flow, …"""
-    key = str(place.path[-1])
+    key = str(next(k for k in reversed(place.path) if isinstance(k, str)))
     if key in _KINDS:
         return _KINDS[key]
     if place.parent is not None and is_names(place.parent.kind):

@@ -24,6 +24,7 @@ from prensa.model.units import Dimension
 SECTIONS = ("numerics", "output")
 _ONE = {
     "bodies": "body",
+    "damage": "damage law",
     "tools": "tool",
     "contacts": "contact",
     "ties": "tie",
@@ -166,6 +167,10 @@ class Place:
 def child(place: Place, key: str | int) -> Place:
     """One step down a path."""
     node = None
+    if key == 0 and place.node is not None and isinstance(place.node.value, dict):  # one that is written for a list of one
+        kind = below(place.kind, key, place.node)
+        owner = _owner(place.parent, place.path[-1], kind, place.node) if place.parent is not None else ""
+        return Place((*place.path, key), kind, place.node, place, owner)
     if place.node is not None:
         value = place.node.value
         if isinstance(value, dict):

@@ -102,6 +102,20 @@ def _chosen(value: Any) -> Any:
     return None if value == "auto" else value
 
 
+# ---------------------------------------------------------------------------------------------------- damage
+def _as_laws(value: Any) -> Any:
+    """Accept one law for a list of one."""
+    return tuple(value) if isinstance(value, list | tuple) else (value,)
+
+
+if TYPE_CHECKING:  # members are known when the program runs
+    Damage: TypeAlias = Any
+    OneOrMore: TypeAlias = Any
+else:
+    Damage = union("damage")
+    OneOrMore = BeforeValidator(_as_laws, json_schema_input_type=tuple[Damage, ...] | Damage)
+
+
 @described
 class Body:
     """Deformable body: a mesh of one material and ``element``.
@@ -113,11 +127,13 @@ class Body:
     Without ``element``, or with ``auto``: ``q4_fbar``, and ``q4`` in plane stress, where nothing locks in volume and F-bar has no
     meaning;
     ``q4_enhanced`` for elastic bodies whose layers would err by 5 % in bending and that nothing presses across their thickness.
+    ``damage``: a damage law or a list of several, evaluated along with plastic flow; the mechanics do not depend on it.
     """
 
     mesh: Mesh
     material: Material
     element: Annotated[ElementName | None, BeforeValidator(_chosen)] = None
+    damage: Annotated[tuple[Damage, ...], OneOrMore] = ()
 
     def element_in(self, space: str) -> str:
         """Name of the element in a problem of that ``space``, the default filled in."""
@@ -283,7 +299,7 @@ SupportValue = Annotated[
 ]
 
 
-COMPONENTS = ("x", "y", "z")
+SPATIAL_AXES = ("x", "y", "z")
 """Along which bodies and tools are displaced; those of the plane are the first two."""
 
 

@@ -26,7 +26,7 @@ from prensa.model.messages import findings_of, mistakes
 from prensa.model.overrides import override
 from prensa.model.places import SECTIONS, bare, hints, is_names, root
 from prensa.model.plausibility import warnings_of
-from prensa.model.problem import COMPONENTS, Case, Fixed, Problem, Units
+from prensa.model.problem import SPATIAL_AXES, Case, Fixed, Problem, Units
 from prensa.model.python_alone import of_python_alone
 from prensa.model.units import Length
 
@@ -407,7 +407,7 @@ def _entry(name: str, value: Any) -> Any:
 
 def _short(support: Fixed) -> Any:
     """'x', 'y', 'xy', …, or 'free' where that says it all."""
-    given = {c: getattr(support, c) for c in COMPONENTS if getattr(support, c) is not None}
+    given = {c: getattr(support, c) for c in SPATIAL_AXES if getattr(support, c) is not None}
     if support.free and not given:
         return "free"
     if given and not support.free and all(v == "held" for v in given.values()):

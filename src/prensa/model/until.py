@@ -15,6 +15,9 @@ from prensa.model.tables import DRIVEN, tables_of
 from prensa.model.units import Angle, Displacement, Force, Moment, Number
 from prensa.precision import NEGLIGIBLE
 
+LIMIT = "limit"
+"""What stands for the limits of the damage laws of a body."""
+
 Path: TypeAlias = tuple[str | int, ...]
 
 
@@ -62,21 +65,23 @@ class Until:
     ``force``, ``travel``: what a tool's force or displacement reaches, from whichever side it comes; ``contact``: a tool or a
     contact (``<surface>-<tool>``) that ``touches`` for the first time in the step, or ``leaves``; ``measure``: any number of an
     increment by its name, a column of ``history.csv`` or a measure such as ``billet.height``, with a number in the units of
-    the case or a text such as ``12 mm``. A step in which none of them is met ends as it would without, which is reported; with
-    ``required`` that is an error.
+    the case or a text such as ``12 mm``; ``damage``: by body the largest damage that it reaches, a number where it has one damage
+    law, or ``limit`` for the limit of each of its laws. A step in which none of them is met ends as it would without, which is
+    reported; with ``required`` that is an error.
     """
 
     force: Mapping[str, ToolForce] = field(default_factory=dict)
     travel: Mapping[str, ToolTravel] = field(default_factory=dict)
     contact: Mapping[str, Touch] = field(default_factory=dict)
     measure: Mapping[str, Amount] = field(default_factory=dict)
+    damage: Mapping[str, Amount] = field(default_factory=dict)
     required: bool = False
 
     @model_validator(mode="after")
     def _check(self) -> Until:
-        if not self.measure and not any(True for _ in self.criteria()):
+        if not self.measure and not self.damage and not any(True for _ in self.criteria()):
             example = "{force: {punch: {y: 2000}}}"
-            raise ValueError(f"nothing to wait for; give a force, a travel, a contact or a measure, like {example}")
+            raise ValueError(f"nothing to wait for; give a force, a travel, a contact, a damage or a measure, like {example}")
         return self
 
     def criteria(self) -> Iterator[tuple[str, str, str, Any]]:
@@ -109,6 +114,7 @@ def findings(p: Any, step: Any, path: Path) -> Iterator[Finding]:
                 for key in ("x", "m", "rz"):
                     if getattr(target, key, None) is not None:
                         yield Finding((*here, key), "in axisymmetry a tool moves along y only", at_key=True)
+    yield from _damage(p, until, (*path, "until", "damage"))
     contacts = [c.name for c in (*p.contacts, *p.body_contacts) if c is not None]
     for name in until.contact:
         if name not in p.tools and name not in contacts and None not in p.contacts:
@@ -116,6 +122,24 @@ def findings(p: Any, step: Any, path: Path) -> Iterator[Finding]:
             yield Finding((*path, "until", "contact", name), message, at_key=True)
         elif name in p.tools and None not in p.contacts and not any(c.against == name for c in p.contacts):
             yield Finding((*path, "until", "contact", name), f"tool {name!r} has no contact that it could make or lose")
+
+
+def _damage(p: Any, until: Any, path: Path) -> Iterator[Finding]:
+    """What is wrong with the damages that end a step."""
+    for name, value in until.damage.items():
+        here = (*path, name)
+        if name not in p.bodies:
+            yield Finding(here, f"unknown body {name!r}{suggest(name, p.bodies)}", at_key=True)
+        elif p.bodies[name] is None:
+            continue
+        elif not (laws := p.bodies[name].damage):
+            remedy = "give it one, like 'damage: {type: cockcroft_latham, limit: 0.4}'"
+            yield Finding(here, f"body {name!r} has no damage law to reach a limit; {remedy}", at_key=True)
+        elif value == LIMIT and all(law.limit is None for law in laws):
+            yield Finding(here, f"no damage law of body {name!r} has a limit; give it one, or write a number here")
+        elif value != LIMIT and len(laws) > 1:
+            other = f"'limit', or a measure, like {{{name}.max.damage.{laws[0].name}: …}}"
+            yield Finding(here, f"body {name!r} has {len(laws)} damage laws, of which a number says none; write {other}")
 
 
 def tables_beyond(p: Any) -> Iterator[Finding]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from prensa.measures.columns import directions, force_columns, place_columns
 from prensa.measures.units import force_unit, length_unit, moment_unit
 from prensa.model.problem import Case, Problem, Step
 from prensa.model.until import reached
+from prensa.output import damage
 from prensa.precision import NEGLIGIBLE
 
 Table = Mapping[str, NDArray[Any]]
@@ -57,11 +59,12 @@ def peaks(table: Table, case: Case) -> list[Peak]:
 
 
 def lines(table: Table, case: Case, summary: Mapping[str, Any]) -> list[str]:
-    """The answer of a run, a sentence a line: its end, largest forces, last values of the case's measures.
+    """The answer of a run, a sentence a line: its end, largest forces, damages, last values of the case's measures.
 
     ``table``: columns of ``history.csv``; ``summary``: content of ``summary.json``, of which older ones lack some.
     """
     out = [ending(table, case.problem, summary), *map(sentence, peaks(table, case))]
+    out += damage.sentences(table, case.problem, partial(shown, both=False))
     for name, measure in summary.get("measures", {}).items():
         last = measure["last"]
         out.append(f"{name}: {'no value' if last is None else shown(last, measure['unit'])}")

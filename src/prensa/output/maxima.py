@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.measures.columns import directions, force_columns, place_columns
+from prensa.measures.damage import unit_of
 from prensa.model.problem import Problem
 from prensa.output import style
 from prensa.output.answer import size_of_force
@@ -134,7 +135,7 @@ def _of_bodies(stored: Stored, problem: Problem) -> Iterator[Maximum]:
     best: dict[tuple[str, str], tuple[float, str, tuple[float, ...], Increment]] = {}
     for increment in stored.fields():
         for name, body in increment.bodies.items():
-            for what, unit, values, x in _quantities(body, problem):
+            for what, unit, values, x in [*_quantities(body, problem), *_damage(name, body, problem)]:
                 j = int(np.argmax(values))
                 if values[j] > best.get((what, name), (1e-9,))[0]:
                     best[what, name] = (float(values[j]), unit, _place(x[j]), increment)
@@ -149,6 +150,11 @@ def _quantities(body: BodyState, problem: Problem) -> Iterator[tuple[str, str, A
         yield "thinning", "%", 100.0 * (1.0 - body.thickness / problem.thickness), body.x
     elif (sheet := thinning(body)) is not None:
         yield "thinning", "%", 100.0 * sheet[0], sheet[1]
+
+
+def _damage(name: str, body: BodyState, problem: Problem) -> Iterator[tuple[str, str, Array, Array]]:
+    for law in problem.bodies[name].damage:
+        yield f"damage ({law.heading})", unit_of(problem, law) or "–", body.damage[law.name], body.x
 
 
 def _place(x: Array) -> tuple[float, ...]:

@@ -25,12 +25,13 @@ if TYPE_CHECKING:
 
 PICTURES = "pictures"
 _PRESSURE = "pressure_"
-_DRAWN = {"deformed": "mises", "plastic_strain": "plastic_strain"}
+_DRAWN = {"deformed": "mises", "plastic_strain": "plastic_strain", "damage": "damage"}
 _LARGEST = "largest_force"
-_MOMENT = re.compile(rf"(deformed|plastic_strain)(?:_({_LARGEST})|_step(\d+)_(.+))?")
+_MOMENT = re.compile(rf"(deformed|plastic_strain|damage)(?:_({_LARGEST})|_step(\d+)_(.+))?")
 _CAPTIONS = {
     "deformed": "Deformed shape and von Mises stress (dashed: initial outline)",
     "plastic_strain": "Equivalent plastic strain",
+    "damage": "Ductile damage",
     "flow_lines": "Where a square grid that was drawn on the undeformed bodies has gone",
     "remeshing": "Meshes before and after they were made anew: the first time, in the middle and the last time",
     "force_stroke": "Force on the tools",
@@ -105,7 +106,7 @@ def _drawings(
     there = list(moments(stored)) or ([("", start)] if start is not None else [])
     for suffix, increment in there:
         for name, field in _DRAWN.items():
-            if name == "deformed" or ("_step" not in suffix and any(b.plastic_strain.any() for b in increment.bodies.values())):
+            if name == "deformed" or ("_step" not in suffix and _has(increment, field)):
                 yield name + suffix, lambda i=increment, f=field: plot.deformed(i, problem, f, mirror=stored.mirror)  # type: ignore[misc]
     if problem.remesh != "off" and there:
         yield "flow_lines", lambda: flow_lines(there[-1][1], problem)
@@ -126,6 +127,11 @@ def _drawings(
         "convergence",
         lambda: plot.convergence(history, read_convergence(directory), problem, case.numerics.tolerance),
     )
+
+
+def _has(increment: Increment, field: str) -> bool:
+    """Whether there is anything of a field to be seen."""
+    return any(plot.field_values(b, field).any() for b in increment.bodies.values())
 
 
 def remeshings(stored: Stored) -> list[tuple[Increment, Increment]]:

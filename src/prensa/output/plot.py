@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
-from prensa.measures import parse_all
+from prensa.measures import damage, parse_all
 from prensa.measures.columns import directions, place_columns
 from prensa.model.names import suggest
 from prensa.model.problem import Problem
@@ -46,7 +46,7 @@ FIELDS = (
     "displacement.y",
     *(f"stress.{c}" for c in STRESSES),
 )
-"""Of any problem; in plane stress also ``thickness``."""
+"""Of any problem; in plane stress also ``thickness``, with damage laws ``damage`` (by the first one) and ``damage.<law>``."""
 
 
 def save(figure: Figure, path: str | Path, format: str | None = None) -> Path:
@@ -76,7 +76,7 @@ def deformed(
     increment, problem
         What to draw, and the description that it belongs to.
     field
-        One of `FIELDS`, or ``thickness`` in plane stress.
+        One of `FIELDS`, ``thickness`` in plane stress, or ``damage`` and ``damage.<law>`` of bodies with damage laws.
     mesh
         Draw the element edges; None draws them where they can be distinguished.
     mirror
@@ -93,6 +93,7 @@ def deformed(
         and an end.
 
     """
+    check_damage(problem, field)
     values = [field_values(b, field) for b in increment.bodies.values()]
     if problem.space == "solid":
         return _deformed_in_space(increment, problem, field, mesh, mirror, range or colour_range(values, field), box)
@@ -168,6 +169,8 @@ def new_meshes(pairs: Sequence[tuple[Increment, Increment]], problem: Problem) -
 def field_values(body: BodyState, field: str) -> Array:
     """(n,) nodal values of *field*, one of `FIELDS`; raises PrensaError for another."""
     kind, _, component = field.partition(".")
+    if kind == "damage":  # none where a body has no such law
+        return body.damage.get(component or next(iter(body.damage), ""), np.zeros(len(body.x)))
     known = (*FIELDS, *(SPATIAL_FIELDS if body.X.shape[1] == 3 else ()))
     if field not in (*known, "thickness"):
         raise PrensaError(f"unknown field {field!r}{suggest(field, known)}")
@@ -181,6 +184,14 @@ def field_values(body: BodyState, field: str) -> Array:
     return np.asarray(getattr(body, kind))
 
 
+def check_damage(problem: Problem, field: str) -> None:
+    """Raise PrensaError where *field* is a damage that no body has."""
+    known = damage.fields(problem)
+    if field.partition(".")[0] == "damage" and field not in known:
+        remedy = "give a body one, as in 'damage: {type: cockcroft_latham}'"
+        raise PrensaError(f"unknown field {field!r}{suggest(field, known)}" if known else f"no body has a damage law; {remedy}")
+
+
 def fields_of(problem: Problem, increments: Sequence[Increment]) -> list[str]:
     """The fields that have something to show in some increments, in the order of `FIELDS`."""
     bodies = [b for i in increments for b in i.bodies.values()]
@@ -188,8 +199,9 @@ def fields_of(problem: Problem, increments: Sequence[Increment]) -> list[str]:
     absent = {"stress.zz"} if thin else set()  # it is zero
     if not any(b.plastic_strain.any() for b in bodies):
         absent.add("plastic_strain")
+    damaged = [f"damage.{name}" for name in dict.fromkeys(name for b in bodies for name in b.damage)]
     more = ["thickness"] if thin else SPATIAL_FIELDS if problem.space == "solid" else ()
-    return [f for f in (*FIELDS, *more) if f not in absent] if bodies else []
+    return [f for f in (*FIELDS, *more, *damaged) if f not in absent] if bodies else []
 
 
 def field_name(problem: Problem, field: str) -> str:
@@ -202,11 +214,20 @@ def field_name(problem: Problem, field: str) -> str:
         return f"stress {letters[component[0]]}{letters[component[1]]}"
     if kind == "displacement":
         return f"displacement {names['xyz'.index(component)]}" if component else "displacement"
+    if kind == "damage":
+        return f"damage, {_law(problem, component).heading}"
     return {"mises": "von Mises stress", "plastic_strain": "equivalent plastic strain", "thickness": "thickness"}[kind]
+
+
+def _law(problem: Problem, name: str) -> damage.DamageLaw:
+    """The damage law of a name, or the first one."""
+    return next(law for _, law in damage.laws(problem) if name in ("", law.name))
 
 
 def field_unit(problem: Problem, field: str) -> str:
     """Unit of a field."""
+    if field.startswith("damage"):
+        return damage.unit_of(problem, _law(problem, field.partition(".")[2])) or "–"
     if field == "plastic_strain":
         return "–"
     return style.length_unit(problem) if field.startswith(("disp", "thick")) else style.pressure_unit(problem)

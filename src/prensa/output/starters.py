@@ -9,6 +9,7 @@ from prensa.errors import PrensaError
 STARTERS = {
     "ring": ("ring_compression", "ring compression, from which friction is read"),
     "upsetting": ("upsetting", "a billet upset with friction"),
+    "cracks": ("upsetting_cracks", "a billet whose equator cracks in upsetting"),
     "rolling": ("flat_rolling", "a strip fed into a roll gap and rolled"),
     "drawing": ("wire_drawing", "a pointed wire drawn through a conical die"),
     "dome": ("hemispherical_stretching", "a clamped sheet stretched over a hemispherical punch"),

@@ -22,7 +22,7 @@ from prensa.model.feed import ends_early
 from prensa.model.metals import metals_of
 from prensa.model.problem import Case, Problem
 from prensa.model.schema import plain
-from prensa.output import answer, checkpoint, history, lock, measured, passages, runlog
+from prensa.output import answer, checkpoint, damage, history, lock, measured, passages, runlog
 from prensa.output.files import Contents, write_text
 
 if TYPE_CHECKING:
@@ -216,6 +216,7 @@ def _from_tables(
             "tolerance": case.numerics.tolerance,
         },
         "timings": dict(timings),
+        "damage": [d.entry() for d in damage.damages(table, problem)],
         "largest_force": [peak._asdict() for peak in answer.peaks(table, case)],
     }
 

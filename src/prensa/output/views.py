@@ -97,6 +97,7 @@ def _body_columns(b: BodyState) -> dict[str, Any]:
     axes = "xyz"[: b.x.shape[1]]
     out = {"node": np.arange(len(b.x))} | dict(zip(axes, b.x.T)) | {f"u{a}": v for a, v in zip(axes, b.displacement.T)}
     out |= {"mises": b.mises, "plastic_strain": b.plastic_strain}
+    out |= {f"damage.{name}": v for name, v in b.damage.items()}
     out |= {f"stress.{c}": v for c, v in zip(("xx", "yy", "zz", "xy"), b.stress.T)}
     return out if b.thickness is None else out | {"thickness": b.thickness}
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ET
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from prensa.types import Array, Index
 
 FIELDS_FOLDER = "fields"
 COLLECTION = "fields.pvd"
+DAMAGE = "damage_"  # and the name of a law: a field
 _HEAD = """\
 <?xml version="1.0"?>
 <VTKFile type="Collection" version="0.1" byte_order="LittleEndian">
@@ -76,6 +78,7 @@ def as_mesh(increment: Increment) -> Any:
     bodies = list(increment.bodies.values())
     offset = np.cumsum([0, *(len(b.X) for b in bodies)])
     cells = [(vtk_type(b.cells, b.X.shape[1]), b.cells + o) for b, o in zip(bodies, offset)]
+    laws = [name for b in bodies for name in b.damage]
     thin = [b.thickness for b in bodies if b.thickness is not None]
     return meshio.Mesh(
         points=_stack(bodies, lambda b: _vector(b.x)),
@@ -91,6 +94,7 @@ def as_mesh(increment: Increment) -> Any:
             "contact_pressure_smoothed": _on_surfaces(increment, "pressure_smoothed"),
             "contact_error": _on_surfaces(increment, "error"),
             **({"thickness": np.concatenate(thin)} if thin else {}),
+            **{f"{DAMAGE}{name}": _stack(bodies, partial(_damage, name=name)) for name in dict.fromkeys(laws)},
         },
         cell_data={"body": [np.full(len(b.cells), k, dtype=np.int32) for k, b in enumerate(bodies)]},
     )
@@ -144,10 +148,17 @@ def _body(mesh: Any, cells: Index, own: slice) -> BodyState:
     d = 3 if mesh.cells[0].type == "hexahedron" else 2
     x, data = np.array(mesh.points[own, :d]), mesh.point_data
     thickness = np.array(data["thickness"][own]) if "thickness" in data else None
+    damage = {name: np.array(values[own]) for name, values in data.items() if name.startswith(DAMAGE)}
     return BodyState(
         x - data["displacement"][own, :d], x, cells, np.array(data["reaction"][own, :d]), np.array(data["stress"][own, : 2 * d]),
         np.array(data["mises"][own]), np.array(data["plastic_strain"][own]), thickness,
+        {name.removeprefix(DAMAGE): values for name, values in damage.items() if not np.isnan(values).any()},
     )  # fmt: skip
+
+
+def _damage(body: BodyState, name: str) -> Array:
+    """Damage (n,) by a law; not a number in bodies that have it not."""
+    return body.damage.get(name, np.full(len(body.X), np.nan))
 
 
 def _vector(v: Array) -> Array:

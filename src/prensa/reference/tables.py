@@ -67,6 +67,32 @@ E = 1000, nu = 0.3; independent program, 16 graded bricks a side; +- 0.5 %."""
 
 
 @dataclass(frozen=True)
+class DamagePath:
+    """Damage integrals at a plastic ``strain`` on a ``path`` of constant stress ratios, rigid-plastic, σ̄ = 250 + 500 ε̄^0.3 MPa.
+
+    Cockcroft-Latham normalised and not (MPa), Oyane ∫(σ_m/σ̄ + A) dε̄ with A = 1/3 and 0.1 and with the first cut off at zero,
+    Rice-Tracey ∫exp(1.5 σ_m/σ̄) dε̄ where σ_m/σ̄ > −1/3, plastic work (MPa). "Plane strain tension" is the sheet, σ_t = 0.
+    """
+
+    path: str
+    strain: float
+    cockcroft_latham: float
+    cockcroft_latham_plain: float
+    oyane_third: float
+    oyane_tenth: float
+    oyane_third_cut_off: float
+    rice_tracey: float
+    plastic_work: float
+
+
+def damage_paths() -> list[DamagePath]:
+    """Damage integrals along homogeneous paths: closed forms, twelve digits, computed apart from this package."""
+    path = resources.files(__package__) / "data" / "damage_paths.csv"
+    rows = list(csv.reader(path.read_text(encoding="utf-8").splitlines()))[1:]
+    return [DamagePath(row[0], *map(float, row[1:])) for row in rows]
+
+
+@dataclass(frozen=True)
 class RingCalibration:
     """friction (n,): labels like "mu=0.1" or "m=0.3"; reduction (k,) (-); change (n, k) (-) of the inner diameter."""
 

@@ -7,7 +7,7 @@ one distance, so that the volume is the old one.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +19,7 @@ from prensa.friction.law import FrictionLaw
 from prensa.mesh.mesh import Mesh, boundary_edges, displaced, ordered_nodes, segments
 from prensa.mesh.outline import SizeOf, chains, resampled
 from prensa.mesh.triangulate import TriangulationError, mesher, triangulated
-from prensa.remeshing.transfer import at_places, carried, elastic_volume, located, shape_values
+from prensa.remeshing.transfer import at_places, carried, carried_beside, elastic_volume, located, shape_values
 from prensa.system.assembly import Block
 from prensa.system.discretise import on_meshes, with_origins
 from prensa.system.mesh_state import Remeshed, stored
@@ -103,7 +103,7 @@ def carried_over(system: System, state: State, meshes: dict[str, Mesh], bodies: 
     return with_origins(new, remeshed), replace(
         state, u=u, du=nodal.carried(state.du), second_difference=np.zeros(new.ndof), history=histories, contact=record,
         lam=lam, work=np.zeros(new.ndof), step_start=nodal.carried(state.step_start), release=release,
-        clock=state.clock._replace(damping=0.0), remeshed=remeshed,
+        clock=state.clock._replace(damping=0.0), remeshed=remeshed, damage=_damage(system, state, new, bodies, volumes),
     )  # fmt: skip
 
 
@@ -125,6 +125,21 @@ def _histories(
         histories.append(carried(before, system.positions(state.u), history, block.positions(new.X), block.volume))
         volumes[block.body] = block.volume / elastic_volume(histories[-1])
     return tuple(histories), volumes
+
+
+def _damage(
+    system: System, state: State, new: System, bodies: list[str], volumes: Mapping[str, Array]
+) -> tuple[Array, ...]:  # fmt: skip
+    """Damage of the blocks, at points of the initial ``volumes``."""
+    out = []
+    for before, block, values in zip(system.blocks, new.blocks, state.damage):
+        laws = system.problem.bodies[block.body].damage
+        if laws and block.body in bodies:
+            growing = np.array([not law.falls for law in laws])
+            x, there = system.positions(state.u), block.positions(new.X)
+            values = carried_beside(before, x, values, growing, there, volumes[block.body])
+        out.append(values)
+    return tuple(out)
 
 
 class _Nodal:

@@ -18,7 +18,7 @@ from prensa.contact.recovery import mises_of, recover
 from prensa.materials.protocol import Field, Material
 from prensa.mesh.mesh import corner_cells
 from prensa.system.assembly import Block
-from prensa.types import Array, Index
+from prensa.types import Array, Flags, Index
 
 NEAREST = 4  # elements with the nearest centres that are looked at first for that of a place
 CANDIDATES = 24  # elements with the nearest centres among which that of a place is looked for
@@ -183,6 +183,27 @@ def carried(block: Block, x: Array, history: Array, new: Array, volume: Array | 
                 mean = np.average(history[..., field.columns], axis=(0, 1), weights=block.volume)
                 out[:, field.columns] *= _factor(out[:, field.columns], weight, mean, same[0])
     return out.reshape(*new.shape[:2], history.shape[-1])
+
+
+def carried_beside(block: Block, x: Array, values: Array, growing: Flags, new: Array, volume: Array) -> Array:
+    """Values (k, q, v) at new points (k, q, 2) from those (m, q, v) of a block that are no part of its history.
+
+    ``growing`` (v,): which never fall below zero, and whose means over the initial ``volume`` (k, q) of the new points stay what
+    they are; the rest as in `carried`.
+    """
+    first, last = int(block.cells.min()), int(block.cells.max()) + 1
+    own, cells, at = x[first:last], block.cells - first, block.positions(x)
+    p = new.reshape(-1, 2)
+    places = located(own, cells, p)
+    nodal = recover(own, cells, at, values)
+    nodal[:, growing] += _kept(block, cells, nodal[:, growing], values[..., growing])
+    out = _bounded(at_places(nodal, cells, places), values, cells, places.element)
+    out[:, growing] = np.maximum(out[:, growing], 0.0)
+    same = _same(at, p)
+    out[same[0]] = values.reshape(-1, values.shape[-1])[same[1]]
+    mean = np.average(values, axis=(0, 1), weights=block.volume)
+    out[:, growing] *= _factor(out[:, growing], volume.ravel(), mean[growing], same[0])
+    return out.reshape(*new.shape[:2], values.shape[-1])
 
 
 def _smooth_fields(block: Block, history: Array) -> Array:

@@ -154,8 +154,8 @@ class BodyState(Tabular):
 
     ``X``, ``x`` (n, 2); ``cells`` (m, a); ``reaction`` (n, 2) force of the supports on the node (0 where free);
     ``stress`` (n, 4) recovered Cauchy stress xx, yy, zz, xy; ``mises`` (n,); ``plastic_strain`` (n,) equivalent;
-    ``thickness`` (n,) current, in plane stress (None elsewhere). In space vectors have three components, cells are bricks of 8
-    nodes, and the stress (n, 6) has yz and xz too.
+    ``thickness`` (n,) current, in plane stress (None elsewhere); ``damage``: D (n,) by the name of each damage law of the body. In
+    space vectors have three components, cells are bricks of 8 nodes, and the stress (n, 6) has yz and xz too.
     """
 
     X: Array
@@ -166,6 +166,7 @@ class BodyState(Tabular):
     mises: Array
     plastic_strain: Array
     thickness: Array | None = None
+    damage: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def displacement(self) -> Array:
@@ -180,6 +181,7 @@ class BodyState(Tabular):
         moved = np.sqrt((self.displacement**2).sum(axis=1)).max(initial=0)
         rows = [("nodes, elements", f"{len(self.x)}, {len(self.cells)}"), ("largest displacement", f"{moved:.5g}")]
         largest = {"von Mises stress": self.mises, "plastic strain": self.plastic_strain}
+        largest |= {f"damage {name}": values for name, values in self.damage.items()}
         return rows + [(f"largest {name}", f"{v.max(initial=0):.5g}") for name, v in largest.items()]
 
 

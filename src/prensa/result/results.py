@@ -14,6 +14,7 @@ from prensa.contact.forces import ContactForces
 from prensa.contact.recovery import at_free_edges, borne, mises_of, recover, smoothed, with_tractions_of_centres
 from prensa.contact.surface import Surface
 from prensa.errors import PrensaError, take
+from prensa.materials.damage_law import DamageLaw
 from prensa.model.problem import support_names
 from prensa.model.seconds import elapsed
 from prensa.result.assembled import Assembled, assembled
@@ -429,7 +430,7 @@ def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
     reaction = system.displacement(reactions(system, e, plan, state))
     thickness = system.depth_in(e.history) if system.problem.space == "plane stress" else None
     out = {}
-    for b, h in zip(system.blocks, e.history):
+    for number, (b, h) in enumerate(zip(system.blocks, e.history)):
         own = _own(b)
         sig = stress[own]
         plastic = np.zeros(len(sig))
@@ -440,7 +441,19 @@ def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
         out[b.body] = BodyState(
             system.X[own], x[own], b.cells - own.start, reaction[own], sig, mises, plastic,
             None if thickness is None else thickness[own],
+            nodal_damage(system.problem.bodies[b.body].damage, where, b, state.damage[number], h) if state.damage else {},
         )  # fmt: skip
+    return out
+
+
+def nodal_damage(
+    laws: Sequence[DamageLaw], where: Array, b: Block, damage: Array, history: Array
+) -> dict[str, Array]:  # fmt: skip
+    """Recovered damage (n,) of the nodes of a body by the name of each law, of D (m, q, laws) at its points."""
+    out = {}
+    for k, law in enumerate(laws):
+        values = _recovered(where, b, damage[..., k : k + 1], history)[:, 0]
+        out[law.name] = values if law.falls else np.maximum(values, 0.0)
     return out
 
 

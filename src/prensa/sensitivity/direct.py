@@ -216,10 +216,10 @@ class Direction:
         return self._leaves[1]
 
     def is_known(self, c: Context) -> bool:
-        """Whether closed derivatives know what it changes in the step of an increment."""
+        """Whether closed derivatives know what it changes in the step of an increment; of damage they know nothing."""
         above, below = self.plans(c)
         same = above.seconds == below.seconds and all(map(alike, above.friction, below.friction))
-        return self.change is not None and same
+        return self.change is not None and same and not c.state.damage
 
     # ------------------------------------------------------------------------------------------------------ equilibrium
     def at_fixed_dofs(self, at: Solution) -> tuple[Side, Side]:

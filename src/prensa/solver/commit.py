@@ -9,6 +9,7 @@ import numpy as np
 from prensa.result.energy_balance import energies_after, nodal_work
 from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.stability import looked
+from prensa.system.damage import damaged
 from prensa.system.interaction import Context
 from prensa.system.outcome import NewtonResult
 from prensa.system.state import Clock, State
@@ -51,4 +52,5 @@ def committed(
         self_equilibrated=None if c.time >= c.plan.t1 else old.self_equilibrated, stability=stability,
         ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched, softest=softest,
         remeshed=old.remeshed,
+        damage=damaged(system.problem, system.blocks, old.damage, old.history, e.history) if old.damage else (),
     )  # fmt: skip

@@ -11,6 +11,8 @@ import numpy as np
 
 from prensa.errors import SolveError
 from prensa.measures import Measure, parse, targets
+from prensa.measures.damage import largest
+from prensa.measures.targets import damage_targets
 from prensa.model.units import powers
 from prensa.model.until import reached
 from prensa.policy import Policy
@@ -55,6 +57,9 @@ class Criterion:
     rate: bool = False
     """Whether it is a mean over the increment, as a power is: it says nothing in an instant."""
 
+    upwards: bool = False
+    """Whether it is met by all that is beyond its target, though it began there."""
+
     def at(self, value: float) -> str:
         """A value in words."""
         if self.fed:
@@ -80,6 +85,7 @@ class Stopping:
         until = system.problem.steps[plan.number].until if plan.number < len(system.problem.steps) else None
         self.required = until is not None and until.required
         self.criteria = [] if until is None else list(_criteria(system, plan.number, policy))
+        self.criteria += [] if until is None else _damaged(system, plan.number, policy)
         self.criteria += _gripped(system, plan.number, policy)
 
     def begin(self, state: State) -> State:
@@ -178,7 +184,7 @@ class Stopping:
         """
         if not np.isfinite(value) or not np.isfinite(was):  # of an open contact, say
             return -1e6
-        side = c.side or (1.0 if was < c.target else -1.0)
+        side = c.side or (1.0 if c.upwards or was < c.target else -1.0)
         away = side * (value - c.target) / c.size
         return float(np.clip(away, -1e6, 1e6)) + 0.5 * self.policy.until_share
 
@@ -243,6 +249,18 @@ def _criteria(system: System, number: int, policy: Policy) -> Iterator[Criterion
         unit = (policy.until_force_strain * system.stiffness) ** force * system.length**length
         words = f"measure {name!r} has reached {target:.6g}"
         yield Criterion(f"until.measure.{name}", words, measured, target, abs(target) or unit, rate=measure.unit.endswith("/s"))
+
+
+def _damaged(system: System, number: int, policy: Policy) -> Iterator[Criterion]:
+    """The largest damages that end the step."""
+    for body, law, target in damage_targets(system.problem, number):
+
+        def value(look: Look, body: str = body, law: str = law.name) -> float:
+            return largest(look.increment(), body, law).value
+
+        words = f"damage {law.name} of {body!r} has reached {target:.6g}"
+        # what is met is met a tolerance before its target: that is to be the limit itself, or just beyond
+        yield Criterion(f"until.damage.{body}", words, value, (1.0 + policy.until_share) * target, target, upwards=True)
 
 
 def _gripped(system: System, number: int, policy: Policy) -> Iterator[Criterion]:

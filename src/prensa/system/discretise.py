@@ -147,7 +147,7 @@ def _with_laws(s: Surface, contact: model.Contact | model.BodyContact, laws: Map
 
 def first_way(problem: model.Problem, tool: str) -> Array | None:
     """Unit vector (d,) of the first travel or push of a tool that a step gives; None if none does."""
-    axes = model.COMPONENTS if problem.space == "solid" else model.COMPONENTS[:2]
+    axes = model.SPATIAL_AXES if problem.space == "solid" else model.SPATIAL_AXES[:2]
     for step in problem.steps:
         if (crank := step.crank.get(tool)) is not None:
             axis, sign = AXIS[crank.toward]

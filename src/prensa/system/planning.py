@@ -114,13 +114,13 @@ def _supports(p: model.Problem, number: int) -> dict[tuple[str, str], tuple[floa
     supports: dict[tuple[str, str], tuple[float | Table, int, bool]] = {}
     for k, source in [(-1, p.fixed), *[(i, s.fixed) for i, s in enumerate(p.steps[: number + 1])]]:
         for name, f in source.items():
-            for c in model.COMPONENTS if f.free else ():
+            for c in model.SPATIAL_AXES if f.free else ():
                 supports.pop((name, c), None)
-            for c in model.COMPONENTS:
+            for c in model.SPATIAL_AXES:
                 if (value := getattr(f, c, None)) is not None:
                     supports[(name, c)] = (value, max(k, 0), False)
         for name, motion in p.driven(p.steps[k]).items() if k >= 0 else ():
-            for c in model.COMPONENTS:
+            for c in model.SPATIAL_AXES:
                 if (way := getattr(motion, c, None)) is not None:
                     supports[(name, c)] = (way, k, True)
         for name, feed in p.steps[k].feed.items() if 0 <= k < number else ():

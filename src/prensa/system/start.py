@@ -83,10 +83,13 @@ class Earlier:
         """State at time 0 of the new system, with the forces to be released."""
         new = system.undeformed()
         u, contact, lam = self._moved(self.state.u, system), new.contact, new.lam.copy()
-        history = list(new.history)
+        history, damage = list(new.history), list(new.damage)
         for number, block in enumerate(system.blocks):
             if block.body in self.bodies:
-                history[number] = self.state.history[[b.body for b in self.system.blocks].index(block.body)]
+                earlier = [b.body for b in self.system.blocks].index(block.body)
+                history[number] = self.state.history[earlier]
+                if system.problem.bodies[block.body].damage:
+                    damage[number] = self.state.damage[earlier]
         for s in system.surfaces:
             before = self.surface(s, system)
             if before is None:
@@ -100,7 +103,7 @@ class Earlier:
             lam[rows] = self.state.lam[old]
             if s.multipliers is not None and before.multipliers is not None:
                 u[s.multipliers.dofs(here)] = self.state.u[before.multipliers.dofs(there)]
-        state = replace(new, u=u, step_start=u.copy(), history=tuple(history), contact=contact, lam=lam)
+        state = replace(new, u=u, step_start=u.copy(), history=tuple(history), contact=contact, lam=lam, damage=tuple(damage))
         return self._balanced(system, state)
 
     def _balanced(self, system: System, state: State) -> State:
@@ -224,6 +227,10 @@ def earlier_run(
         if new.material != old.material or new.element not in (before.bodies[name].element, old.element_in(before.space)):
             raise StartError(
                 f"start: body {name!r} has another material or element in the earlier run; make them equal"
+            )
+        if [replace(law, limit=None) for law in new.damage] != [replace(law, limit=None) for law in old.damage]:
+            raise StartError(
+                f"start: body {name!r} has other damage laws in the earlier run; make them equal, but for their limits"
             )
         a, b = meshes[name], (system.first or system).meshes[name]
         if not (np.array_equal(a.points, b.points) and np.array_equal(a.cells, b.cells)):

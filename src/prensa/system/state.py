@@ -106,6 +106,7 @@ class State:
     ``remeshed``: the meshes, where they are not those of the description; ``made_from``: values, in single precision, of
     the matrix whose factors are at hand (of its lower triangle where it is symmetric), which the next increment may begin with;
     None if it makes its own;
+    ``damage``: by block D (elements, points, laws), where some body has damage laws; () where none has;
     ``derivatives``: by the path of a parameter, those of the `moving` arrays by it.
     """
 
@@ -129,6 +130,7 @@ class State:
     softest: Array = field(default_factory=lambda: np.zeros(0))
     remeshed: Remeshed | None = None
     made_from: Single | None = None
+    damage: tuple[Array, ...] = ()
 
     def extrapolated(self, dt: float) -> Array:
         """Change of the degrees of freedom (ndof,) in the next ``dt``, extrapolated from the last increments."""
@@ -152,8 +154,8 @@ class State:
         out: dict[str, Stored] = {}
         for f in fields(self):
             value = getattr(self, f.name)
-            if f.name == "history":
-                out |= {f"history_{i}": a for i, a in enumerate(value)}
+            if f.name in ("history", "damage"):
+                out |= {f"{f.name}_{i}": a for i, a in enumerate(value)}
             elif f.name == "contact":
                 out |= {f"contact.{part.name}": getattr(value, part.name) for part in fields(value)}
             elif f.name == "derivatives":
@@ -189,9 +191,9 @@ class State:
         """Inverse of `arrays`, bit for bit."""
         values: dict[str, Any] = {}
         for f in fields(cls):
-            if f.name == "history":
-                n = sum(k.startswith("history_") for k in arrays)
-                values["history"] = tuple(np.array(arrays[f"history_{i}"]) for i in range(n))
+            if f.name in ("history", "damage"):
+                n = sum(k.startswith(f"{f.name}_") for k in arrays)
+                values[f.name] = tuple(np.array(arrays[f"{f.name}_{i}"]) for i in range(n))
             elif f.name == "contact":
                 columns: dict[str, Any] = {p.name: np.array(arrays[f"contact.{p.name}"]) for p in fields(ContactRecord)}
                 values["contact"] = ContactRecord(**columns)

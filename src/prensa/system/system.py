@@ -27,6 +27,7 @@ from prensa.model.seconds import elapsed
 from prensa.precision import EPS
 from prensa.system.assembly import Block, Pattern, scatter_matrix, scatter_vector, slots, sweep
 from prensa.system.contact_interaction import ContactInteraction
+from prensa.system.damage import undamaged
 from prensa.system.failure import ElementFailed, NotEvaluated
 from prensa.system.interaction import ActiveSets, Context, Interaction, Overrides, Part, Request
 from prensa.system.interference import at_time
@@ -352,7 +353,7 @@ class System:
             u=u, du=np.zeros(self.ndof), dt_last=0.0, second_difference=np.zeros(self.ndof),
             history=self.initial_history,
             contact=contact, lam=np.zeros((n_points, 1 + t)), energy=Energy(), work=np.zeros(self.ndof),
-            clock=Clock(), step_start=u.copy(),
+            clock=Clock(), step_start=u.copy(), damage=undamaged(self.problem, self.blocks),
         )  # fmt: skip
 
     def context(self, state: State, plan: StepPlan, time: float, rule: TimeRule = BACKWARD_EULER) -> Context:

@@ -163,7 +163,7 @@ def held_components(
         for name, support in source.items():
             body, _, edge = name.partition(".")
             nodes = meshes[body].nodes(edge, name) + offsets[body]
-            held[nodes] |= [getattr(support, c, None) is not None for c in model.COMPONENTS[: X.shape[1]]]
+            held[nodes] |= [getattr(support, c, None) is not None for c in model.SPATIAL_AXES[: X.shape[1]]]
     if problem.space == "axisymmetric":
         held[:, 0] |= X[:, 0] <= 1e-12 * float(np.ptp(X, axis=0).max())
     return held

@@ -4,8 +4,9 @@ They need nothing but the law; they are run in a test (``prensa.testing.check_fr
 """
 
 from prensa.testing.common import LawError
+from prensa.testing.damage import check_damage
 from prensa.testing.friction import check_friction
 from prensa.testing.materials import check_flow, check_material
 from prensa.testing.tools import check_tool
 
-__all__ = ["LawError", "check_flow", "check_friction", "check_material", "check_tool"]
+__all__ = ["LawError", "check_damage", "check_flow", "check_friction", "check_material", "check_tool"]

@@ -1,0 +1,1 @@
+"""Damage laws, one a file: being here is being known (`prensa.registry`)."""
