@@ -23,7 +23,9 @@ def kinds(incomplete: str) -> list[tuple[str, str]]:
 def fields(incomplete: str) -> list[str]:
     """What can be drawn of every run."""
     known = (
-        "mises", "plastic_strain", "displacement", "stress.xx", "stress.yy", "stress.xy", "stress.zz", "pressure", "mesh",
+        "mises", "plastic_strain", "displacement", "stress.xx", "stress.yy", "stress.xy", "stress.zz", "mean_stress",
+        "triaxiality", "lode",
+        "strain_rate", "pressure", "mesh",
         "force_stroke", "energy", "convergence",
     )  # fmt: skip
     return [name for name in known if name.startswith(incomplete)]

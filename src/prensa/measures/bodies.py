@@ -27,6 +27,7 @@ from prensa.measures.outline import (
     on_level,
 )
 from prensa.mesh.mesh import boundary_edges
+from prensa.mesh.surfaces import edge_areas
 from prensa.types import Array, Index
 
 if TYPE_CHECKING:
@@ -358,7 +359,22 @@ def field(body: BodyState, name: str) -> Array:
     if kind == "displacement":
         return np.asarray(np.hypot(*body.displacement.T))
     values: Any = getattr(body, kind)
+    if values is None:
+        raise MeasureError(f"{kind.replace('_', ' ')} is not known of this increment; solve the case")
     return np.asarray(values)
+
+
+def expansion(outline: Outline, revolved: bool) -> Plain:
+    """Area of a boundary now over that at the beginning; lengths in the plane."""
+
+    def value(shape: Shape, x: Array) -> float:
+        edges = outline.edges(shape)
+        now, then = (float(edge_areas(p, edges, revolved).sum()) for p in (x, shape.X))
+        if not then > 0.0:
+            raise MeasureError(f"{outline} lies on the axis and has no surface")
+        return now / then
+
+    return value
 
 
 def field_at(place: Place, name: str) -> Callable[[Increment], float]:
@@ -378,6 +394,8 @@ def field_extreme(outline: Outline, name: str, sign: float) -> Callable[[Increme
         values = sign * field(increment.bodies[outline.body], name)
         if outline.boundary:
             values = values[np.unique(outline.edges(increment.shapes[outline.body]))]
+        if name == "surface_expansion":
+            values = values[np.isfinite(values)]  # inside of the body there is none
         return sign * float(values.max())
 
     return value

@@ -29,8 +29,15 @@ if TYPE_CHECKING:
 GUIDE = "docs/guide/measures.md lists them all"
 POSITIONS = ("x", "y", "ux", "uy")
 """Of a place: coordinates and displacements."""
-NODAL_FIELDS = ("mises", "plastic_strain", "displacement", "stress.xx", "stress.yy", "stress.zz", "stress.xy")
-CONTACT_EXTREMES = ("max.pressure", "max.shear", "max.slip", "max.friction_power", "mean.pressure", "mean.shear", "min.gap")
+NODAL_FIELDS = (
+    "mises", "plastic_strain", "displacement", "stress.xx", "stress.yy", "stress.zz", "stress.xy", "mean_stress", "triaxiality",
+    "lode", "strain_rate", "surface_expansion",
+)  # fmt: skip
+SLIDING = ("contact_time", "sliding_distance", "sliding_velocity")
+CONTACT_EXTREMES = (
+    "max.pressure", "max.shear", "max.slip", "max.friction_power", "mean.pressure", "mean.shear", "min.gap",
+    *(f"{m}.{q}" for m in ("max", "mean") for q in SLIDING),
+)  # fmt: skip
 COUNTS = ("open", "stick", "slip")
 TOOL_QUANTITIES = ("force", "force.x", "force.y", "moment", "travel", "travel.x", "travel.y", "rotation")
 DEEPEST = 20  # brackets of a measure: functions in one another are read one inside the other
@@ -114,11 +121,12 @@ def names(problem: Problem) -> Iterator[str]:
         for outline in (name, *(f"{name}.{e}" for e in edges)):
             extremes = (f"{m}.{q}" for m in ("max", "min") for q in (*POSITIONS, *_fields(problem)))
             yield from (f"{outline}.{q}" for q in (*extremes, "height", "width"))
+        yield from (f"{name}.{e}.surface_expansion" for e in edges)
         yield from (f"{name}.{e}.barrel" for e in edges)
 
 
 def _contact_quantities() -> Iterator[str]:
-    yield from ("area", "length", "friction_power", "neutral.x", "neutral.y", *CONTACT_EXTREMES)
+    yield from ("area", "length", "surface_expansion", "friction_power", "neutral.x", "neutral.y", *CONTACT_EXTREMES)
     yield from (f"count.{status}" for status in COUNTS)
 
 
@@ -254,8 +262,11 @@ class _Reader:
         head, _, tail = quantity.partition(".")
         power = f"{pressure_unit(p)} {length_unit(p)}/s"
         units = {"pressure": pressure_unit(p), "shear": pressure_unit(p), "slip": length_unit(p), "friction_power": power}
+        units |= dict(zip(SLIDING, ("s", length_unit(p), f"{length_unit(p)}/s")))
         if quantity == "area":
             return _Part(area_unit(p), contacts.area(of))
+        if quantity == "surface_expansion":
+            return _Part("", contacts.expansion(of, p.space == "axisymmetric"))
         if quantity == "length":
             return _Part(length_unit(p), contacts.contact_length(of))
         if quantity == "friction_power":
@@ -263,7 +274,8 @@ class _Reader:
         if quantity == "min.gap":
             return _Part(length_unit(p), contacts.least_gap(of))
         if quantity in CONTACT_EXTREMES:
-            how = contacts.largest if head == "max" else contacts.mean
+            average = contacts.mean_at_closed if tail in SLIDING else contacts.mean
+            how = contacts.largest if head == "max" else average
             return _Part(units[tail], how(of, tail))
         if head == "count" and tail in COUNTS:
             return _Part("", contacts.count(of, COUNTS.index(tail)))
@@ -304,6 +316,9 @@ class _Reader:
             return self._geometric(body, length_unit(p), bodies.extent(owner, "y" if quantity == "height" else "x"))
         if quantity == "barrel" and owner.boundary:
             return self._geometric(body, length_unit(p), bodies.barrel(owner))
+        if quantity == "surface_expansion" and owner.boundary:
+            grown = bodies.expansion(owner, p.space == "axisymmetric")
+            return _Part("", bodies.plain(body, grown), None, body, grown)
         if name in (*POSITIONS, *_fields(p), "angle"):
             other = f"'{owner}.{name} at y=…'" + (f" or '{owner}.max.{name}'" if name != "angle" else "")
             raise MeasureError(f"'{body}.{rest}' says of no place on {owner}: write {other}")
@@ -365,8 +380,10 @@ class _Reader:
         return None
 
     def _field_unit(self, name: str) -> str:
-        if name == "plastic_strain":
+        if name in ("plastic_strain", "triaxiality", "lode", "surface_expansion"):
             return ""
+        if name == "strain_rate":
+            return "1/s"
         return length_unit(self.problem) if name in ("displacement", "thickness") else pressure_unit(self.problem)
 
     def _geometric(self, body: str, unit: str, geometry: bodies.Geometry, turn: float = math.inf) -> _Part:

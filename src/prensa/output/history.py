@@ -22,7 +22,7 @@ from prensa.measures.columns import energies_of as energies_of
 from prensa.measures.units import length_unit, pressure_unit
 from prensa.model.problem import Problem
 from prensa.output.files import Contents, file_name, numbered, replacing
-from prensa.result.increment import STATUS, ContactState, Increment
+from prensa.result.increment import STATUS, ContactState, Increment, PointValues
 
 HISTORY = "history.csv"
 CONVERGENCE = "convergence.csv"
@@ -33,6 +33,8 @@ CONTACT_COLUMNS = (
     "X", "Y",
 )  # fmt: skip
 POINT_COLUMNS = ("x", "y", "gap", "pressure", "shear", "slip", "status", "weight", "X", "Y")
+SLIDING_COLUMNS = ("contact_time", "sliding_distance", "sliding_velocity")
+"""Behind the others, where they are known."""
 CONVERGENCE_COLUMNS = ("increment", "iteration", "residual", "changes")
 
 _TEXT_COLUMNS = {"step", "status"}
@@ -164,15 +166,22 @@ def write_contact(directory: Path, name: str, number: int, contact: ContactState
     path = folder / f"{number:04d}.csv"
     c, q = contact, contact.points
     words = [[STATUS[s] for s in status] for status in (c.status, q.status)]
-    _write(path, CONTACT_COLUMNS, (
+    _write(path, [*CONTACT_COLUMNS, *_sliding(c)], (
         c.node, c.x[:, 0], c.x[:, 1], c.gap, c.pressure, c.shear, c.slip, words[0], c.pressure_from_stress,
-        c.pressure_smoothed, c.error, c.X[:, 0], c.X[:, 1],
+        c.pressure_smoothed, c.error, c.X[:, 0], c.X[:, 1], *_sliding(c).values(),
     ))  # fmt: skip
     if not np.array_equal(q.X, c.X):
-        _write(of_points(path), POINT_COLUMNS, (
+        _write(of_points(path), [*POINT_COLUMNS, *_sliding(q)], (
             q.x[:, 0], q.x[:, 1], q.gap, q.pressure, q.shear, q.slip, words[1], q.weight, q.X[:, 0], q.X[:, 1],
+            *_sliding(q).values(),
         ))  # fmt: skip
     return path
+
+
+def _sliding(of: ContactState | PointValues) -> dict[str, NDArray[np.float64]]:
+    """By column: times, distances and velocities (k,) along the tool, as far as they are known."""
+    found = {name: getattr(of, name) for name in SLIDING_COLUMNS}
+    return {name: values for name, values in found.items() if values is not None}
 
 
 def of_points(path: Path) -> Path:
@@ -213,9 +222,10 @@ def units_of(problem: Problem) -> dict[str, dict[str, str]]:
     length, pressure = length_unit(problem), pressure_unit(problem)
     lengths = dict.fromkeys(("x", "y", "gap", "slip", "X", "Y"), length)
     pressures = dict.fromkeys(("pressure", "shear", "pressure_from_stress", "pressure_smoothed", "error"), pressure)
+    known = {**lengths, **pressures, "sliding_distance": length, "sliding_velocity": f"{length}/s", "contact_time": "s"}
     return {
         "history": {name: column.unit for name, column in columns_of(problem).items() if column.unit},
-        "contact": {name: {**lengths, **pressures}[name] for name in CONTACT_COLUMNS if name in {*lengths, *pressures}},
+        "contact": {name: known[name] for name in (*CONTACT_COLUMNS, *SLIDING_COLUMNS) if name in known},
     }
 
 

@@ -42,8 +42,17 @@ FIELDS = (
     "displacement.x",
     "displacement.y",
     *(f"stress.{c}" for c in STRESSES),
+    "mean_stress",
+    "triaxiality",
+    "lode",
 )
-"""Of any problem; in plane stress also ``thickness``."""
+"""Of any problem; in plane stress also ``thickness``, of bodies that flow ``strain_rate``."""
+IF_THERE = ("thickness", "strain_rate")
+NAMES = {
+    "mises": "von Mises stress", "plastic_strain": "equivalent plastic strain", "thickness": "thickness",
+    "mean_stress": "mean stress", "triaxiality": "stress triaxiality", "lode": "Lode parameter",
+    "strain_rate": "plastic strain rate",
+}  # fmt: skip
 
 
 def save(figure: Figure, path: str | Path, format: str | None = None) -> Path:
@@ -154,8 +163,8 @@ def new_meshes(pairs: Sequence[tuple[Increment, Increment]], problem: Problem) -
 def field_values(body: BodyState, field: str) -> Array:
     """(n,) nodal values of *field*, one of `FIELDS`; raises PrensaError for another."""
     kind, _, component = field.partition(".")
-    if field not in (*FIELDS, "thickness"):
-        raise PrensaError(f"unknown field {field!r}{suggest(field, FIELDS)}")
+    if field not in (*FIELDS, *IF_THERE):
+        raise PrensaError(f"unknown field {field!r}{suggest(field, (*FIELDS, *IF_THERE))}")
     if kind == "stress":
         return body.stress[:, STRESSES.index(component)]
     if kind == "displacement":
@@ -163,6 +172,8 @@ def field_values(body: BodyState, field: str) -> Array:
         return u[:, "xy".index(component)] if component else np.hypot(u[:, 0], u[:, 1])
     if kind == "thickness" and body.thickness is None:
         raise PrensaError("the field 'thickness' is there in plane stress only; draw 'plastic_strain' instead")
+    if kind == "strain_rate" and body.strain_rate is None:
+        raise PrensaError("the field 'strain_rate' was not kept by the version that wrote this run; run the case again")
     return np.asarray(getattr(body, kind))
 
 
@@ -173,7 +184,9 @@ def fields_of(problem: Problem, increments: Sequence[Increment]) -> list[str]:
     absent = {"stress.zz"} if thin else set()  # it is zero
     if not any(b.plastic_strain.any() for b in bodies):
         absent.add("plastic_strain")
-    return [f for f in (*FIELDS, *(["thickness"] if thin else [])) if f not in absent] if bodies else []
+    flows = all(b.strain_rate is not None and b.strain_rate.any() for b in bodies)
+    more = [*(["strain_rate"] if flows else []), *(["thickness"] if thin else [])]
+    return [f for f in (*FIELDS, *more) if f not in absent] if bodies else []
 
 
 def field_name(problem: Problem, field: str) -> str:
@@ -185,19 +198,21 @@ def field_name(problem: Problem, field: str) -> str:
         return f"stress {letters[component[0]]}{letters[component[1]]}"
     if kind == "displacement":
         return f"displacement {(first, second)['xy'.index(component)]}" if component else "displacement"
-    return {"mises": "von Mises stress", "plastic_strain": "equivalent plastic strain", "thickness": "thickness"}[kind]
+    return NAMES[kind]
 
 
 def field_unit(problem: Problem, field: str) -> str:
     """Unit of a field."""
-    if field == "plastic_strain":
+    if field in ("plastic_strain", "triaxiality", "lode"):
         return "–"
+    if field == "strain_rate":
+        return "1/s"
     return style.length_unit(problem) if field.startswith(("disp", "thick")) else style.pressure_unit(problem)
 
 
 def field_map(field: str) -> str:
     """Name of its colour map: two-sided about zero for quantities that have a sign."""
-    return style.DIVERGING if field.startswith(("stress", "displacement.")) else style.SEQUENTIAL
+    return style.DIVERGING if field.startswith(("stress", "displacement.", "mean_stress", "triax", "lode")) else style.SEQUENTIAL
 
 
 # ------------------------------------------------------------------------------------------------------------- mirrors

@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ET
 from contextlib import suppress
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,10 @@ from prensa.types import Array, Index
 
 FIELDS_FOLDER = "fields"
 COLLECTION = "fields.pvd"
+RATIOS = ("mean_stress", "triaxiality", "lode")
+IF_KNOWN = ("strain_rate", "surface_expansion")
+SO_FAR = ("contact_time", "sliding_distance")
+SLIDING = (*SO_FAR, "sliding_velocity")
 _HEAD = """\
 <?xml version="1.0"?>
 <VTKFile type="Collection" version="0.1" byte_order="LittleEndian">
@@ -76,6 +81,7 @@ def as_mesh(increment: Increment) -> Any:
     bodies = list(increment.bodies.values())
     offset = np.cumsum([0, *(len(b.X) for b in bodies)])
     cells = [(VTK[b.cells.shape[1]], b.cells + o) for b, o in zip(bodies, offset)]
+    known = [name for name in IF_KNOWN if all(getattr(b, name) is not None for b in bodies)]
     thin = [b.thickness for b in bodies if b.thickness is not None]
     return meshio.Mesh(
         points=_stack(bodies, lambda b: _vector(b.x)),
@@ -90,6 +96,8 @@ def as_mesh(increment: Increment) -> Any:
             "contact_pressure_from_stress": _on_surfaces(increment, "pressure_from_stress"),
             "contact_pressure_smoothed": _on_surfaces(increment, "pressure_smoothed"),
             "contact_error": _on_surfaces(increment, "error"),
+            **{name: _stack(bodies, attrgetter(name)) for name in (*RATIOS, *known)},
+            **{name: _on_surfaces(increment, name) for name in SLIDING},
             **({"thickness": np.concatenate(thin)} if thin else {}),
         },
         cell_data={"body": [np.full(len(b.cells), k, dtype=np.int32) for k, b in enumerate(bodies)]},
@@ -146,6 +154,7 @@ def _body(mesh: Any, cells: Index, own: slice) -> BodyState:
     return BodyState(
         x - data["displacement"][own, :2], x, cells, np.array(data["reaction"][own, :2]), np.array(data["stress"][own, :4]),
         np.array(data["mises"][own]), np.array(data["plastic_strain"][own]), thickness,
+        *(np.array(data[name][own]) if name in data else None for name in IF_KNOWN),
     )  # fmt: skip
 
 
@@ -158,10 +167,16 @@ def _stack(bodies: list[BodyState], values: object) -> Array:
 
 
 def _on_surfaces(increment: Increment, name: str) -> Array:
-    """(n,) a nodal value of the contacts where they are closed, the larger where a node touches two tools, else 0."""
+    """(n,) a nodal value of the contacts where they are closed, the larger where a node touches two tools, else 0.
+
+    What is counted since the beginning stays where a contact has opened.
+    """
     out = {body: np.zeros(len(state.X)) for body, state in increment.bodies.items()}
     for contact in increment.contacts.values():
-        np.maximum.at(out[contact.body], contact.node, np.where(contact.status > 0, getattr(contact, name), 0.0))
+        values = getattr(contact, name)
+        if values is not None:
+            reached = (contact.status > 0) | (name in SO_FAR)
+            np.maximum.at(out[contact.body], contact.node, np.where(reached, values, 0.0))
     return np.concatenate(list(out.values()))
 
 

@@ -13,6 +13,8 @@ from prensa.contact.forces import ContactForces
 from prensa.contact.recovery import at_free_edges, borne, mises_of, recover, smoothed, with_tractions_of_centres
 from prensa.contact.surface import Surface
 from prensa.errors import PrensaError, take
+from prensa.mesh.mesh import boundary_edges
+from prensa.mesh.surfaces import surface_expansion
 from prensa.model.problem import support_names
 from prensa.model.seconds import elapsed
 from prensa.result.assembled import Assembled, assembled
@@ -42,6 +44,8 @@ from prensa.system.state import State
 from prensa.system.system import Evaluation, System
 from prensa.types import Array, Bytes, Flags, Index
 
+SLIDING = ("contact_time", "sliding_distance", "sliding_velocity")
+"""Fields of a contact that follow its points along their tool."""
 Recovery = Callable[[Array, Index, Array, Array], Array]
 
 
@@ -69,13 +73,21 @@ def increment_of(
     return Increment(
         plan.name, plan.number + 1, state.clock.number, state.clock.time, tool_states(system, state, e),
         state.energy._asdict(), support_forces(system, e, plan, state), statistics, ended,
-        whole, lambda: contact_states(system, whole(), e, plan), lambda: body_states(system, whole(), e, plan),
+        whole, lambda: contact_states(system, whole(), e, plan, rate(before.contact.path, state.contact.path, seconds)),
+        lambda: body_states(system, whole(), e, plan, old, seconds),
         remeshings=0 if state.remeshed is None else state.remeshed.count,
         seconds=elapsed(system.problem, state.clock.time, state.ends),
         _more=More(system.problem, parse, lambda: shapes(system, whole(), start),
                    lambda: plastic_power(system, old, state.history, seconds),
                    None if context is None else lambda: assembled(system, context, whole().u, lam)),
     )  # fmt: skip
+
+
+def rate(before: Array, after: Array, seconds: float) -> Array:
+    """Change (n,) per second; none in an increment without duration, or after which there are other points."""
+    if not seconds > 0.0 or len(before) != len(after):
+        return np.zeros(len(after))
+    return np.asarray((after - before) / seconds)
 
 
 def shapes(system: System, state: State, start: Array) -> dict[str, Shape]:
@@ -155,8 +167,12 @@ def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolSt
     return out
 
 
-def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> dict[str, ContactState]:
+def contact_states(
+    system: System, state: State, e: Evaluation, plan: StepPlan, velocity: Array | None = None
+) -> dict[str, ContactState]:  # fmt: skip
     """Contact results along each surface; pressures are those of points that are the nodes, else nodal forces over areas.
+
+    ``velocity`` (points,): of sliding in the increment, None: at rest.
 
     Closed points slip in a step without friction; with friction those whose traction is on its bound.
     """
@@ -166,6 +182,7 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
     flat = system.dofs.dimension == 2  # stresses are not recovered in space yet
     patches, smooth = (nodal_stress(system, state, e, how) if flat else None for how in (None, smoothed))
     out = {s.name: _apart(system, s, state, where, depth) for s in system.removed}
+    velocity = np.zeros(len(state.contact)) if velocity is None else velocity
     for s, f, law in zip(system.surfaces_at(state.clock.time), e.contacts, plan.friction_at(state.clock.time)):
         # Where a sharp corner cuts edges the points are others in each increment.
         s = s if f.points is None else replace(s, points=f.points, X=f.points.at(system.X))
@@ -175,6 +192,7 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
         slides = f.slip | system.frictionless(law)
         status = np.where(f.p > 0, np.where(slides, 2, 1), 0).astype(np.int8)
         nodal = _together(s, _Nodal(weight, p, t, f.kappa, status)) if s.points.one_a_node else _at_nodes(s, f, area, status)
+        slid = state.contact.time[s.rows], state.contact.path[s.rows], velocity[s.rows]
         if s.points.rule.projected:
             p, t = ((s.points.N * v[s.points.slots]).sum(axis=1) for v in (nodal.pressure, nodal.shear))
         out[s.name] = ContactState(
@@ -185,7 +203,8 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
             pressure_smoothed=_pressure_of(smooth, nodes, pairs.n),
             error=np.where(nodal.status > 0, np.abs(nodal.pressure - from_stress), 0.0),
             area=float((system.touching(s, where, depth, f.p > 0) if f.stencils.area is None else weight[f.p > 0]).sum()),
-            points=PointValues(s.X, s.points.at(x), f.g, p, t, f.kappa, status, weight, state.contact.speed[s.rows]),
+            points=PointValues(s.X, s.points.at(x), f.g, p, t, f.kappa, status, weight, state.contact.speed[s.rows], *slid),
+            **dict(zip(SLIDING, (_means_at_nodes(s, weight, area, v) for v in slid))),
         )  # fmt: skip
     return out
 
@@ -249,17 +268,24 @@ def _at_nodes(s: Surface, f: ContactForces, area: Array, status: Bytes) -> _Noda
     return _Nodal(area, pressure, shear, slip, np.where(closed, np.where(sticks, 1, 2), 0).astype(np.int8))
 
 
+def _means_at_nodes(s: Surface, weight: Array, area: Array, values: Array) -> Array:
+    """Values (k,) of points with areas ``weight`` (k,) at the nodes (n,): means, where points are not the nodes."""
+    if s.points.one_a_node:
+        return values
+    of = _with_area(area)
+    return np.asarray(s.points.to_nodes(weight * values)[of] / s.points.to_nodes(weight)[of])
+
+
 def _apart(system: System, s: Surface, state: State, where: Array, depth: Array | None) -> ContactState:
     """A contact whose tool is gone: open everywhere, infinitely far; nothing is recovered without the tool's normal."""
     x, nodes = system.positions(state.u), s.points.nodes
     nothing, unknown, n = np.zeros(len(nodes)), np.full(len(nodes), np.nan), len(s.points)
     slip = state.contact.slip[s.rows]
     weight = area = system.weights(s, where, depth)
-    slipped = slip
     if not s.points.one_a_node:
         area = system.tributary(s, where, depth)
-        of = _with_area(area)
-        slipped = s.points.to_nodes(weight * slip)[of] / s.points.to_nodes(weight)[of]
+    slid = state.contact.time[s.rows], state.contact.path[s.rows], np.zeros(n)
+    slipped, *rest = (_means_at_nodes(s, weight, area, v) for v in (slip, *slid))
     return ContactState(
         surface="+".join(s.description.surface), tool=s.against, body=s.body,
         node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=np.full(len(nodes), np.inf), pressure=nothing,
@@ -267,7 +293,8 @@ def _apart(system: System, s: Surface, state: State, where: Array, depth: Array 
         status=np.zeros(len(nodes), dtype=np.int8), weight=area, force=np.zeros((len(nodes), 2)),
         pressure_from_stress=unknown, pressure_smoothed=unknown, error=nothing, area=0.0,
         points=PointValues(s.X, s.points.at(x), np.full(n, np.inf), np.zeros(n), np.zeros(n), slip, np.zeros(n, dtype=np.int8),
-                           weight),
+                           weight, None, *slid),
+        **dict(zip(SLIDING, rest)),
     )  # fmt: skip
 
 
@@ -399,8 +426,13 @@ def _recovered(x: Array, b: Block, values: Array, history: Array, recovery: Reco
     return recover(*where, kinked=yielded, centred=centred, N=b.element.N)
 
 
-def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> dict[str, BodyState]:
-    """Shapes, support reactions and recovered fields of the bodies; in space the fields are not recovered (not a number)."""
+def body_states(
+    system: System, state: State, e: Evaluation, plan: StepPlan, old: Sequence[Array], seconds: float
+) -> dict[str, BodyState]:  # fmt: skip
+    """Shapes, support reactions and recovered fields of the bodies; in space the fields are not recovered (not a number).
+
+    ``old``: histories before the increment, which lasted so many ``seconds``.
+    """
     x = system.positions(state.u)
     where = x if system.problem.kinematics == "finite" else system.X
     flat = system.dofs.dimension == 2
@@ -408,17 +440,27 @@ def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
     reaction = system.displacement(reactions(system, e, plan, state))
     thickness = system.depth_in(e.history) if system.problem.space == "plane stress" else None
     out = {}
-    for b, h in zip(system.blocks, e.history):
+    for b, h, before in zip(system.blocks, e.history, old, strict=True):
         own = _own(b)
         sig = stress[own]
-        plastic = np.zeros(len(sig))
+        plastic, faster = np.zeros(len(sig)), np.zeros(len(sig))
         if b.law.plastic and flat:
-            plastic = np.maximum(_recovered(where, b, b.field(h, "plastic_strain"), h)[:, 0], 0.0)
+            strain, was = (b.field(of, "plastic_strain") for of in (h, before))
+            plastic = np.maximum(_recovered(where, b, strain, h)[:, 0], 0.0)
+            if seconds > 0.0:
+                faster = np.maximum(_recovered(where, b, (strain - was) / seconds, h)[:, 0], 0.0)
         out[b.body] = BodyState(
             system.X[own], x[own], b.cells - own.start, reaction[own], sig, mises_of(sig), plastic,
-            None if thickness is None else thickness[own],
+            None if thickness is None else thickness[own], faster, _expansion(system, b, x) if flat else None,
         )  # fmt: skip
     return out
+
+
+def _expansion(system: System, b: Block, x: Array) -> Array:
+    """Surface now over that at the beginning at the nodes of a body, for all nodes at x (n, 2); nan inside."""
+    own = _own(b)
+    edges = boundary_edges(b.cells - own.start)
+    return surface_expansion(system.X[own], x[own], edges, system.problem.space == "axisymmetric")
 
 
 def evaluate(increment: Increment) -> Assembled:

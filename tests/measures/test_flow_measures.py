@@ -1,0 +1,69 @@
+"""Sliding and time in contact, stress ratios, surface expansion against motions and states that are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.result.increment import BodyState
+from problems import stroke, upset_block
+
+
+def body(stress: list[float]) -> BodyState:
+    xx, yy, zz, xy = stress
+    mises = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3 * xy**2)
+    at = np.zeros((1, 2))
+    return BodyState(at, at, np.zeros((0, 4), dtype=int), at, np.array([stress]), np.array([mises]), np.zeros(1))
+
+
+@pytest.mark.parametrize(("stress", "triaxiality", "lode"), [
+    ([0, 5, 0, 0], 1 / 3, -1), ([0, -5, 0, 0], -1 / 3, 1), ([0, 0, 0, 3], 0, 0), ([4, 0, 2, 0], 1 / np.sqrt(3), 0),
+    ([2, 2, 0, 0], 2 / 3, 1), ([-7, -4, -7, 0], -2, -1), ([1, 1, 1, 0], 0, 0),
+])  # fmt: skip
+def test_stress_ratios_are_those_of_closed_forms(stress, triaxiality: float, lode: float) -> None:
+    """Triaxiality and Lode parameter of uniaxial, shear, plane strain and equibiaxial stresses; 0 where they are not defined."""
+    b = body(stress)
+    assert b.triaxiality[0] == pytest.approx(triaxiality, abs=1e-15)
+    assert b.lode[0] == pytest.approx(lode, abs=1e-14)
+    assert b.mean_stress[0] == pytest.approx(sum(stress[:3]) / 3)
+
+
+def upset(mu: float, *steps, **more) -> pr.Problem:
+    return upset_block(
+        *steps, material=pr.J2(100e3, 0.3, pr.Linear(10, 50)), n=(4, 3), element="q8", body="block", sides=("top", "right"),
+        friction=pr.Coulomb(mu), plane="punch", **more,
+    )  # fmt: skip
+
+
+def test_sliding_without_friction_is_the_way_of_the_nodes() -> None:
+    """On a smooth punch a corner slides by its displacement, as fast as it moves; time in contact is that of the steps."""
+    p = upset(0.0, stroke(-0.4, increments=4, tool="punch", duration=2.0))
+    last = 0.0
+    for k, i in enumerate(pr.solve(p), 1):
+        moved = i.measure("block.top-right.ux")
+        assert i.measure("punch.max.sliding_distance") == pytest.approx(moved, rel=1e-12)
+        assert i.measure("punch.max.sliding_velocity") == pytest.approx((moved - last) / 0.5, rel=1e-12)
+        assert i.measure("punch.max.contact_time") == pytest.approx(0.5 * k, rel=1e-12)
+        last = moved
+    rate = i.measure("block.plastic_strain near (0, 0)") - before_last(p).measure("block.plastic_strain near (0, 0)")
+    assert i.measure("block.strain_rate near (0, 0)") == pytest.approx(rate / 0.5, rel=1e-9)
+
+
+def before_last(p: pr.Problem):
+    return list(pr.solve(p))[-2]
+
+
+@pytest.mark.parametrize("space", ["plane strain", "axisymmetric"])
+def test_a_face_upset_without_friction_grows_as_the_height_falls(space: str) -> None:
+    """Surface of the face over its initial one is h₀/h to 3e-3 (elastic volume), at the axis too; the side's is less."""
+    p = upset(0.0, stroke(-0.8, increments=8, tool="punch"), space=space)
+    *_, i = pr.solve(p)
+    grown = 2.0 / (2.0 - 0.8)
+    for text in ("block.top.surface_expansion", "block.top.max.surface_expansion", "block.top.min.surface_expansion",
+                 "block.top.surface_expansion at x=0", "block.top-punch.surface_expansion"):  # fmt: skip
+        name = text.replace("block.top-punch", next(iter(i.contacts)))
+        assert i.measure(name) == pytest.approx(grown, rel=3e-3), text
+    side = (1 / grown) * (np.sqrt(grown) if space == "axisymmetric" else 1.0)
+    assert i.measure("block.right.surface_expansion") == pytest.approx(side, rel=3e-3)
+    assert np.isnan(i.bodies["block"].surface_expansion).any()
