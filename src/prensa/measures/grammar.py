@@ -21,7 +21,7 @@ from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh
 from prensa.model.problem import Problem
 from prensa.model.units import factor
-from prensa.result.increment import Shape
+from prensa.result.increment import SLIDING_FIELDS, Shape
 
 if TYPE_CHECKING:
     from prensa.result.increment import Increment
@@ -33,10 +33,9 @@ NODAL_FIELDS = (
     "mises", "plastic_strain", "displacement", "stress.xx", "stress.yy", "stress.zz", "stress.xy", "mean_stress", "triaxiality",
     "lode", "strain_rate", "surface_expansion",
 )  # fmt: skip
-SLIDING = ("contact_time", "sliding_distance", "sliding_velocity")
 CONTACT_EXTREMES = (
     "max.pressure", "max.shear", "max.slip", "max.friction_power", "mean.pressure", "mean.shear", "min.gap",
-    *(f"{m}.{q}" for m in ("max", "mean") for q in SLIDING),
+    *(f"{m}.{q}" for m in ("max", "mean") for q in SLIDING_FIELDS),
 )  # fmt: skip
 COUNTS = ("open", "stick", "slip")
 TOOL_QUANTITIES = ("force", "force.x", "force.y", "moment", "travel", "travel.x", "travel.y", "rotation")
@@ -262,7 +261,7 @@ class _Reader:
         head, _, tail = quantity.partition(".")
         power = f"{pressure_unit(p)} {length_unit(p)}/s"
         units = {"pressure": pressure_unit(p), "shear": pressure_unit(p), "slip": length_unit(p), "friction_power": power}
-        units |= dict(zip(SLIDING, ("s", length_unit(p), f"{length_unit(p)}/s")))
+        units |= dict(zip(SLIDING_FIELDS, ("s", length_unit(p), f"{length_unit(p)}/s")))
         if quantity == "area":
             return _Part(area_unit(p), contacts.area(of))
         if quantity == "surface_expansion":
@@ -274,7 +273,7 @@ class _Reader:
         if quantity == "min.gap":
             return _Part(length_unit(p), contacts.least_gap(of))
         if quantity in CONTACT_EXTREMES:
-            average = contacts.mean_at_closed if tail in SLIDING else contacts.mean
+            average = contacts.mean_at_closed if tail in SLIDING_FIELDS else contacts.mean
             how = contacts.largest if head == "max" else average
             return _Part(units[tail], how(of, tail))
         if head == "count" and tail in COUNTS:

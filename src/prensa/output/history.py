@@ -22,7 +22,7 @@ from prensa.measures.columns import energies_of as energies_of
 from prensa.measures.units import length_unit, pressure_unit
 from prensa.model.problem import Problem
 from prensa.output.files import Contents, file_name, numbered, replacing
-from prensa.result.increment import STATUS, ContactState, Increment, PointValues
+from prensa.result.increment import SLIDING_FIELDS, STATUS, ContactState, Increment, PointValues
 
 HISTORY = "history.csv"
 CONVERGENCE = "convergence.csv"
@@ -33,8 +33,6 @@ CONTACT_COLUMNS = (
     "X", "Y",
 )  # fmt: skip
 POINT_COLUMNS = ("x", "y", "gap", "pressure", "shear", "slip", "status", "weight", "X", "Y")
-SLIDING_COLUMNS = ("contact_time", "sliding_distance", "sliding_velocity")
-"""Behind the others, where they are known."""
 CONVERGENCE_COLUMNS = ("increment", "iteration", "residual", "changes")
 
 _TEXT_COLUMNS = {"step", "status"}
@@ -180,7 +178,7 @@ def write_contact(directory: Path, name: str, number: int, contact: ContactState
 
 def _sliding(of: ContactState | PointValues) -> dict[str, NDArray[np.float64]]:
     """By column: times, distances and velocities (k,) along the tool, as far as they are known."""
-    found = {name: getattr(of, name) for name in SLIDING_COLUMNS}
+    found = {name: getattr(of, name) for name in SLIDING_FIELDS}
     return {name: values for name, values in found.items() if values is not None}
 
 
@@ -225,7 +223,7 @@ def units_of(problem: Problem) -> dict[str, dict[str, str]]:
     known = {**lengths, **pressures, "sliding_distance": length, "sliding_velocity": f"{length}/s", "contact_time": "s"}
     return {
         "history": {name: column.unit for name, column in columns_of(problem).items() if column.unit},
-        "contact": {name: known[name] for name in (*CONTACT_COLUMNS, *SLIDING_COLUMNS) if name in known},
+        "contact": {name: known[name] for name in (*CONTACT_COLUMNS, *SLIDING_FIELDS) if name in known},
     }
 
 

@@ -48,7 +48,7 @@ FIELDS = (
 )
 """Of any problem; in plane stress also ``thickness``, of bodies that flow ``strain_rate``."""
 IF_THERE = ("thickness", "strain_rate")
-NAMES = {
+FIELD_NAMES = {
     "mises": "von Mises stress", "plastic_strain": "equivalent plastic strain", "thickness": "thickness",
     "mean_stress": "mean stress", "triaxiality": "stress triaxiality", "lode": "Lode parameter",
     "strain_rate": "plastic strain rate",
@@ -198,7 +198,7 @@ def field_name(problem: Problem, field: str) -> str:
         return f"stress {letters[component[0]]}{letters[component[1]]}"
     if kind == "displacement":
         return f"displacement {(first, second)['xy'.index(component)]}" if component else "displacement"
-    return NAMES[kind]
+    return FIELD_NAMES[kind]
 
 
 def field_unit(problem: Problem, field: str) -> str:

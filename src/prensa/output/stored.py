@@ -21,6 +21,7 @@ from prensa.model.problem import Case
 from prensa.output import history, vtk
 from prensa.output.files import Contents, file_names, numbered
 from prensa.result.increment import (
+    SLIDING_FIELDS,
     STATUS,
     BodyState,
     ContactState,
@@ -174,13 +175,13 @@ def _contact(path: Path, contact: Any, area: float) -> ContactState:
         raise PrensaError(f"{path}: the table has no rows; it is cut off, run the case again")
     X, x = np.column_stack([t["X"], t["Y"]]), np.column_stack([t["x"], t["y"]])
     unknown, status = np.full(len(X), np.nan), _numbered(t["status"])
-    slid = [t.get(name) for name in vtk.SLIDING]  # which older runs did not write
+    slid = [t.get(name) for name in SLIDING_FIELDS]  # which older runs did not write
     points = PointValues(X, x, t["gap"], t["pressure"], t["shear"], t["slip"], status, unknown, None, *slid)
     if (beside := history.of_points(path)).is_file():
         p = history.read_table(beside)
         points = PointValues(
             np.column_stack([p["X"], p["Y"]]), np.column_stack([p["x"], p["y"]]), p["gap"], p["pressure"], p["shear"],
-            p["slip"], _numbered(p["status"]), p["weight"], None, *(p.get(name) for name in vtk.SLIDING),
+            p["slip"], _numbered(p["status"]), p["weight"], None, *(p.get(name) for name in SLIDING_FIELDS),
         )  # fmt: skip
     return ContactState(
         "+".join(contact.surface), contact.against, contact.surface[0].partition(".")[0], t["node"], X, x, t["gap"],

@@ -13,7 +13,7 @@ import numpy as np
 
 from prensa.errors import PrensaError
 from prensa.model.names import suggest
-from prensa.result.increment import STATUS, BodyState, ContactState, Increment
+from prensa.result.increment import SLIDING_FIELDS, STATUS, BodyState, ContactState, Increment
 from prensa.result.views import Drawn, PlotOptions, Tabular, show_by
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def _contact_columns(c: ContactState) -> dict[str, Any]:
 
 
 def _sliding(c: ContactState) -> dict[str, Any]:
-    known = {name: getattr(c, name) for name in ("contact_time", "sliding_distance", "sliding_velocity")}
+    known = {name: getattr(c, name) for name in SLIDING_FIELDS}
     return {name: values for name, values in known.items() if values is not None}
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from prensa.errors import PrensaError, take_path
 from prensa.output.cells import VTK
 from prensa.output.files import numbered, replacing, write_text
-from prensa.result.increment import BodyState, Increment
+from prensa.result.increment import SLIDING_FIELDS, BodyState, Increment
 from prensa.types import Array, Index
 
 FIELDS_FOLDER = "fields"
@@ -29,7 +29,6 @@ COLLECTION = "fields.pvd"
 RATIOS = ("mean_stress", "triaxiality", "lode")
 IF_KNOWN = ("strain_rate", "surface_expansion")
 SO_FAR = ("contact_time", "sliding_distance")
-SLIDING = (*SO_FAR, "sliding_velocity")
 _HEAD = """\
 <?xml version="1.0"?>
 <VTKFile type="Collection" version="0.1" byte_order="LittleEndian">
@@ -97,7 +96,7 @@ def as_mesh(increment: Increment) -> Any:
             "contact_pressure_smoothed": _on_surfaces(increment, "pressure_smoothed"),
             "contact_error": _on_surfaces(increment, "error"),
             **{name: _stack(bodies, attrgetter(name)) for name in (*RATIOS, *known)},
-            **{name: _on_surfaces(increment, name) for name in SLIDING},
+            **{name: _on_surfaces(increment, name) for name in SLIDING_FIELDS},
             **({"thickness": np.concatenate(thin)} if thin else {}),
         },
         cell_data={"body": [np.full(len(b.cells), k, dtype=np.int32) for k, b in enumerate(bodies)]},

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from prensa.system.state import State
 
 STATUS = ("open", "stick", "slip")
+SLIDING_FIELDS = ("contact_time", "sliding_distance", "sliding_velocity")
+"""Fields of a contact that follow its points along their tool."""
 
 
 class Force(NamedTuple):

@@ -22,6 +22,7 @@ from prensa.result.increment import (
     FORCE_IN,
     PLACE,
     REACTION,
+    SLIDING_FIELDS,
     BodyState,
     ContactState,
     Force,
@@ -44,8 +45,6 @@ from prensa.system.state import State
 from prensa.system.system import Evaluation, System
 from prensa.types import Array, Bytes, Flags, Index
 
-SLIDING = ("contact_time", "sliding_distance", "sliding_velocity")
-"""Fields of a contact that follow its points along their tool."""
 Recovery = Callable[[Array, Index, Array, Array], Array]
 
 
@@ -204,7 +203,7 @@ def contact_states(
             error=np.where(nodal.status > 0, np.abs(nodal.pressure - from_stress), 0.0),
             area=float((system.touching(s, where, depth, f.p > 0) if f.stencils.area is None else weight[f.p > 0]).sum()),
             points=PointValues(s.X, s.points.at(x), f.g, p, t, f.kappa, status, weight, state.contact.speed[s.rows], *slid),
-            **dict(zip(SLIDING, (_means_at_nodes(s, weight, area, v) for v in slid))),
+            **dict(zip(SLIDING_FIELDS, (_means_at_nodes(s, weight, area, v) for v in slid))),
         )  # fmt: skip
     return out
 
@@ -294,7 +293,7 @@ def _apart(system: System, s: Surface, state: State, where: Array, depth: Array 
         pressure_from_stress=unknown, pressure_smoothed=unknown, error=nothing, area=0.0,
         points=PointValues(s.X, s.points.at(x), np.full(n, np.inf), np.zeros(n), np.zeros(n), slip, np.zeros(n, dtype=np.int8),
                            weight, None, *slid),
-        **dict(zip(SLIDING, rest)),
+        **dict(zip(SLIDING_FIELDS, rest)),
     )  # fmt: skip
 
 
