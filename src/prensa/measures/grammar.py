@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from prensa.errors import PrensaError, take
-from prensa.measures import bodies, contacts
+from prensa.measures import bodies, contacts, filling
 from prensa.measures.bodies import Outline, Place
 from prensa.measures.columns import FORCE_COLUMNS, PLACE_COLUMNS, columns
 from prensa.measures.measure import Gradient, Measure, MeasureError, Slope, Value
-from prensa.measures.units import area_unit, force_unit, length_unit, moment_unit, pressure_unit
+from prensa.measures.units import area_unit, force_unit, length_unit, moment_unit, pressure_unit, volume_unit
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh
 from prensa.model.problem import Problem
@@ -115,7 +115,8 @@ def names(problem: Problem) -> Iterator[str]:
         yield from (f"{contact.name}.{q}" for q in (*_contact_quantities(), "passages", "elements") if q != "area")
     for name in problem.bodies:
         corners, edges = _boundaries(problem, name)
-        yield from (f"{name}.{q}" for q in ("plastic_power", "max.plastic_power"))
+        yield from (f"{name}.{q}" for q in ("plastic_power", "max.plastic_power", "folding_angle", "folds"))
+        yield from (f"{name}.{q}" for q in (*filling.FILL, *filling.POCKETS) if problem.tools)
         yield from (f"{name}.{p}.{q}" for p in corners for q in (*POSITIONS, *_fields(problem)))
         for outline in (name, *(f"{name}.{e}" for e in edges)):
             extremes = (f"{m}.{q}" for m in ("max", "min") for q in (*POSITIONS, *_fields(problem)))
@@ -301,6 +302,14 @@ class _Reader:
             return _Part(f"{moment_unit(p)}/s", lambda i: float(np.vdot(*i.plastic_power[body])))
         if quantity == "max.plastic_power" and not where:
             return _Part(f"{pressure_unit(p)}/s", lambda i: float(i.plastic_power[body][0].max()))
+        if quantity == "folding_angle" and not where:
+            return _Part("deg", lambda i: float(i.folding[body].angle))
+        if quantity == "folds" and not where:
+            return _Part("", lambda i: float(len(i.folding[body].folds)))
+        if quantity in (*filling.FILL, *filling.POCKETS) and not where:
+            filling.refuse(p, f"{body}.{quantity}")
+            unit = volume_unit(p) if quantity.endswith("volume") else ""
+            return _Part(unit, filling.measured(p, body, quantity))
         owner, quantity = self._outline(body, quantity)
         if isinstance(owner, Place):
             return self._at_place(owner, quantity, "") if not where else None

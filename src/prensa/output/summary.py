@@ -16,11 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa import __version__
+from prensa.checks.during.closing import FOLDS
 from prensa.errors import PrensaError, take_path
+from prensa.measures.filling import found_at_end
+from prensa.measures.units import volume_unit
 from prensa.model.feed import ends_early
 from prensa.model.problem import Case, Problem
 from prensa.output import answer, checkpoint, history, lock, measured, passages, runlog
 from prensa.output.files import Contents, write_text
+from prensa.output.stored import Placement, Stored
+from prensa.types import Array
 
 if TYPE_CHECKING:
     from prensa.system.state import State
@@ -63,6 +68,8 @@ def summarise(directory: Path, system: System, case: Case, state: State | None, 
         "warnings": known["warnings"],
         "warnings_about": {w: about[w] for w in answer.weighed(known["warnings"], about) if w in about},
         "stopped_by": known["stopped_by"],
+        "fill": _fill(directory, system, case) if known["status"] in ENDED else {},
+        "folds": [w for w in known["warnings"] if FOLDS in w],
         "case": text,
     }
     return made | {"answer": answer.lines(tables.history, case, made)}
@@ -214,6 +221,23 @@ def _from_tables(
         "timings": dict(timings),
         "largest_force": [peak._asdict() for peak in answer.peaks(table, case)],
     }
+
+
+def _fill(directory: Path, system: System, case: Case) -> dict[str, Any]:
+    """How far dies are filled at the end of a run, by body: of closed ones the share, and the places that are not filled."""
+    placements = {t.name: Placement(_pair(t.at), _pair(t.direction)) for t in system.tools}
+    stored = Stored(directory, case, placements)
+    if not stored.with_fields or stored.with_fields[-1] != stored[-1].number:
+        return {}
+    return {
+        body: {"fill": 1.0 - found.missing / found.die if found.closed else None, "die": found.die, "missing": found.missing,
+               "unit": volume_unit(case.problem), "places": [place._asdict() for place in found.places or found.pockets]}
+        for body, found in found_at_end(stored[-1]).items()
+    }  # fmt: skip
+
+
+def _pair(v: Array) -> tuple[float, float]:
+    return float(v[0]), float(v[1])
 
 
 def _early_ends(table: Mapping[str, NDArray[Any]], problem: Problem, completed: bool) -> dict[str, float]:

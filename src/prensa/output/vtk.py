@@ -28,7 +28,7 @@ FIELDS_FOLDER = "fields"
 COLLECTION = "fields.pvd"
 RATIOS = ("mean_stress", "triaxiality", "lode")
 IF_KNOWN = ("strain_rate", "surface_expansion")
-SO_FAR = ("contact_time", "sliding_distance")
+ACCUMULATED = ("contact_time", "sliding_distance")
 _HEAD = """\
 <?xml version="1.0"?>
 <VTKFile type="Collection" version="0.1" byte_order="LittleEndian">
@@ -174,7 +174,7 @@ def _on_surfaces(increment: Increment, name: str) -> Array:
     for contact in increment.contacts.values():
         values = getattr(contact, name)
         if values is not None:
-            reached = (contact.status > 0) | (name in SO_FAR)
+            reached = (contact.status > 0) | (name in ACCUMULATED)
             np.maximum.at(out[contact.body], contact.node, np.where(reached, values, 0.0))
     return np.concatenate(list(out.values()))
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from prensa.contact.passage import Passing
     from prensa.model.problem import Problem
     from prensa.result.assembled import Assembled
+    from prensa.result.folding import Folding
     from prensa.system.state import State
 
 STATUS = ("open", "stick", "slip")
@@ -304,6 +305,7 @@ class More(NamedTuple):
     shapes: Callable[[], Mapping[str, Shape]]
     plastic_power: Callable[[], Mapping[str, PlasticPower]]
     assembled: Callable[[], Assembled] | None = None
+    folding: Callable[[], Mapping[str, Folding]] | None = None
 
 
 @dataclass(frozen=True)
@@ -442,6 +444,13 @@ class Increment(Drawn):
     def shapes(self) -> Mapping[str, Shape]:
         """Shapes of the bodies by name; no stress is recovered for them."""
         return self._known.shapes()
+
+    @cached_property
+    def folding(self) -> Mapping[str, Folding]:
+        """Re-entrant corners and folds of the outlines by body."""
+        if self._known.folding is None:
+            raise PrensaError("an increment read back has no outlines; those that solve yields have")
+        return self._known.folding()
 
     @cached_property
     def plastic_power(self) -> Mapping[str, PlasticPower]:

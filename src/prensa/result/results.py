@@ -18,6 +18,7 @@ from prensa.mesh.surfaces import surface_expansion
 from prensa.model.problem import support_names
 from prensa.model.seconds import elapsed
 from prensa.result.assembled import Assembled, assembled
+from prensa.result.folding import folding
 from prensa.result.increment import (
     FORCE_IN,
     PLACE,
@@ -78,7 +79,8 @@ def increment_of(
         seconds=elapsed(system.problem, state.clock.time, state.ends),
         _more=More(system.problem, parse, lambda: shapes(system, whole(), start),
                    lambda: plastic_power(system, old, state.history, seconds),
-                   None if context is None else lambda: assembled(system, context, whole().u, lam)),
+                   None if context is None else lambda: assembled(system, context, whole().u, lam),
+                   lambda: folding(system, whole().u, start)),
     )  # fmt: skip
 
 
