@@ -67,3 +67,56 @@ def test_a_face_upset_without_friction_grows_as_the_height_falls(space: str) -> 
     side = (1 / grown) * (np.sqrt(grown) if space == "axisymmetric" else 1.0)
     assert i.measure("block.right.surface_expansion") == pytest.approx(side, rel=3e-3)
     assert np.isnan(i.bodies["block"].surface_expansion).any()
+
+
+def slid(**more) -> pr.Problem:
+    """A block pressed on a plane that then goes 0.3 to the side."""
+    block = pr.Body(pr.Rectangle((2.0, 1.0), (4, 2)), pr.Elastic(1e5, 0.3))
+    return pr.Problem(
+        "slid", space="plane strain", bodies={"b": block}, tools={"t": pr.Plane(touching="b.bottom")},
+        contacts=(pr.Contact("b.bottom", "t"),), friction=pr.Coulomb(0.1), fixed={"b.top": pr.Fixed(x="held")},
+        loads={"b.top": pr.Load(pressure=5.0)},
+        steps=(pr.Step("press", increments=1), pr.Step("slide", move={"t": pr.Motion(x=0.3)}, increments=6)), **more,
+    )  # fmt: skip
+
+
+def test_a_block_slides_by_what_its_tool_goes() -> None:
+    """With friction every point has slid by the way of the plane less what block and penalty give, as `slip` has."""
+    *_, i = pr.solve(slid())
+    c = i.contacts["b.bottom-t"]
+    give = 0.3 * 1e-3
+    assert np.allclose(c.sliding_distance, 0.3, atol=give) and np.allclose(c.sliding_velocity, 0.3, atol=0.3 * give)
+    assert np.array_equal(c.points.sliding_distance, c.points.slip)
+    assert np.allclose(c.contact_time, 2.0, rtol=1e-12)
+
+
+def test_sliding_goes_on_after_a_restart_bit_for_bit() -> None:
+    """From a state in the middle, as a checkpoint stores it, times, distances and velocities are those of one run."""
+    p = slid()
+    whole = list(pr.solve(p))
+    from prensa.system.state import State
+
+    middle = State.from_arrays(whole[3].state.arrays())
+    *_, again = pr.solve(p, start=middle)
+    a, b = (i.contacts["b.bottom-t"] for i in (whole[-1], again))
+    for name in ("contact_time", "sliding_distance", "sliding_velocity"):
+        assert np.array_equal(getattr(a, name), getattr(b, name)) and getattr(a, name).any()
+
+
+def test_new_meshes_carry_what_has_slid_and_grown() -> None:
+    """Smooth upsetting: sliding grows from the axis, everything else is homogeneous, before a new mesh and after it."""
+    p = upset_block(
+        stroke(-0.5, increments=10, tool="punch"), material=pr.J2(100e3, 0.3, pr.Linear(10, 50)), n=(4, 3), element="t6", body="block",
+        sides=("top", "right"), plane="punch", remesh=pr.Remesh(when=pr.When(travel=0.2)),
+    )  # fmt: skip
+    *_, i = pr.solve(p)
+    assert i.remeshings >= 1
+    c = next(iter(i.contacts.values()))
+    on = c.status > 0
+    assert np.allclose(c.sliding_distance[on], (c.x - c.X)[on, 0], rtol=2e-2, atol=2e-3 * i.measure("block.top.max.ux"))
+    assert np.allclose(c.contact_time[on], 1.0, rtol=1e-9)
+    assert i.measure("block.top.surface_expansion") == pytest.approx(2.0 / 1.5, rel=3e-3)
+    b = i.bodies["block"]
+    # plane strain: Lode parameter 0 and triaxiality −1/√3
+    assert np.abs(b.lode).max() < 0.02 and np.abs(b.triaxiality + 1 / np.sqrt(3)).max() < 5e-3
+    assert np.ptp(b.strain_rate) < 1e-3 * b.strain_rate.max()

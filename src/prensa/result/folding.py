@@ -78,7 +78,8 @@ def _least_angle(system: System, u: Array, x: Array) -> float:
     """The smallest opening (degrees) of the corners of a loop of nodes at x (m, 2) that no tool fills."""
     back, on = np.roll(x, 1, axis=0) - x, np.roll(x, -1, axis=0) - x
     # with the body on the left of the way on, what is outside lies from there clockwise to the way back
-    opening = np.degrees(np.arctan2(on[:, 1] * back[:, 0] - on[:, 0] * back[:, 1], (on * back).sum(axis=1))) % (2.0 * STRAIGHT_ANGLE)
+    turn = np.arctan2(on[:, 1] * back[:, 0] - on[:, 0] * back[:, 1], (on * back).sum(axis=1))
+    opening = np.degrees(turn) % (2.0 * STRAIGHT_ANGLE)
     sharp = np.flatnonzero(opening < STRAIGHT_ANGLE)
     sharp = sharp[_in_void(system, u, (x + 0.25 * (back + on))[sharp])]
     return float(opening[sharp].min(initial=STRAIGHT_ANGLE))
