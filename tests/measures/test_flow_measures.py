@@ -106,8 +106,8 @@ def test_sliding_goes_on_after_a_restart_bit_for_bit() -> None:
 def test_new_meshes_carry_what_has_slid_and_grown() -> None:
     """Smooth upsetting: sliding grows from the axis, everything else is homogeneous, before a new mesh and after it."""
     p = upset_block(
-        stroke(-0.5, increments=10, tool="punch"), material=pr.J2(100e3, 0.3, pr.Linear(10, 50)), n=(4, 3), element="t6", body="block",
-        sides=("top", "right"), plane="punch", remesh=pr.Remesh(when=pr.When(travel=0.2)),
+        stroke(-0.5, increments=10, tool="punch"), material=pr.J2(100e3, 0.3, pr.Linear(10, 50)), n=(4, 3), element="t6",
+        body="block", sides=("top", "right"), plane="punch", remesh=pr.Remesh(when=pr.When(travel=0.2)),
     )  # fmt: skip
     *_, i = pr.solve(p)
     assert i.remeshings >= 1
