@@ -120,3 +120,22 @@ def test_new_meshes_carry_what_has_slid_and_grown() -> None:
     # plane strain: Lode parameter 0 and triaxiality −1/√3
     assert np.abs(b.lode).max() < 0.02 and np.abs(b.triaxiality + 1 / np.sqrt(3)).max() < 5e-3
     assert np.ptp(b.strain_rate) < 1e-3 * b.strain_rate.max()
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.1])
+def test_sliding_has_exact_derivatives(mu: float) -> None:
+    """By Poisson's ratio, with friction and without, as central differences of whole runs have them."""
+
+    def problem(nu: float) -> pr.Problem:
+        return upset_block(
+            stroke(-0.4, increments=4, tool="punch"), material=pr.J2(1e4, nu, pr.Linear(10, 50)), n=(4, 3), element="q8",
+            body="block", sides=("top",), friction=pr.Coulomb(mu), plane="punch",
+        )  # fmt: skip
+
+    def last(nu: float, **more):
+        *_, i = pr.solve(problem(nu), **more)
+        return i
+
+    path, name = "bodies.block.material.nu", "punch.max.sliding_distance"
+    above, below = (last(0.3 + step).measure(name) for step in (1e-4, -1e-4))
+    assert last(0.3, derivatives=[path]).derivative(name)[path] == pytest.approx((above - below) / 2e-4, rel=1e-6)
