@@ -14,9 +14,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
-from prensa.model import meshes
+from prensa.model import meshes, text
 from prensa.model import problem as model
-from prensa.model import text
 from prensa.model.doors import NameOf
 from prensa.model.places import bare, hints, is_names, members, type_name
 from prensa.model.python_alone import PythonAlone, in_files

@@ -99,7 +99,7 @@ def committed(number: int, time: float) -> State:
     """A state full of numbers that text would round."""
     rng = np.random.default_rng(number)
     vectors, slip, coordinate = rng.normal(size=(9, 1)), rng.normal(size=9), rng.normal(size=(9, 1))
-    record = ContactRecord(vectors, slip, coordinate, rng.random(9) > 0.5, rng.random(9), rng.random(9))
+    record = ContactRecord(vectors, slip, coordinate, rng.random(9) > 0.5, *(rng.random(9) for _ in range(4)))
     return State(
         u=rng.normal(size=40) * 1e-3, du=rng.normal(size=40) / 3, dt_last=1 / 3, second_difference=rng.normal(size=40),
         history=(rng.normal(size=(4, 4, 7)), rng.normal(size=(2, 4, 3))), contact=record,

@@ -19,6 +19,7 @@ from prensa.checks.check import (
     StepBegun,
 )
 from prensa.checks.during.acceptance import Corners, deformation, support, tunnelling, turning, unilateral_support
+from prensa.checks.during.closing import Closing
 from prensa.checks.during.distortion import Distortion
 from prensa.checks.during.folding import Folding
 from prensa.checks.during.penetration import Penetration
@@ -48,7 +49,7 @@ class RunChecks:
         ]  # fmt: skip
         self.rejected: list[Check[Rejected]] = [Distortion(system, policy)]
         self.solved: list[Check[Solved]] = [
-            Penetration(system, folding), symmetry_lines, SelfIntersection(system), folding,
+            Penetration(system, folding), symmetry_lines, Closing(system), SelfIntersection(system), folding,
         ]  # fmt: skip
         self.committed: list[Check[Committed]] = [self.validity]
         self.step_ends: list[Check[Committed]] = [

@@ -30,8 +30,8 @@ def metals(incomplete: str) -> list[str]:
 def fields(incomplete: str) -> list[str]:
     """What can be drawn of every run."""
     known = (
-        "mises", "plastic_strain", "damage", "displacement", "stress.xx", "stress.yy", "stress.xy", "stress.zz", "pressure",
-        "mesh", "force_stroke", "energy", "convergence",
+        "mises", "plastic_strain", "damage", "displacement", "stress.xx", "stress.yy", "stress.xy", "stress.zz", "mean_stress",
+        "triaxiality", "lode", "strain_rate", "pressure", "mesh", "force_stroke", "energy", "convergence",
     )  # fmt: skip
     return [name for name in known if name.startswith(incomplete)]
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from prensa.contact.integration import Points
 from prensa.contact.point import normal
-from prensa.contact.record import ContactRecord
+from prensa.contact.record import ContactRecord, magnitude
 from prensa.contact.redundant import RedundantMultipliers, RedundantPoints
 from prensa.contact.stencil import Response, Stencils, assemble
 from prensa.friction.law import At, FrictionLaw
@@ -87,8 +87,19 @@ class ContactForces(NamedTuple):
 
     @property
     def record(self) -> ContactRecord:
-        """What is committed of the points; the speed, for which a duration is needed, is that of points at rest."""
-        return ContactRecord(self.stencils.to_keep(self.t), self.kappa, self.s, self.p > 0, np.zeros_like(self.kappa), self.area)
+        """What is committed of the points; speed, time and path, which need the increment, are those of points at rest."""
+        none = np.zeros_like(self.kappa)
+        return ContactRecord(self.stencils.to_keep(self.t), self.kappa, self.s, self.p > 0, none, self.area, none, none)
+
+    def slid(self, before: ContactRecord, du: Array, free: bool) -> Array:
+        """Ways (k,) along the tangents in an increment du (ndof,) of points that are closed then.
+
+        With friction what has slipped, so that a penalty's elastic part does not count; ``free`` of it, all that moves along.
+        """
+        if not free:
+            return self.kappa - before.slip
+        way = (self.stencils.ds @ du[self.stencils.dofs][:, :, None])[..., 0]
+        return np.where(self.p > 0, magnitude(way), 0.0)
 
     @property
     def s(self) -> Array:

@@ -20,7 +20,8 @@ class ContactRecord:
 
     ``traction`` (points, t) along the tangents of the tool, ``slip`` (points,) accumulated, ``coordinate`` (points, t) on the
     tool's surface, ``closed`` (points,) flags, ``speed`` (points,) of slip in the last increment, ``area`` (points,) that the
-    tractions belonged to in it. A further column is a further line here, and whoever computes it fills it in.
+    tractions belonged to in it, ``time`` (points,) in contact (seconds) and ``path`` (points,) of sliding, without friction too,
+    both since the beginning. A further column is a further line here, and whoever computes it fills it in.
     """
 
     traction: Array = field(metadata=_TANGENTIAL)
@@ -29,6 +30,8 @@ class ContactRecord:
     closed: Flags = field(metadata=_FLAG)
     speed: Array = field(metadata=_SCALAR)
     area: Array = field(metadata=_SCALAR)
+    time: Array = field(metadata=_SCALAR)
+    path: Array = field(metadata=_SCALAR)
 
     @classmethod
     def initial(cls, points: int, t: int) -> ContactRecord:

@@ -27,6 +27,7 @@ from prensa.measures.outline import (
     on_level,
 )
 from prensa.mesh.mesh import boundary_edges
+from prensa.mesh.surfaces import edge_areas, surface_expansion
 from prensa.types import Array, Index
 
 if TYPE_CHECKING:
@@ -360,7 +361,30 @@ def field(body: BodyState, name: str) -> Array:
     if kind == "damage":
         return body.damage[component or next(iter(body.damage))]
     values: Any = getattr(body, kind)
+    if values is None:
+        raise MeasureError(f"{kind.replace('_', ' ')} is not known of this increment; solve the case")
     return np.asarray(values)
+
+
+def expansion(outline: Outline, revolved: bool) -> Plain:
+    """Area of a boundary now over that at the beginning; lengths in the plane."""
+
+    def value(shape: Shape, x: Array) -> float:
+        edges = outline.edges(shape)
+        now, then = (float(edge_areas(p, edges, revolved).sum()) for p in (x, shape.X))
+        if not then > 0.0:
+            raise MeasureError(f"{outline} lies on the axis and has no surface")
+        return now / then
+
+    return value
+
+
+def _on_outline(increment: Increment, outline: Outline, name: str) -> Array:
+    """Nodal values (n,) of a field; the growth of a surface where two sides meet is that of the one that is asked for."""
+    if name != "surface_expansion" or not outline.boundary:
+        return field(increment.bodies[outline.body], name)
+    shape = increment.shapes[outline.body]
+    return surface_expansion(shape.X, shape.x, outline.edges(shape), increment.problem.space == "axisymmetric")
 
 
 def field_at(place: Place, name: str) -> Callable[[Increment], float]:
@@ -368,7 +392,7 @@ def field_at(place: Place, name: str) -> Callable[[Increment], float]:
 
     def value(increment: Increment) -> float:
         shape = increment.shapes[place.outline.body]
-        return float(place.spot(shape, shape.x).of(field(increment.bodies[place.outline.body], name)))
+        return float(place.spot(shape, shape.x).of(_on_outline(increment, place.outline, name)))
 
     return value
 
@@ -377,9 +401,11 @@ def field_extreme(outline: Outline, name: str, sign: float) -> Callable[[Increme
     """Largest (sign 1) or smallest (−1) nodal value of a field in a body, or along a boundary of it."""
 
     def value(increment: Increment) -> float:
-        values = sign * field(increment.bodies[outline.body], name)
+        values = sign * _on_outline(increment, outline, name)
         if outline.boundary:
             values = values[np.unique(outline.edges(increment.shapes[outline.body]))]
+        if name == "surface_expansion":
+            values = values[np.isfinite(values)]  # inside of the body there is none
         return sign * float(values.max())
 
     return value

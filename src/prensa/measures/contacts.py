@@ -10,10 +10,11 @@ import numpy as np
 from prensa.measures.measure import MeasureError
 from prensa.measures.outline import length
 from prensa.mesh.mesh import beyond_corners, boundary_edges, edges_between
-from prensa.types import Array
+from prensa.mesh.surfaces import edge_areas
+from prensa.types import Array, Index
 
 if TYPE_CHECKING:
-    from prensa.result.increment import ContactState, Increment
+    from prensa.result.increment import ContactState, Increment, Shape
 
 Names = Sequence[str]
 Value = Callable[["Increment"], float]
@@ -37,11 +38,34 @@ def contact_length(names: Names) -> Value:
         total = 0.0
         for c in _states(increment, names):
             shape = increment.shapes[c.body]
-            edges = edges_between(boundary_edges(shape.cells), c.node)
-            touching = np.isin(np.arange(len(shape.x)), c.node[c.status != OPEN])
-            closed = np.where(beyond_corners(shape.x, edges[:, :2], touching), 0, touching[edges[:, :2]].sum(axis=1))
-            total += float(length(shape.x, edges) @ (0.5 * closed))
+            edges, closed = _touching(c, shape)
+            total += float(length(shape.x, edges) @ closed)
         return total
+
+    return value
+
+
+def _touching(c: ContactState, shape: Shape) -> tuple[Index, Array]:
+    """Edges (k, 2|3) of a contact, and the shares (k,) of them that are closed: half for each closed end."""
+    edges = edges_between(boundary_edges(shape.cells), c.node)
+    touching = np.isin(np.arange(len(shape.x)), c.node[c.status != OPEN])
+    closed = np.where(beyond_corners(shape.x, edges[:, :2], touching), 0, touching[edges[:, :2]].sum(axis=1))
+    return edges, 0.5 * closed
+
+
+def expansion(names: Names, revolved: bool) -> Value:
+    """Area of the surface in contact now over the area of the same surface at the beginning; lengths in the plane."""
+
+    def value(increment: Increment) -> float:
+        now = then = 0.0
+        for c in _states(increment, names):
+            shape = increment.shapes[c.body]
+            edges, closed = _touching(c, shape)
+            now += float(edge_areas(shape.x, edges, revolved) @ closed)
+            then += float(edge_areas(shape.X, edges, revolved) @ closed)
+        if not then > 0.0:
+            raise MeasureError("nothing is in contact, so that no surface there has grown")
+        return now / then
 
     return value
 
@@ -58,6 +82,8 @@ def largest(names: Names, field: str) -> Value:
 def _values(c: ContactState, field: str) -> Array:
     if field != "friction_power":
         values: Any = getattr(c, field)
+        if values is None:
+            raise MeasureError(f"{field.replace('_', ' ')} is not known here; solve the case")
         return np.asarray(values)
     return _power(c)
 
@@ -85,6 +111,20 @@ def mean(names: Names, field: str) -> Value:
         if whole == 0.0:
             raise MeasureError("nothing is in contact, so that there is no mean")
         return sum(float(np.abs(getattr(c.points, field)) @ c.points.weight) for c in states) / whole
+
+    return value
+
+
+def mean_at_closed(names: Names, field: str) -> Value:
+    """Mean of a field over the closed area, by the tributary areas of the nodes."""
+
+    def value(increment: Increment) -> float:
+        states = _states(increment, names)
+        weights = [np.where(c.status != OPEN, c.weight, 0.0) for c in states]
+        whole = float(sum(w.sum() for w in weights))
+        if not whole > 0.0:
+            raise MeasureError("nothing is in contact, so that there is no mean")
+        return float(sum(w @ _values(c, field) for w, c in zip(weights, states))) / whole
 
     return value
 

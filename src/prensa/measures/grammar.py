@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from prensa.errors import PrensaError, take
-from prensa.measures import bodies, contacts, damage
+from prensa.measures import bodies, contacts, damage, filling
 from prensa.measures.bodies import Outline, Place
 from prensa.measures.columns import columns, directions, force_columns, place_columns
 from prensa.measures.measure import Gradient, Measure, MeasureError, Slope, Value
-from prensa.measures.units import area_unit, force_unit, length_unit, moment_unit, pressure_unit
+from prensa.measures.units import area_unit, force_unit, length_unit, moment_unit, pressure_unit, volume_unit
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh
 from prensa.model.problem import Problem
 from prensa.model.units import factor
-from prensa.result.increment import Shape
+from prensa.result.increment import SLIDING_FIELDS, Shape
 
 if TYPE_CHECKING:
     from prensa.result.increment import Increment
@@ -29,8 +29,14 @@ if TYPE_CHECKING:
 GUIDE = "docs/guide/measures.md lists them all"
 POSITIONS = ("x", "y", "ux", "uy")
 """Of a place: coordinates and displacements."""
-NODAL_FIELDS = ("mises", "plastic_strain", "displacement", "stress.xx", "stress.yy", "stress.zz", "stress.xy")
-CONTACT_EXTREMES = ("max.pressure", "max.shear", "max.slip", "max.friction_power", "mean.pressure", "mean.shear", "min.gap")
+NODAL_FIELDS = (
+    "mises", "plastic_strain", "displacement", "stress.xx", "stress.yy", "stress.zz", "stress.xy", "mean_stress", "triaxiality",
+    "lode", "strain_rate", "surface_expansion",
+)  # fmt: skip
+CONTACT_EXTREMES = (
+    "max.pressure", "max.shear", "max.slip", "max.friction_power", "mean.pressure", "mean.shear", "min.gap",
+    *(f"{m}.{q}" for m in ("max", "mean") for q in SLIDING_FIELDS),
+)  # fmt: skip
 COUNTS = ("open", "stick", "slip")
 TOOL_QUANTITIES = ("force", "force.x", "force.y", "moment", "travel", "travel.x", "travel.y", "rotation")
 DEEPEST = 20  # brackets of a measure: functions in one another are read one inside the other
@@ -109,17 +115,19 @@ def names(problem: Problem) -> Iterator[str]:
         yield from (f"{contact.name}.{q}" for q in (*_contact_quantities(), "passages", "elements") if q != "area")
     for name in problem.bodies if problem.space != "solid" else ():
         corners, edges = _boundaries(problem, name)
-        yield from (f"{name}.{q}" for q in ("plastic_power", "max.plastic_power"))
+        yield from (f"{name}.{q}" for q in ("plastic_power", "max.plastic_power", "folding_angle", "folds"))
+        yield from (f"{name}.{q}" for q in (*filling.FILL, *filling.POCKETS) if problem.tools)
         yield from (f"{name}.{p}.{q}" for p in corners for q in (*POSITIONS, *_fields(problem)))
         for outline in (name, *(f"{name}.{e}" for e in edges)):
             extremes = [f"{m}.{q}" for m in ("max", "min") for q in (*POSITIONS, *_fields(problem))]
             extremes += [f"{m}.{q}.place.{c}" for m in ("max", "min") for q in _fields(problem) for c in "xy"]
             yield from (f"{outline}.{q}" for q in (*extremes, "height", "width"))
+        yield from (f"{name}.{e}.surface_expansion" for e in edges)
         yield from (f"{name}.{e}.barrel" for e in edges)
 
 
 def _contact_quantities() -> Iterator[str]:
-    yield from ("area", "length", "friction_power", "neutral.x", "neutral.y", *CONTACT_EXTREMES)
+    yield from ("area", "length", "surface_expansion", "friction_power", "neutral.x", "neutral.y", *CONTACT_EXTREMES)
     yield from (f"count.{status}" for status in COUNTS)
 
 
@@ -257,10 +265,13 @@ class _Reader:
         head, _, tail = quantity.partition(".")
         power = f"{pressure_unit(p)} {length_unit(p)}/s"
         units = {"pressure": pressure_unit(p), "shear": pressure_unit(p), "slip": length_unit(p), "friction_power": power}
+        units |= dict(zip(SLIDING_FIELDS, ("s", length_unit(p), f"{length_unit(p)}/s")))
         if quantity == "area":
             return _Part(area_unit(p), contacts.area(of))
-        if p.space == "solid" and (quantity == "length" or head == "neutral"):
+        if p.space == "solid" and (quantity in ("length", "surface_expansion") or head == "neutral"):
             raise MeasureError(f"{quantity!r} of a contact is along a line; in space take 'area', 'max.pressure' or 'count.slip'")
+        if quantity == "surface_expansion":
+            return _Part("", contacts.expansion(of, p.space == "axisymmetric"))
         if quantity == "length":
             return _Part(length_unit(p), contacts.contact_length(of))
         if quantity == "friction_power":
@@ -268,7 +279,8 @@ class _Reader:
         if quantity == "min.gap":
             return _Part(length_unit(p), contacts.least_gap(of))
         if quantity in CONTACT_EXTREMES:
-            how = contacts.largest if head == "max" else contacts.mean
+            average = contacts.mean_at_closed if tail in SLIDING_FIELDS else contacts.mean
+            how = contacts.largest if head == "max" else average
             return _Part(units[tail], how(of, tail))
         if head == "count" and tail in COUNTS:
             return _Part("", contacts.count(of, COUNTS.index(tail)))
@@ -298,6 +310,14 @@ class _Reader:
         if p.space == "solid":
             known = "of bodies in space there is the measure 'plastic_power' alone so far; take one of a tool or a contact"
             raise MeasureError(f"'{body}.{rest}': {known}")
+        if quantity == "folding_angle" and not where:
+            return _Part("deg", lambda i: float(i.folding[body].angle))
+        if quantity == "folds" and not where:
+            return _Part("", lambda i: float(len(i.folding[body].folds)))
+        if quantity in (*filling.FILL, *filling.POCKETS) and not where:
+            filling.refuse(p, f"{body}.{quantity}")
+            unit = volume_unit(p) if quantity.endswith("volume") else ""
+            return _Part(unit, filling.measured(p, body, quantity))
         owner, quantity = self._outline(body, quantity)
         if isinstance(owner, Place):
             if quantity.partition(".")[0] == "damage":
@@ -316,6 +336,9 @@ class _Reader:
             return self._geometric(body, length_unit(p), bodies.extent(owner, "y" if quantity == "height" else "x"))
         if quantity == "barrel" and owner.boundary:
             return self._geometric(body, length_unit(p), bodies.barrel(owner))
+        if quantity == "surface_expansion" and owner.boundary:
+            grown = bodies.expansion(owner, p.space == "axisymmetric")
+            return _Part("", bodies.plain(body, grown), None, body, grown)
         if name in (*POSITIONS, *_fields(p), "angle"):
             other = f"'{owner}.{name} at y=…'" + (f" or '{owner}.max.{name}'" if name != "angle" else "")
             raise MeasureError(f"'{body}.{rest}' says of no place on {owner}: write {other}")
@@ -380,8 +403,10 @@ class _Reader:
         return None
 
     def _field_unit(self, body: str, name: str) -> str:
-        if name == "plastic_strain":
+        if name in ("plastic_strain", "triaxiality", "lode", "surface_expansion"):
             return ""
+        if name == "strain_rate":
+            return "1/s"
         if name.partition(".")[0] == "damage":
             return damage.unit_of(self.problem, damage.law_of(self.problem, body, name))
         return length_unit(self.problem) if name in ("displacement", "thickness") else pressure_unit(self.problem)

@@ -22,6 +22,11 @@ def _of_unit_thickness(problem: Problem) -> bool:
     return problem.space not in ("axisymmetric", "solid") and problem.thickness == 1.0
 
 
+def volume_unit(problem: Problem) -> str:
+    """Unit of volumes: areas of the section in plane problems of thickness 1."""
+    return problem.units.length + ("²" if _of_unit_thickness(problem) else "³")
+
+
 def force_unit(problem: Problem) -> str:
     """Unit of tool forces: whole ones, and per length in plane problems of thickness 1."""
     units = problem.units

@@ -68,7 +68,22 @@ def lines(table: Table, case: Case, summary: Mapping[str, Any]) -> list[str]:
     for name, measure in summary.get("measures", {}).items():
         last = measure["last"]
         out.append(f"{name}: {'no value' if last is None else shown(last, measure['unit'])}")
-    return out
+    return out + [_filled(body, found, summary) for body, found in summary.get("fill", {}).items()]
+
+
+def _filled(body: str, found: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
+    """How far a die is filled, in words: volumes of what is missing and where the largest part of it is."""
+    unit, places = found["unit"], found["places"]
+    of = "" if len(summary["bodies"]) == 1 else f" around {body}"
+    most = "" if not places else (
+        f"{', most' if len(places) > 1 else ''} at ({places[0]['x']:.4g}, {places[0]['y']:.4g})"
+        + (f": {shown(places[0]['volume'], unit)}" if len(places) > 1 else "")
+    )  # fmt: skip
+    if found["fill"] is not None:
+        return f"die filled to {100 * found['fill']:.4g} %{of}: {shown(found['missing'], unit)} missing{most}"
+    count = len(places)
+    trapped = shown(sum(p["volume"] for p in places), unit)
+    return f"{count} closed pocket{'s' * (count > 1)} between tools and body{of}: {trapped}{most}"
 
 
 def sentence(peak: Peak) -> str:

@@ -45,8 +45,18 @@ FIELDS = (
     "displacement.x",
     "displacement.y",
     *(f"stress.{c}" for c in STRESSES),
+    "mean_stress",
+    "triaxiality",
+    "lode",
 )
-"""Of any problem; in plane stress also ``thickness``, with damage laws ``damage`` (by the first one) and ``damage.<law>``."""
+"""Of any problem; in plane stress also ``thickness``, of bodies that flow ``strain_rate``, with damage laws ``damage`` (by the
+first one) and ``damage.<law>``."""
+IF_THERE = ("thickness", "strain_rate")
+FIELD_NAMES = {
+    "mises": "von Mises stress", "plastic_strain": "equivalent plastic strain", "thickness": "thickness",
+    "mean_stress": "mean stress", "triaxiality": "stress triaxiality", "lode": "Lode parameter",
+    "strain_rate": "plastic strain rate",
+}  # fmt: skip
 
 
 def save(figure: Figure, path: str | Path, format: str | None = None) -> Path:
@@ -171,8 +181,8 @@ def field_values(body: BodyState, field: str) -> Array:
     kind, _, component = field.partition(".")
     if kind == "damage":  # none where a body has no such law
         return body.damage.get(component or next(iter(body.damage), ""), np.zeros(len(body.x)))
-    known = (*FIELDS, *(SPATIAL_FIELDS if body.X.shape[1] == 3 else ()))
-    if field not in (*known, "thickness"):
+    known = (*FIELDS, *(SPATIAL_FIELDS if body.X.shape[1] == 3 else ()), *IF_THERE)
+    if field not in known:
         raise PrensaError(f"unknown field {field!r}{suggest(field, known)}")
     if kind == "stress":
         return body.stress[:, (*STRESSES, "yz", "xz").index(component)]
@@ -181,6 +191,8 @@ def field_values(body: BodyState, field: str) -> Array:
         return u[:, "xyz".index(component)] if component else np.linalg.norm(u, axis=1)
     if kind == "thickness" and body.thickness is None:
         raise PrensaError("the field 'thickness' is there in plane stress only; draw 'plastic_strain' instead")
+    if kind == "strain_rate" and body.strain_rate is None:
+        raise PrensaError("the field 'strain_rate' was not kept by the version that wrote this run; run the case again")
     return np.asarray(getattr(body, kind))
 
 
@@ -199,9 +211,11 @@ def fields_of(problem: Problem, increments: Sequence[Increment]) -> list[str]:
     absent = {"stress.zz"} if thin else set()  # it is zero
     if not any(b.plastic_strain.any() for b in bodies):
         absent.add("plastic_strain")
+    flows = all(b.strain_rate is not None and b.strain_rate.any() for b in bodies)
     damaged = [f"damage.{name}" for name in dict.fromkeys(name for b in bodies for name in b.damage)]
-    more = ["thickness"] if thin else SPATIAL_FIELDS if problem.space == "solid" else ()
-    return [f for f in (*FIELDS, *more, *damaged) if f not in absent] if bodies else []
+    more = [*(["strain_rate"] if flows else []), *(["thickness"] if thin else [])]
+    more += [*(SPATIAL_FIELDS if problem.space == "solid" else ()), *damaged]
+    return [f for f in (*FIELDS, *more) if f not in absent] if bodies else []
 
 
 def field_name(problem: Problem, field: str) -> str:
@@ -216,7 +230,7 @@ def field_name(problem: Problem, field: str) -> str:
         return f"displacement {names['xyz'.index(component)]}" if component else "displacement"
     if kind == "damage":
         return f"damage, {_law(problem, component).heading}"
-    return {"mises": "von Mises stress", "plastic_strain": "equivalent plastic strain", "thickness": "thickness"}[kind]
+    return FIELD_NAMES[kind]
 
 
 def _law(problem: Problem, name: str) -> damage.DamageLaw:
@@ -228,14 +242,16 @@ def field_unit(problem: Problem, field: str) -> str:
     """Unit of a field."""
     if field.startswith("damage"):
         return damage.unit_of(problem, _law(problem, field.partition(".")[2])) or "–"
-    if field == "plastic_strain":
+    if field in ("plastic_strain", "triaxiality", "lode"):
         return "–"
+    if field == "strain_rate":
+        return "1/s"
     return style.length_unit(problem) if field.startswith(("disp", "thick")) else style.pressure_unit(problem)
 
 
 def field_map(field: str) -> str:
     """Name of its colour map: two-sided about zero for quantities that have a sign."""
-    return style.DIVERGING if field.startswith(("stress", "displacement.")) else style.SEQUENTIAL
+    return style.DIVERGING if field.startswith(("stress", "displacement.", "mean_stress", "triax", "lode")) else style.SEQUENTIAL
 
 
 # ------------------------------------------------------------------------------------------------------------- mirrors

@@ -25,6 +25,7 @@ from prensa.result.increment import (
     FORCE_IN,
     PLACE,
     REACTION,
+    SLIDING_FIELDS,
     STATUS,
     BodyState,
     ContactState,
@@ -178,17 +179,18 @@ def _contact(path: Path, contact: Any, area: float) -> ContactState:
     axes = "xyz" if "z" in t else "xy"
     X, x = np.column_stack([t[c.upper()] for c in axes]), np.column_stack([t[c] for c in axes])
     unknown, status = np.full(len(X), np.nan), _numbered(t["status"])
-    points = PointValues(X, x, t["gap"], t["pressure"], t["shear"], t["slip"], status, unknown)
+    slid = [t.get(name) for name in SLIDING_FIELDS]  # which older runs did not write
+    points = PointValues(X, x, t["gap"], t["pressure"], t["shear"], t["slip"], status, unknown, None, *slid)
     if (beside := history.of_points(path)).is_file():
         p = history.read_table(beside)
         points = PointValues(
             np.column_stack([p["X"], p["Y"]]), np.column_stack([p["x"], p["y"]]), p["gap"], p["pressure"], p["shear"],
-            p["slip"], _numbered(p["status"]), p["weight"],
+            p["slip"], _numbered(p["status"]), p["weight"], None, *(p.get(name) for name in SLIDING_FIELDS),
         )  # fmt: skip
     return ContactState(
         "+".join(contact.surface), contact.against, contact.surface[0].partition(".")[0], t["node"], X, x, t["gap"],
         t["pressure"], t["shear"], t["slip"], status, unknown, np.full_like(X, np.nan), t["pressure_from_stress"],
-        t["pressure_smoothed"], t["error"], area, points,
+        t["pressure_smoothed"], t["error"], area, points, *slid,
     )  # fmt: skip
 
 

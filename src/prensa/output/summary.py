@@ -16,14 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa import __version__
+from prensa.checks.during.closing import FOLDS
 from prensa.errors import PrensaError, take_path
 from prensa.measures.columns import force_columns, place_columns
+from prensa.measures.filling import found_at_end
+from prensa.measures.units import volume_unit
 from prensa.model.feed import ends_early
 from prensa.model.metals import metals_of
 from prensa.model.problem import Case, Problem
 from prensa.model.schema import plain
 from prensa.output import answer, checkpoint, damage, history, lock, measured, passages, runlog
 from prensa.output.files import Contents, write_text
+from prensa.output.stored import Placement, Stored
+from prensa.types import Array
 
 if TYPE_CHECKING:
     from prensa.system.state import State
@@ -67,6 +72,8 @@ def summarise(directory: Path, system: System, case: Case, state: State | None, 
         "warnings": known["warnings"],
         "warnings_about": {w: about[w] for w in answer.weighed(known["warnings"], about) if w in about},
         "stopped_by": known["stopped_by"],
+        "fill": _fill(directory, system, case) if known["status"] in ENDED else {},
+        "folds": [w for w in known["warnings"] if FOLDS in w],
         "case": text,
     }
     return made | {"answer": answer.lines(tables.history, case, made)}
@@ -225,6 +232,25 @@ def _forces(problem: Problem) -> list[tuple[str, str]]:
     """Names of a tool's forces and moments in the summary, with their columns: x, y and m in the plane."""
     names = ("x", "y", "z", "mx", "my", "mz") if problem.space == "solid" else ("x", "y", "m")
     return list(zip(names, force_columns(problem)))
+
+
+def _fill(directory: Path, system: System, case: Case) -> dict[str, Any]:
+    """How far dies are filled at the end of a run, by body: of closed ones the share, and the places that are not filled."""
+    if case.problem.space == "solid":
+        return {}
+    placements = {t.name: Placement(_pair(t.at), _pair(t.direction)) for t in system.tools}
+    stored = Stored(directory, case, placements)
+    if not stored.with_fields or stored.with_fields[-1] != stored[-1].number:
+        return {}
+    return {
+        body: {"fill": 1.0 - found.missing / found.die if found.closed else None, "die": found.die, "missing": found.missing,
+               "unit": volume_unit(case.problem), "places": [place._asdict() for place in found.places or found.pockets]}
+        for body, found in found_at_end(stored[-1]).items()
+    }  # fmt: skip
+
+
+def _pair(v: Array) -> tuple[float, float]:
+    return float(v[0]), float(v[1])
 
 
 def _early_ends(table: Mapping[str, NDArray[Any]], problem: Problem, completed: bool) -> dict[str, float]:

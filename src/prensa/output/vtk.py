@@ -13,6 +13,7 @@ import re
 import xml.etree.ElementTree as ET
 from contextlib import suppress
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -21,12 +22,15 @@ import numpy as np
 from prensa.errors import PrensaError, take_path
 from prensa.output.cells import vtk_type
 from prensa.output.files import numbered, replacing, write_text
-from prensa.result.increment import BodyState, Increment
+from prensa.result.increment import SLIDING_FIELDS, BodyState, Increment
 from prensa.types import Array, Index
 
 FIELDS_FOLDER = "fields"
 COLLECTION = "fields.pvd"
 DAMAGE = "damage_"  # and the name of a law: a field
+RATIOS = ("mean_stress", "triaxiality", "lode")
+IF_KNOWN = ("strain_rate", "surface_expansion")
+ACCUMULATED = ("contact_time", "sliding_distance")
 _HEAD = """\
 <?xml version="1.0"?>
 <VTKFile type="Collection" version="0.1" byte_order="LittleEndian">
@@ -79,6 +83,7 @@ def as_mesh(increment: Increment) -> Any:
     offset = np.cumsum([0, *(len(b.X) for b in bodies)])
     cells = [(vtk_type(b.cells, b.X.shape[1]), b.cells + o) for b, o in zip(bodies, offset)]
     laws = [name for b in bodies for name in b.damage]
+    known = [name for name in IF_KNOWN if all(getattr(b, name) is not None for b in bodies)]
     thin = [b.thickness for b in bodies if b.thickness is not None]
     return meshio.Mesh(
         points=_stack(bodies, lambda b: _vector(b.x)),
@@ -93,6 +98,8 @@ def as_mesh(increment: Increment) -> Any:
             "contact_pressure_from_stress": _on_surfaces(increment, "pressure_from_stress"),
             "contact_pressure_smoothed": _on_surfaces(increment, "pressure_smoothed"),
             "contact_error": _on_surfaces(increment, "error"),
+            **{name: _stack(bodies, attrgetter(name)) for name in (*RATIOS, *known)},
+            **{name: _on_surfaces(increment, name) for name in SLIDING_FIELDS},
             **({"thickness": np.concatenate(thin)} if thin else {}),
             **{f"{DAMAGE}{name}": _stack(bodies, partial(_damage, name=name)) for name in dict.fromkeys(laws)},
         },
@@ -153,6 +160,7 @@ def _body(mesh: Any, cells: Index, own: slice) -> BodyState:
         x - data["displacement"][own, :d], x, cells, np.array(data["reaction"][own, :d]), np.array(data["stress"][own, : 2 * d]),
         np.array(data["mises"][own]), np.array(data["plastic_strain"][own]), thickness,
         {name.removeprefix(DAMAGE): values for name, values in damage.items() if not np.isnan(values).any()},
+        *(np.array(data[name][own]) if name in data else None for name in IF_KNOWN),
     )  # fmt: skip
 
 
@@ -170,10 +178,16 @@ def _stack(bodies: list[BodyState], values: object) -> Array:
 
 
 def _on_surfaces(increment: Increment, name: str) -> Array:
-    """(n,) a nodal value of the contacts where they are closed, the larger where a node touches two tools, else 0."""
+    """(n,) a nodal value of the contacts where they are closed, the larger where a node touches two tools, else 0.
+
+    What is counted since the beginning stays where a contact has opened.
+    """
     out = {body: np.zeros(len(state.X)) for body, state in increment.bodies.items()}
     for contact in increment.contacts.values():
-        np.maximum.at(out[contact.body], contact.node, np.where(contact.status > 0, getattr(contact, name), 0.0))
+        values = getattr(contact, name)
+        if values is not None:
+            reached = (contact.status > 0) | (name in ACCUMULATED)
+            np.maximum.at(out[contact.body], contact.node, np.where(reached, values, 0.0))
     return np.concatenate(list(out.values()))
 
 

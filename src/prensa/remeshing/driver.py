@@ -388,7 +388,8 @@ def _committed(system: System, state: State, c: Context, result: NewtonResult) -
     e, contact, lam = result.evaluation, state.contact, result.lam.copy()
     for s, f in zip(system.surfaces, e.contacts):
         # An increment without duration has no speed of slip: laws that ask for it go on with that of the last one.
-        contact = contact.replaced(s.rows, replace(f.record, speed=state.contact.speed[s.rows]))
+        was = state.contact.of(s.rows)
+        contact = contact.replaced(s.rows, replace(f.record, speed=was.speed, time=was.time, path=was.path))
         lam[s.rows, 0], lam[s.rows, 1:] = f.p, f.t
     work, old = nodal_work(system, c, e), state.energy
     elastic, plastic = system.elastic_energy(e.history), system.plastic_work(e.history)

@@ -228,8 +228,8 @@ class _Places:
         lam = between(self.state.lam[old.rows] * by_area) * closed[:, None]
         traction = between(record.traction * by_area[:, 1:]) * closed[:, None]
         coordinate = np.zeros_like(traction)
-        slip, speed, area = (between(of) for of in (record.slip, record.speed, record.area))
-        return ContactRecord(traction, slip, coordinate, closed, speed, area), closed, lam
+        slip, *rest = (between(of) for of in (record.slip, record.speed, record.area, record.time, record.path))
+        return ContactRecord(traction, slip, coordinate, closed, *rest), closed, lam
 
     def _areas(self, s: Surface, law: FrictionLaw | None) -> Array:
         """Factors (k, 1 + t) from pressures and tractions per area at the start of the last increment to those per area now.

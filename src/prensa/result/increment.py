@@ -18,9 +18,12 @@ if TYPE_CHECKING:
     from prensa.contact.passage import Passing
     from prensa.model.problem import Problem
     from prensa.result.assembled import Assembled
+    from prensa.result.folding import Folding
     from prensa.system.state import State
 
 STATUS = ("open", "stick", "slip")
+SLIDING_FIELDS = ("contact_time", "sliding_distance", "sliding_velocity")
+"""Fields of a contact that follow its points along their tool."""
 
 
 class Force(NamedTuple):
@@ -83,7 +86,8 @@ class PointValues(Shown):
 
     ``X``/``x`` (k, 2) initial and current positions, ``gap``, ``pressure``, ``shear``, ``slip``, ``status`` (k,) as in
     `ContactState`, ``weight`` (k,) area of the point (2πr inside in axisymmetry). With ``integration: kikuchi`` pressure
-    and shear are the projected ones, Σ N_A λ_A at the point. ``speed`` (k,) of slip in the increment (None: not known).
+    and shear are the projected ones, Σ N_A λ_A at the point. ``speed`` (k,) of slip in the increment (None: not known);
+    ``contact_time``, ``sliding_distance``, ``sliding_velocity`` (k,) as in `ContactState`.
     """
 
     X: Array
@@ -95,6 +99,9 @@ class PointValues(Shown):
     status: Bytes
     weight: Array
     speed: Array | None = None
+    contact_time: Array | None = None
+    sliding_distance: Array | None = None
+    sliding_velocity: Array | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -110,6 +117,9 @@ class ContactState(Tabular):
     ``pressure_smoothed`` with the integration points extrapolated to the nodes and averaged there (the paper's route),
     ``error`` = |pressure − pressure_from_stress| where closed, an error bar. ``area``: area of the closed points.
     ``points``: the same at the integration points. Pressures are per current area.
+    ``contact_time`` (k,) seconds in contact so far, ``sliding_distance`` (k,) path along the tool while in contact, without the
+    elastic part of a penalty, with or without friction, and ``sliding_velocity`` (k,) its rate per second in the increment;
+    None where they are not known.
 
     In space positions and forces have three components, ``shear`` is the size of the traction along the tool, and both pressures
     from the stresses are those of `prensa.contact.recovery_in_space`.
@@ -133,6 +143,9 @@ class ContactState(Tabular):
     error: Array
     area: float
     points: PointValues
+    contact_time: Array | None = None
+    sliding_distance: Array | None = None
+    sliding_velocity: Array | None = None
 
     def _line(self) -> str:
         largest = f"largest pressure {self.pressure.max(initial=0):.4g}"
@@ -154,7 +167,9 @@ class BodyState(Tabular):
 
     ``X``, ``x`` (n, 2); ``cells`` (m, a); ``reaction`` (n, 2) force of the supports on the node (0 where free);
     ``stress`` (n, 4) recovered Cauchy stress xx, yy, zz, xy; ``mises`` (n,); ``plastic_strain`` (n,) equivalent;
-    ``thickness`` (n,) current, in plane stress (None elsewhere); ``damage``: D (n,) by the name of each damage law of the body. In
+    ``thickness`` (n,) current, in plane stress (None elsewhere); ``damage``: D (n,) by the name of each damage law of the body;
+    ``strain_rate`` (n,) rate of the equivalent plastic strain per second in the increment (None: not known);
+    ``surface_expansion`` (n,) surface now over that at the beginning, of the outline (not a number inside; None: not known). In
     space vectors have three components, cells are bricks of 8 nodes, and the stress (n, 6) has yz and xz too.
     """
 
@@ -167,11 +182,37 @@ class BodyState(Tabular):
     plastic_strain: Array
     thickness: Array | None = None
     damage: Mapping[str, Array] = field(default_factory=dict)
+    strain_rate: Array | None = None
+    surface_expansion: Array | None = None
 
     @property
     def displacement(self) -> Array:
         """(n, 2) displacement from the initial position."""
         return self.x - self.X
+
+    @property
+    def mean_stress(self) -> Array:
+        """(n,) third of the trace of the stress, positive in tension."""
+        return np.asarray(self.stress[:, :3].sum(axis=1) / 3.0)
+
+    @property
+    def triaxiality(self) -> Array:
+        """(n,) mean stress over the von Mises stress (Rice and Tracey 1969): 1/3 in uniaxial tension; 0 without stress."""
+        return np.divide(self.mean_stress, self.mises, out=np.zeros(len(self.mises)), where=self.mises > 0.0)
+
+    @property
+    def lode(self) -> Array:
+        """(n,) Lode parameter (2 σ₂ − σ₁ − σ₃)/(σ₁ − σ₃) of the principal stresses σ₁ ≥ σ₂ ≥ σ₃ (Lode 1926).
+
+        −1 in uniaxial tension, 0 in shear, 1 in uniaxial compression; 0 where all three are the same.
+        """
+        if self.stress.shape[1] == 6:
+            low, mid, high = np.linalg.eigvalsh(self.stress[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3)).T
+        else:
+            xx, yy, zz, xy = self.stress.T
+            middle, radius = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)
+            low, mid, high = np.sort([middle - radius, middle + radius, zz], axis=0)
+        return np.divide(2.0 * mid - low - high, high - low, out=np.zeros(len(low)), where=high > low)
 
     def _line(self) -> str:
         largest = f"mises ≤ {self.mises.max(initial=0):.4g}, plastic strain ≤ {self.plastic_strain.max(initial=0):.4g}"
@@ -270,6 +311,7 @@ class More(NamedTuple):
     shapes: Callable[[], Mapping[str, Shape]]
     plastic_power: Callable[[], Mapping[str, PlasticPower]]
     assembled: Callable[[], Assembled] | None = None
+    folding: Callable[[], Mapping[str, Folding]] | None = None
 
 
 @dataclass(frozen=True)
@@ -408,6 +450,13 @@ class Increment(Drawn):
     def shapes(self) -> Mapping[str, Shape]:
         """Shapes of the bodies by name; no stress is recovered for them."""
         return self._known.shapes()
+
+    @cached_property
+    def folding(self) -> Mapping[str, Folding]:
+        """Re-entrant corners and folds of the outlines by body."""
+        if self._known.folding is None:
+            raise PrensaError("an increment read back has no outlines; those that solve yields have")
+        return self._known.folding()
 
     @cached_property
     def plastic_power(self) -> Mapping[str, PlasticPower]:

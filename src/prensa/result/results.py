@@ -15,13 +15,17 @@ from prensa.contact.recovery import at_free_edges, borne, mises_of, recover, smo
 from prensa.contact.surface import Surface
 from prensa.errors import PrensaError, take
 from prensa.materials.damage_law import DamageLaw
+from prensa.mesh.mesh import boundary_edges
+from prensa.mesh.surfaces import surface_expansion
 from prensa.model.problem import support_names
 from prensa.model.seconds import elapsed
 from prensa.result.assembled import Assembled, assembled
+from prensa.result.folding import folding
 from prensa.result.increment import (
     FORCE_IN,
     PLACE,
     REACTION,
+    SLIDING_FIELDS,
     BodyState,
     ContactState,
     Force,
@@ -71,13 +75,22 @@ def increment_of(
     return Increment(
         plan.name, plan.number + 1, state.clock.number, state.clock.time, tool_states(system, state, e),
         state.energy._asdict(), support_forces(system, e, plan, state), statistics, ended,
-        whole, lambda: contact_states(system, whole(), e, plan), lambda: body_states(system, whole(), e, plan),
+        whole, lambda: contact_states(system, whole(), e, plan, rate(before.contact.path, state.contact.path, seconds)),
+        lambda: body_states(system, whole(), e, plan, old, seconds),
         remeshings=0 if state.remeshed is None else state.remeshed.count,
         seconds=elapsed(system.problem, state.clock.time, state.ends),
         _more=More(system.problem, parse, lambda: shapes(system, whole(), start),
                    lambda: plastic_power(system, old, state.history, seconds),
-                   None if context is None else lambda: assembled(system, context, whole().u, lam)),
+                   None if context is None else lambda: assembled(system, context, whole().u, lam),
+                   lambda: folding(system, whole().u, start)),
     )  # fmt: skip
+
+
+def rate(before: Array, after: Array, seconds: float) -> Array:
+    """Change (n,) per second; none in an increment without duration, or after which there are other points."""
+    if not seconds > 0.0 or len(before) != len(after):
+        return np.zeros(len(after))
+    return np.asarray((after - before) / seconds)
 
 
 def shapes(system: System, state: State, start: Array) -> dict[str, Shape]:
@@ -157,8 +170,12 @@ def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolSt
     return out
 
 
-def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> dict[str, ContactState]:
+def contact_states(
+    system: System, state: State, e: Evaluation, plan: StepPlan, velocity: Array | None = None
+) -> dict[str, ContactState]:  # fmt: skip
     """Contact results along each surface; pressures are those of points that are the nodes, else nodal forces over areas.
+
+    ``velocity`` (points,): of sliding in the increment, None: at rest.
 
     Closed points slip in a step without friction; with friction those whose traction is on its bound.
     """
@@ -167,6 +184,7 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
     where, depth = (x, system.depth_in(e.history)) if finite else (system.X, system.depth)
     patches, smooth = _stresses(system, state, e)
     out = {s.name: _apart(system, s, state, where, depth) for s in system.removed}
+    velocity = np.zeros(len(state.contact)) if velocity is None else velocity
     for s, f, law in zip(system.surfaces_at(state.clock.time), e.contacts, plan.friction_at(state.clock.time)):
         # Where a sharp corner cuts edges the points are others in each increment.
         s = s if f.points is None else replace(s, points=f.points, X=f.points.at(system.X))
@@ -176,6 +194,7 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
         slides = f.slip | system.frictionless(law)
         status = np.where(f.p > 0, np.where(slides, 2, 1), 0).astype(np.int8)
         nodal = _together(s, _Nodal(weight, p, t, f.kappa, status)) if s.points.one_a_node else _at_nodes(s, f, area, status)
+        slid = state.contact.time[s.rows], state.contact.path[s.rows], velocity[s.rows]
         if s.points.rule.projected:
             p, t = ((s.points.N * v[s.points.slots]).sum(axis=1) for v in (nodal.pressure, nodal.shear))
         out[s.name] = ContactState(
@@ -186,7 +205,8 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
             pressure_smoothed=_pressure_of(smooth, nodes, pairs.n),
             error=np.where(nodal.status > 0, np.abs(nodal.pressure - from_stress), 0.0),
             area=float((system.touching(s, where, depth, f.p > 0) if f.stencils.area is None else weight[f.p > 0]).sum()),
-            points=PointValues(s.X, s.points.at(x), f.g, p, t, f.kappa, status, weight, state.contact.speed[s.rows]),
+            points=PointValues(s.X, s.points.at(x), f.g, p, t, f.kappa, status, weight, state.contact.speed[s.rows], *slid),
+            **dict(zip(SLIDING_FIELDS, (_means_at_nodes(s, weight, area, v) for v in slid))),
         )  # fmt: skip
     return out
 
@@ -250,17 +270,24 @@ def _at_nodes(s: Surface, f: ContactForces, area: Array, status: Bytes) -> _Noda
     return _Nodal(area, pressure, shear, slip, np.where(closed, np.where(sticks, 1, 2), 0).astype(np.int8))
 
 
+def _means_at_nodes(s: Surface, weight: Array, area: Array, values: Array) -> Array:
+    """Values (k,) of points with areas ``weight`` (k,) at the nodes (n,): means, where points are not the nodes."""
+    if s.points.one_a_node:
+        return values
+    of = _with_area(area)
+    return np.asarray(s.points.to_nodes(weight * values)[of] / s.points.to_nodes(weight)[of])
+
+
 def _apart(system: System, s: Surface, state: State, where: Array, depth: Array | None) -> ContactState:
     """A contact whose tool is gone: open everywhere, infinitely far; nothing is recovered without the tool's normal."""
     x, nodes = system.positions(state.u), s.points.nodes
     nothing, unknown, n = np.zeros(len(nodes)), np.full(len(nodes), np.nan), len(s.points)
     slip = state.contact.slip[s.rows]
     weight = area = system.weights(s, where, depth)
-    slipped = slip
     if not s.points.one_a_node:
         area = system.tributary(s, where, depth)
-        of = _with_area(area)
-        slipped = s.points.to_nodes(weight * slip)[of] / s.points.to_nodes(weight)[of]
+    slid = state.contact.time[s.rows], state.contact.path[s.rows], np.zeros(n)
+    slipped, *rest = (_means_at_nodes(s, weight, area, v) for v in (slip, *slid))
     return ContactState(
         surface="+".join(s.description.surface), tool=s.against, body=s.body,
         node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=np.full(len(nodes), np.inf), pressure=nothing,
@@ -268,7 +295,8 @@ def _apart(system: System, s: Surface, state: State, where: Array, depth: Array 
         status=np.zeros(len(nodes), dtype=np.int8), weight=area, force=np.zeros_like(x[nodes]),
         pressure_from_stress=unknown, pressure_smoothed=unknown, error=nothing, area=0.0,
         points=PointValues(s.X, s.points.at(x), np.full(n, np.inf), np.zeros(n), np.zeros(n), slip, np.zeros(n, dtype=np.int8),
-                           weight),
+                           weight, None, *slid),
+        **dict(zip(SLIDING_FIELDS, rest)),
     )  # fmt: skip
 
 
@@ -421,8 +449,13 @@ def _recovered(x: Array, b: Block, values: Array, history: Array, recovery: Reco
     return recover(*where, kinked=yielded, centred=centred, N=b.element.N)
 
 
-def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> dict[str, BodyState]:
-    """Shapes, support reactions and recovered fields of the bodies."""
+def body_states(
+    system: System, state: State, e: Evaluation, plan: StepPlan, old: Sequence[Array], seconds: float
+) -> dict[str, BodyState]:  # fmt: skip
+    """Shapes, support reactions and recovered fields of the bodies.
+
+    ``old``: histories before the increment, which lasted so many ``seconds``.
+    """
     x = system.positions(state.u)
     where = x if system.problem.kinematics == "finite" else system.X
     flat = system.dofs.dimension == 2
@@ -430,20 +463,28 @@ def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
     reaction = system.displacement(reactions(system, e, plan, state))
     thickness = system.depth_in(e.history) if system.problem.space == "plane stress" else None
     out = {}
-    for number, (b, h) in enumerate(zip(system.blocks, e.history)):
+    for number, (b, h, before) in enumerate(zip(system.blocks, e.history, old, strict=True)):
         own = _own(b)
         sig = stress[own]
-        plastic = np.zeros(len(sig))
+        plastic, faster = np.zeros(len(sig)), np.zeros(len(sig))
         if b.law.plastic:
-            strain = b.field(h, "plastic_strain")
-            plastic = np.maximum((_recovered(where, b, strain, h) if flat else _in_space(b, strain, h))[:, 0], 0.0)
+            strain, was = (b.field(of, "plastic_strain") for of in (h, before))
+            plastic = np.maximum(_at_nodes_of(b, where, strain, h)[:, 0], 0.0)
+            if seconds > 0.0:
+                faster = np.maximum(_at_nodes_of(b, where, (strain - was) / seconds, h)[:, 0], 0.0)
         mises = mises_of(sig) if flat else recovery_in_space.mises_of(sig)
         out[b.body] = BodyState(
             system.X[own], x[own], b.cells - own.start, reaction[own], sig, mises, plastic,
             None if thickness is None else thickness[own],
             nodal_damage(system.problem.bodies[b.body].damage, where, b, state.damage[number], h) if state.damage else {},
+            faster, _expansion(system, b, x) if flat else None,
         )  # fmt: skip
     return out
+
+
+def _at_nodes_of(b: Block, where: Array, values: Array, history: Array) -> Array:
+    """Recovered fields (n, c) of values (m, q, c), in the plane or in space."""
+    return _recovered(where, b, values, history) if where.shape[1] == 2 else _in_space(b, values, history)
 
 
 def nodal_damage(
@@ -452,9 +493,16 @@ def nodal_damage(
     """Recovered damage (n,) of the nodes of a body by the name of each law, of D (m, q, laws) at its points."""
     out = {}
     for k, law in enumerate(laws):
-        values = _recovered(where, b, damage[..., k : k + 1], history)[:, 0]
+        values = _at_nodes_of(b, where, damage[..., k : k + 1], history)[:, 0]
         out[law.name] = values if law.falls else np.maximum(values, 0.0)
     return out
+
+
+def _expansion(system: System, b: Block, x: Array) -> Array:
+    """Surface now over that at the beginning at the nodes of a body, for all nodes at x (n, 2); nan inside."""
+    own = _own(b)
+    edges = boundary_edges(b.cells - own.start)
+    return surface_expansion(system.X[own], x[own], edges, system.problem.space == "axisymmetric")
 
 
 def evaluate(increment: Increment) -> Assembled:

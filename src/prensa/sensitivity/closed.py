@@ -37,7 +37,7 @@ from prensa.types import Array
 Arrays = dict[str, Array]
 
 
-CONTACT = tuple(f"contact.{f.name}" for f in fields(ContactRecord) if f.name != "closed")
+CONTACT = tuple(f"contact.{f.name}" for f in fields(ContactRecord) if f.name not in ("closed", "time"))
 
 
 def covers(c: Context) -> bool:
@@ -266,16 +266,25 @@ def _carried_on(at: Solution, before: Bundle, found: Closed, stored: Array, stat
     work[c.plan.fixed] += found.reaction[c.plan.fixed]
     out: Arrays = {"u": x} | handed_down(was)
     out |= {k: was[k].copy() for k in (*CONTACT, "lam")}
-    for p in found.points:
+    for k, p in enumerate(found.points):
         rows = p.surface.rows
         out["contact.traction"][rows, 0], out["contact.slip"][rows] = p.t, p.kappa
         out["contact.coordinate"][rows, 0], out["contact.area"][rows] = p.s, p.area
         out["contact.speed"][rows] = (p.kappa - p.before.slip) / c.seconds
+        out["contact.path"][rows] += _slid(p, k, c, at.u)
         out["lam"][rows, 0], out["lam"][rows, 1] = p.p, p.t
     energy = _energies(at, before, found, x, work, stored, state)
     out |= {f"energy.{k}": v for k, v in energy.items()}
     out |= {"work": work, "step_start": x if c.ends_step else was["step_start"]}
     return out | {k: np.zeros(m) for k in was if k.startswith("stability.")}
+
+
+def _slid(p: Points, number: int, c: Context, u: Array) -> Array:
+    """Derivatives (k, d) of what `ContactForces.slid` adds to paths in an increment to u (ndof,), contact number *number*."""
+    if c.laws[number] is not None:
+        return p.kappa - p.before.slip
+    way = np.einsum("ktm,km->k", p.f.stencils.ds, (u - c.state.u)[p.f.stencils.dofs])
+    return np.where(p.f.p > 0, np.sign(way), 0.0)[:, None] * (p.s - p.before.coordinate[:, 0])
 
 
 def _energies(at: Solution, before: Bundle, found: Closed, u: Array, work: Array, stored: Array, state: State) -> Arrays:

@@ -29,8 +29,11 @@ def committed(
     At the end of a step all dofs are recovered: the next step may need some that this one does not.
     """
     old, contact, lam = c.state, c.state.contact, result.lam.copy()
-    for s, f, before in zip(system.surfaces, e.contacts, c.committed):
-        record = replace(f.record, speed=(f.kappa - before.slip) / c.seconds)
+    for s, f, before, law in zip(system.surfaces, e.contacts, c.committed, c.laws):
+        slid, touched = f.slid(before, result.u - old.u, law is None), np.where(f.p > 0, c.seconds, 0.0)
+        record = replace(
+            f.record, speed=(f.kappa - before.slip) / c.seconds, time=before.time + touched, path=before.path + slid
+        )
         contact = contact.replaced(s.rows, record)
         lam[s.rows, 0], lam[s.rows, 1:] = f.p, record.traction
     work = nodal_work(system, c, e)

@@ -177,7 +177,7 @@ class State:
         """Those of `arrays` that change with the parameters of a problem: not the clock, flags, and what a guess is made of."""
         guess = ("clock.", "dt_last", "du", "second_difference")
         looks = ("stability.negative", "stability.since", "stability.rest", "softest", "made_from")
-        fixed = (*guess, *looks, "contact.closed", "ends", "watched", "remeshed", "derivative")
+        fixed = (*guess, *looks, "contact.closed", "contact.time", "ends", "watched", "remeshed", "derivative")
         return {k: np.asarray(a, dtype=np.float64) for k, a in self.arrays().items() if not k.startswith(fixed)}
 
     def moved(self, directions: Mapping[str, Array], step: float) -> State:

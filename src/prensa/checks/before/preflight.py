@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from prensa.checks.before.bending import stiff_in_bending
 from prensa.checks.before.bores import bores
+from prensa.checks.before.closed_dies import closed_dies
 from prensa.checks.before.feeding import feeding
 from prensa.checks.before.flow_curves import flow_curves
 from prensa.checks.before.forces import mounts, pushes
@@ -45,7 +46,7 @@ AT_REST: tuple[Check[System], ...] = (tool_sizes, surface_corners, starting_plac
 CHECKS: tuple[Check[System], ...] = (
     obsolete_keys, new_meshes, flow_curves, tables, lengths, pushes, mesh_shapes, stiff_in_bending, bores, table_starts,
     standstills, travels, small_strain, feeding, new_sizes, mounts, turns, off_centre, thick_sheets, *AT_REST, tools_inside,
-    tool_paths, rigid_motions, joint_motions, tied_gaps, measured_places,
+    tool_paths, rigid_motions, joint_motions, tied_gaps, measured_places, closed_dies,
 )  # fmt: skip
 """In the plane, in the order in which they are reported."""
 AFTER: dict[Check[System], tuple[Check[System], ...]] = {tools_inside: AT_REST, tool_paths: (*AT_REST, tools_inside)}

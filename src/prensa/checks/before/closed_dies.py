@@ -1,0 +1,64 @@
+"""Measures of a closed die in problems whose tools never close one."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+
+from prensa.errors import Finding, Severity
+from prensa.measures.filling import FILL, Section, filling, walls
+from prensa.result.increment import PLACE, Force, ToolState
+from prensa.system.moments import stages
+from prensa.system.system import System
+from prensa.types import Array
+
+
+def closed_dies(system: System) -> Iterator[Finding]:
+    """Measures of dies around bodies that no tools enclose at the ends of the steps, where all tools have given ways."""
+    for path, body in _asked(system):
+        if not any(_open_to_doubt(system, body)):
+            first = next(q for q in FILL)
+            yield Finding(
+                path,
+                f"no closed die surrounds {body!r} at the start or the end of a step: the tools leave an opening; add the tool "
+                f"or support that closes it, or measure '{body}.trapped_volume' in the place of '{body}.{first}'",
+                Severity.REFUSE,
+            )
+
+
+def _asked(system: System) -> Iterator[tuple[str, str]]:
+    """Paths of measures of closed dies, with the body of each."""
+    problem = system.problem
+    texts = [(f"measures.{name}", text) for name, text in problem.measures.items()]
+    for k, step in enumerate(problem.steps):
+        named = step.until.measure if step.until is not None else {}
+        texts += [(f"steps.{k}.until.measure.{text}", text) for text in named]
+    for path, text in texts:
+        for body in problem.bodies:
+            if re.search(rf"(?<![\w.]){re.escape(body)}\.({'|'.join(FILL)})\b", text):
+                yield path, body
+
+
+def _open_to_doubt(system: System, body: str) -> Iterator[bool]:
+    """Whether a die is closed, or tools may be anywhere, at the start and the end of each step."""
+    meshes = system.meshes
+    nothing = np.zeros(0, dtype=np.int64)
+    section = Section(
+        {b: m.points for b, m in meshes.items()}, {b: m.cells for b, m in meshes.items()}, dict.fromkeys(meshes, nothing)
+    )
+    for number, stage in enumerate(stages(system)):
+        around = walls(system.problem, number)
+        for u, known in ((stage.start, stage.known), (stage.end, stage.known_after)):
+            yield not system.dofs.tool.of(known.astype(np.float64)).all()
+            yield filling(system.problem, _tools(system, u), section, body, around).closed
+
+
+def _tools(system: System, u: Array) -> dict[str, ToolState]:
+    """Where the tools are for degrees of freedom u (ndof,)."""
+    nothing = Force(0.0, 0.0, 0.0)
+    return {
+        t.name: ToolState(t.at, PLACE[2](*map(float, system.place_of(k, u))), nothing, tuple(map(float, t.direction)))
+        for k, t in enumerate(system.tools)
+    }
