@@ -30,7 +30,7 @@ CONTACT_FOLDER = "contact"
 POINTS_SUFFIX = ".points.csv"
 CONTACT_COLUMNS = (
     "node", "x", "y", "gap", "pressure", "shear", "slip", "status", "pressure_from_stress", "pressure_smoothed", "error",
-    "X", "Y",
+    "X", "Y", "weight", "force_x", "force_y", "speed",
 )  # fmt: skip
 POINT_COLUMNS = ("x", "y", "gap", "pressure", "shear", "slip", "status", "weight", "X", "Y")
 CONVERGENCE_COLUMNS = ("increment", "iteration", "residual", "changes")
@@ -166,7 +166,8 @@ def write_contact(directory: Path, name: str, number: int, contact: ContactState
     words = [[STATUS[s] for s in status] for status in (c.status, q.status)]
     _write(path, CONTACT_COLUMNS, (
         c.node, c.x[:, 0], c.x[:, 1], c.gap, c.pressure, c.shear, c.slip, words[0], c.pressure_from_stress,
-        c.pressure_smoothed, c.error, c.X[:, 0], c.X[:, 1],
+        c.pressure_smoothed, c.error, c.X[:, 0], c.X[:, 1], c.weight, c.force[:, 0], c.force[:, 1],
+        np.full(len(c.x), np.nan) if c.speed is None else c.speed,
     ))  # fmt: skip
     if not np.array_equal(q.X, c.X):
         _write(of_points(path), POINT_COLUMNS, (

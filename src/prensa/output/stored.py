@@ -168,7 +168,7 @@ def _some(numbers: Sequence[int]) -> str:
 
 
 def _contact(path: Path, contact: Any, area: float) -> ContactState:
-    """A contact from its table; tributary areas and nodal forces are not in it, and not numbers here."""
+    """A contact from its table; what tables of older runs lack (areas, nodal forces, speeds) is not a number."""
     t = history.read_contact(path)
     if not len(t["x"]):
         raise PrensaError(f"{path}: the table has no rows; it is cut off, run the case again")
@@ -183,8 +183,9 @@ def _contact(path: Path, contact: Any, area: float) -> ContactState:
         )  # fmt: skip
     return ContactState(
         "+".join(contact.surface), contact.against, contact.surface[0].partition(".")[0], t["node"], X, x, t["gap"],
-        t["pressure"], t["shear"], t["slip"], status, unknown, np.full((len(X), 2), np.nan), t["pressure_from_stress"],
-        t["pressure_smoothed"], t["error"], area, points,
+        t["pressure"], t["shear"], t["slip"], status, t.get("weight", unknown),
+        np.column_stack([t.get("force_x", unknown), t.get("force_y", unknown)]), t["pressure_from_stress"],
+        t["pressure_smoothed"], t["error"], area, points, t.get("speed", unknown),
     )  # fmt: skip
 
 

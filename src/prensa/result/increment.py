@@ -133,6 +133,8 @@ class ContactState(Tabular):
     error: Array
     area: float
     points: PointValues
+    speed: Array | None = None
+    """(k,) of slip in the increment, at a node of several points their mean weighted by pressure; None: not known."""
 
     def _line(self) -> str:
         largest = f"largest pressure {self.pressure.max(initial=0):.4g}"
