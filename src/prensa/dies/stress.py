@@ -6,37 +6,38 @@ It goes one way: the tool was rigid in the run, and its give is not fed back to 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from prensa.analysis import solve
-from prensa.dies.section import depths_of, face_nodes, offset
+from prensa.dies.section import depths_of, face_nodes, mesh_of, offset
 from prensa.dies.spread import Touch, touch
 from prensa.dies.surface import Outline, in_space, outline_of
 from prensa.errors import PrensaError
 from prensa.materials.solids.elastic import Elastic
 from prensa.model.names import suggest
 from prensa.model.problem import Body, Fixed, Load, Points, Problem, Step, Tie
+from prensa.model.units import factor
 from prensa.precision import DRAWN
-from prensa.result.increment import Increment
+from prensa.result.increment import Increment, ToolState
 from prensa.system.contact_surfaces import symmetry_lines
 from prensa.system.discretise import discretise
 from prensa.system.system import System
 from prensa.types import Array
 
-STEEL = (210e3, 0.3)
-"""Modulus (MPa) and Poisson's ratio of a die of which nothing else is given."""
+STEEL = "210 GPa"
+"""Young's modulus of a die of which nothing else is given."""
 
 
 @dataclass(frozen=True)
-class Ring:
-    """A shrink ring about the back of a die: ``thickness`` and ``interference`` (lengths), modulus ``E`` and ``nu``."""
+class ShrinkRing:
+    """A shrink ring about the back of a die: ``thickness`` and ``interference`` (lengths), modulus ``E`` (None: steel) and ``nu``."""
 
     thickness: float
     interference: float
-    E: float = STEEL[0]
-    nu: float = STEEL[1]
+    E: float | None = None
+    nu: float = 0.3
 
 
 @dataclass(frozen=True)
@@ -51,12 +52,12 @@ class Die:
     """
 
     thickness: float
-    E: float = STEEL[0]
-    nu: float = STEEL[1]
+    E: float | None = None
+    nu: float = 0.3
     span: tuple[float, float] | None = None
     size: float | None = None
     back_pressure: float = 0.0
-    ring: Ring | None = None
+    ring: ShrinkRing | None = None
     fixed: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -115,7 +116,7 @@ def die_stress(increment: Increment, problem: Problem, tool: str, die: Die, seco
         For a tool that is unknown or carries nothing, a die without thickness or shorter than the contact.
 
     """
-    _refuse(problem, tool, die)
+    refuse_die(problem, tool, die)
     system = discretise(problem)
     placed = next(t for t in system.tools if t.name == tool)
     state = increment.tools[tool]
@@ -130,7 +131,7 @@ def die_stress(increment: Increment, problem: Problem, tool: str, die: Die, seco
     span, lines = _span(system, outline, state.at + np.array(state.place[:2]), touched, die, [c.body for c in increment.contacts.values() if c.tool == tool])
     size = die.size or (touched[1] - touched[0]) / 40.0
     s = face_nodes(span, touched, size, outline.corners())
-    strip = offset(tool, outline, s, depths_of(die.thickness, size))
+    strip = offset(tool, outline.at(s), depths_of(die.thickness, size))
     period = placed.shape.period
     force = np.zeros((len(s) - 1, 2))
     for t in touches:
@@ -138,14 +139,14 @@ def die_stress(increment: Increment, problem: Problem, tool: str, die: Die, seco
         _refuse_beyond(tool, t, shares, span)
         force += shares.T @ t.force
     axis = problem.space == "axisymmetric"
-    mesh = strip.mesh(_placed(strip.lines, state), ("face", "back"), axis)
+    mesh = mesh_of(_placed(strip, state), ("face", "back"), axis)
     made = _problem(problem, tool, die, mesh, force, lines)
-    made = _with_ring(made, die, strip.lines, outline, state, axis)
+    made = _with_ring(made, die, strip, state, axis)
     last = list(solve(made))[-1]
-    return _result(tool, made, last, increment, strip.s, mesh, force)
+    return _result(tool, made, last, increment, s, mesh, force)
 
 
-def _refuse(problem: Problem, tool: str, die: Die) -> None:
+def refuse_die(problem: Problem, tool: str, die: Die) -> None:
     if tool not in problem.tools:
         raise PrensaError(f"unknown tool {tool!r}{suggest(tool, problem.tools)}; tools: {', '.join(map(repr, problem.tools)) or 'none'}")
     if not die.thickness > 0:
@@ -160,13 +161,18 @@ def _refuse(problem: Problem, tool: str, die: Die) -> None:
         raise PrensaError(f"the span {die.span[0]:g}:{die.span[1]:g} of tool {tool!r} has no length; give FROM:TO, as in --span 0:20")
 
 
+def _elastic(problem: Problem, E: float | None, nu: float) -> Elastic:
+    units = problem.units
+    return Elastic(E=factor(STEEL, units.length, units.force, (1, -2)) if E is None else E, nu=nu)
+
+
 def _touched(touches: Sequence[Touch]) -> tuple[float, float]:
     lo = min(float((t.s - t.left).min()) for t in touches)
     return lo, max(float((t.s + t.right).max()) for t in touches)
 
 
-def _placed(lines: Array, state: object) -> Array:
-    return in_space(lines.reshape(-1, 2), state).reshape(lines.shape)  # type: ignore[arg-type]
+def _placed(lines: Array, state: ToolState) -> Array:
+    return in_space(lines.reshape(-1, 2), state).reshape(lines.shape)
 
 
 def _span(
@@ -233,7 +239,7 @@ def _problem(problem: Problem, tool: str, die: Die, mesh: Points, force: Array, 
     fixed = _supports(problem, die, np.array(mesh.points)[list(mesh.boundaries["back"])], force.sum(axis=0), lines)
     return Problem(
         f"{problem.name}: {tool}", space=problem.space, kinematics="small", units=problem.units, fixed=fixed,
-        bodies={"die": Body(mesh, Elastic(E=die.E, nu=die.nu), "q8")},
+        bodies={"die": Body(mesh, _elastic(problem, die.E, die.nu), "q8")},
         steps=(Step("load", loads=loads, increments=1),),
         **({} if axis else {"thickness": problem.thickness}),
     )  # fmt: skip
@@ -258,26 +264,16 @@ def _supports(problem: Problem, die: Die, back: Array, force: Array, lines: Mapp
     return {f"die.{s}": Fixed(x="held" if "x" in h else None, y="held" if "y" in h else None) for s, h in out.items()}
 
 
-def _with_ring(made: Problem, die: Die, lines: Array, outline: Outline, state: object, axis: bool) -> Problem:
+def _with_ring(made: Problem, die: Die, lines: Array, state: ToolState, axis: bool) -> Problem:
     """The die with its shrink ring, which the ends of the die hold as they hold it."""
     if die.ring is None:
         return made
-    from dataclasses import replace
-
-    from prensa.dies.section import Strip, refuse_crossing
-
-    inner = lines[-1]
-    d = np.diff(inner, axis=0)
-    n = np.stack([-d[:, 1], d[:, 0]], axis=1) / np.hypot(*d.T)[:, None]
-    before, after = np.vstack([n[:1], n]), np.vstack([n, n[-1:]])
-    way = (before + after) / (1.0 + (before * after).sum(axis=1))[:, None]
     depths = np.linspace(0.0, die.ring.thickness, max(len(lines) // 2, 2) + 1)
-    rings = inner[None] + depths[:, None, None] * way[None]
-    refuse_crossing("ring", rings)
-    mesh = Strip(np.arange(len(inner)), rings).mesh(_placed(rings, state), ("bore", "back"), axis)
+    rings = offset(made.name, lines[-1], depths)
+    mesh = mesh_of(_placed(rings, state), ("bore", "back"), axis)
     held = {f"ring.{k.partition('.')[2]}": v for k, v in made.fixed.items() if k in ("die.start", "die.end")}
     return replace(
-        made, bodies=dict(made.bodies) | {"ring": Body(mesh, Elastic(E=die.ring.E, nu=die.ring.nu), "q8")},
+        made, bodies=dict(made.bodies) | {"ring": Body(mesh, _elastic(made, die.ring.E, die.ring.nu), "q8")},
         ties=(Tie("ring.bore", "die.back", die.ring.interference),), fixed=dict(made.fixed) | held,
     )  # fmt: skip
 
