@@ -15,12 +15,16 @@ GROWTH = 1.2  # of elements from one to the next away from what is touched
 def mesh_of(lines: Array, names: tuple[str, str], on_axis: bool) -> Points:
     """Quadrilaterals between lines of nodes (m, n, 2), from the face inwards, the tool on their left.
 
-    ``names`` of the first and the last line; the others are ``start`` and ``end``, edges of the first ``e1``, ``e2``, …
+    ``names`` of the first and the last line; the others are ``start`` and ``end`` (of lines that are not closed), edges of the first ``e1``, ``e2``, …
     """
     m, n = lines.shape[:2]
     number = np.arange(m * n).reshape(m, n)
+    closed = _closed(lines[0])
+    if closed:
+        number = np.arange(m * (n - 1)).reshape(m, n - 1)[:, [*range(n - 1), 0]]
+        lines = lines[:, :-1]
     cells = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]], axis=-1).reshape(-1, 4)
-    sides = {names[0]: number[0], names[1]: number[-1], "start": number[:, 0], "end": number[:, -1]}
+    sides = {names[0]: number[0], names[1]: number[-1]} | ({} if closed else {"start": number[:, 0], "end": number[:, -1]})
     sides |= {f"e{k + 1}": number[0, k : k + 2] for k in range(n - 1)}
     points = lines.reshape(-1, 2).copy()
     if on_axis:
@@ -31,9 +35,16 @@ def mesh_of(lines: Array, names: tuple[str, str], on_axis: bool) -> Points:
     )  # fmt: skip
 
 
+def _closed(x: Array) -> bool:
+    """Whether a line (n, 2) ends where it begins."""
+    return bool(np.hypot(*(x[-1] - x[0])) <= DRAWN * np.ptp(x, axis=0).max())
+
+
 def face_nodes(span: tuple[float, float], touched: tuple[float, float], size: float, corners: Array) -> Array:
     """Coordinates of the nodes of a face: ``size`` apart where it is touched, farther and farther away from there."""
     lo, hi = max(span[0], touched[0]), min(span[1], touched[1])
+    lo = span[0] if lo - span[0] < 0.5 * size else lo  # what is left would be a sliver
+    hi = span[1] if span[1] - hi < 0.5 * size else hi
     if hi <= lo:
         lo, hi = span
     count = max(int(np.ceil((hi - lo) / size)), 1)
@@ -68,6 +79,8 @@ def offset(name: str, x: Array, depths: Array) -> Array:
     d = np.diff(x, axis=0)
     n = np.stack([-d[:, 1], d[:, 0]], axis=1) / np.hypot(*d.T)[:, None]
     before, after = np.vstack([n[:1], n]), np.vstack([n, n[-1:]])
+    if _closed(x):
+        before[0], after[-1] = n[-1], n[0]
     way = (before + after) / (1.0 + (before * after).sum(axis=1))[:, None]
     lines = x[None] + depths[:, None, None] * way[None]
     refuse_crossing(name, lines)

@@ -83,13 +83,23 @@ def touch(problem: Problem, tool: PlacedTool, state: ToolState, contact: Contact
     depth = 2 * np.pi * where[:, 0] if axis else np.full(len(where), problem.thickness)
     next_to = joined(where, contact.weight, depth)
     force = _trapezoid(contact.force, next_to) if problem.bodies[contact.body].element in QUADRATIC else contact.force
-    left, right, radii = _reach(close.s, contact.x, force.any(axis=1), next_to, tool.shape.period, axis)
     on = force.any(axis=1)
+    s = _together(np.asarray(close.s), np.hypot(*force.T), tool.shape.period)
+    left, right, radii = _reach(s, contact.x, on, next_to, tool.shape.period, axis)
     speed = np.zeros(len(where)) if contact.speed is None else contact.speed
     return Touch(
-        np.asarray(close.s)[on], (force * n).sum(axis=1)[on], -(force * e).sum(axis=1)[on], left[on], right[on], radii[on],
+        s[on], (force * n).sum(axis=1)[on], -(force * e).sum(axis=1)[on], left[on], right[on], radii[on],
         np.nan_to_num(speed)[on] * seconds, -force[on],
     )  # fmt: skip
+
+
+def _together(s: Array, size: Array, period: float) -> Array:
+    """Coordinates (k,) on a closed tool without a leap where forces of some sizes (k,) act: about the middle of these."""
+    if np.isinf(period):
+        return s
+    turn = 2.0 * np.pi / period
+    middle = float(np.angle((size * np.exp(1j * turn * s)).sum())) / turn
+    return np.asarray(middle + (s - middle) - period * np.round((s - middle) / period))
 
 
 def _trapezoid(force: Array, next_to: Array) -> Array:

@@ -130,9 +130,11 @@ def die_stress(increment: Increment, problem: Problem, tool: str, die: Die, seco
     outline = outline_of(placed, 4.0 * (die.thickness + touched[1] - touched[0] + float(np.abs(touched).max())))
     span, lines = _span(system, outline, state.at + np.array(state.place[:2]), touched, die, [c.body for c in increment.contacts.values() if c.tool == tool])
     size = die.size or (touched[1] - touched[0]) / 40.0
-    s = face_nodes(span, touched, size, outline.corners())
+    corners, period = outline.corners(), placed.shape.period
+    if np.isfinite(period):
+        corners = np.concatenate([corners + turn * period for turn in (-1.0, 0.0, 1.0)])
+    s = face_nodes(span, touched, size, corners)
     strip = offset(tool, outline.at(s), depths_of(die.thickness, size))
-    period = placed.shape.period
     force = np.zeros((len(s) - 1, 2))
     for t in touches:
         shares = t.shares(s, period)
@@ -183,20 +185,23 @@ def _span(
     A section ends at the axis and at lines of symmetry of the bodies that the tool touches.
     """
     lo, hi = die.span or (touched[0] - die.thickness, touched[1] + die.thickness)
-    period = outline.tool.shape.period
-    if np.isfinite(period) and (hi - lo >= period or die.span is None):
-        lo, hi = float(outline.s[0]), float(outline.s[0]) + period
-    lo, hi = max(lo, float(outline.s[0])), min(hi, float(outline.s[-1]))
+    period, middle = outline.tool.shape.period, 0.5 * (touched[0] + touched[1])
+    if np.isfinite(period):
+        whole = hi - lo >= period or die.span is None
+        lo, hi = (middle - 0.5 * period, middle + 0.5 * period) if whole else (lo, hi)
+    else:
+        lo, hi = max(lo, float(outline.s[0])), min(hi, float(outline.s[-1]))
+    s = np.unique(np.concatenate([outline.s + turn * period for turn in (-1.0, 0.0, 1.0)])) if np.isfinite(period) else outline.s
+    x = outline.at(s)
     cuts = {(0, 0.0, 1.0)} if system.problem.space == "axisymmetric" else set()
     for body in bodies if system.problem.space != "axisymmetric" else ():
         mesh = system.meshes[body]
         for axis, place in symmetry_lines(system.problem, body, mesh):
             cuts.add((axis, place, float(np.sign(mesh.points[:, axis].mean() - place))))
     held: dict[str, str] = {}
-    middle = 0.5 * (touched[0] + touched[1])
     for axis, place, side in cuts:
-        d = side * (outline.x[:, axis] + at[axis] - place)
-        for name, cross in (("start", _crossing(outline.s, d, middle, -1)), ("end", _crossing(outline.s, d, middle, 1))):
+        d = side * (x[:, axis] + at[axis] - place)
+        for name, cross in (("start", _crossing(s, d, middle, -1)), ("end", _crossing(s, d, middle, 1))):
             if name == "start" and cross is not None and cross >= lo - DRAWN * (hi - lo):
                 lo, held[name] = cross, "xy"[axis]
             if name == "end" and cross is not None and cross <= hi + DRAWN * (hi - lo):

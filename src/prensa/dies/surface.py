@@ -9,7 +9,7 @@ import numpy as np
 from prensa.precision import NEGLIGIBLE
 from prensa.result.increment import ToolState
 from prensa.tools.analytic import Closest
-from prensa.tools.place import PlacedTool
+from prensa.tools.place import ONE_NORMAL, PlacedTool
 from prensa.types import Array, Index
 
 SAMPLES = 64  # points on a straight side of an outline
@@ -25,13 +25,18 @@ class Outline:
 
     def at(self, s: Array) -> Array:
         """Places (k, 2) in the tool's frame at coordinates s (k,), on chords of the sampled outline."""
-        return np.column_stack([np.interp(s, self.s, self.x[:, k]) for k in range(2)])
+        period = self.tool.shape.period
+        wrapped = None if np.isinf(period) else period
+        return np.column_stack([np.interp(s, self.s, self.x[:, k], period=wrapped) for k in range(2)])
 
     def corners(self) -> Array:
         """Coordinates (k,) of the sharp corners."""
-        d = np.diff(self.x, axis=0)
+        closed = np.isfinite(self.tool.shape.period)
+        x = np.vstack([self.x[-1:], self.x, self.x[:1]]) if closed else self.x
+        d = np.diff(x, axis=0)
         angle = np.unwrap(np.arctan2(d[:, 1], d[:, 0]))
-        return np.asarray(self.s[1:-1][np.abs(np.diff(angle)) > np.radians(5.0)])
+        sharp = np.cos(np.diff(angle)) < ONE_NORMAL
+        return np.asarray((self.s if closed else self.s[1:-1])[sharp])
 
 
 def outline_of(tool: PlacedTool, size: float) -> Outline:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -9,20 +11,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from prensa.dies.loads import ToolLoads
+from prensa.dies.loads import ToolLoads, tool_loads
 from prensa.dies.stress import Die, DieStress
 from prensa.dies.wear import Wear, wear
 from prensa.errors import PrensaError
-from prensa.model.problem import Archard, Problem
+from prensa.model.problem import Archard, Case, Problem
 from prensa.output import plot, style
 from prensa.output.files import file_name, replacing, write_text
 from prensa.output.history import Table
-from prensa.output.result import RunResult
 from prensa.output.vtk import write_fields
 from prensa.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from prensa.output.result import RunResult
+    from prensa.output.stored import Stored
 
 FOLDER = "die-"
 LOADS, FACE, SUMMARY = "loads.csv", "face.csv", "die.json"
@@ -95,6 +99,36 @@ def stored_dies(directory: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
             raise PrensaError(f"{path}: the summary of the die is damaged ({error}); compute it again with 'prensa die'") from None
 
 
+# -------------------------------------------------------------------------------------------------------------- report
+def in_report(stored: Stored, case: Case) -> dict[str, Any]:
+    """Wear of the tools of which the case asks for it, dies that were computed of the run, and pictures (caption, data URI)."""
+    worn, pictures, without = [], [], []
+    for tool, law in case.output.wear.items() if len(stored) else ():
+        try:
+            found = wear(tool_loads(stored, case.problem, tool), law.k, law.hardness)
+        except PrensaError as error:
+            without.append(str(error))
+            continue
+        most = found.loads.envelope
+        k = int(np.argmax(most.pressure))
+        row = {"tool": tool, "pressure": float(most.pressure[k]), "pressed": float(found.loads.s[k])}
+        worn.append({**row, **wear_summary(found, law)})
+        buffer = io.BytesIO()
+        draw_loads(found, case.problem).savefig(buffer, format="png", bbox_inches="tight")
+        pictures.append((f"Loads and wear along the outline of {tool}", _uri(buffer.getvalue())))
+    dies = []
+    for folder, summary in stored_dies(stored.directory):
+        dies.append(summary)
+        for name, what in (("mises", "von Mises stress"), ("displacement", "displacement"), ("deflection", "give of the face")):
+            if (path := folder / f"{name}.png").is_file():
+                pictures.append((f"Die {summary['tool']}, increment {summary['increment']}: {what}", _uri(path.read_bytes())))
+    return {"wear": worn, "dies": dies, "pictures": pictures, "without": without}
+
+
+def _uri(data: bytes) -> str:
+    return "data:image/png;base64," + base64.b64encode(data).decode()
+
+
 # ------------------------------------------------------------------------------------------------------------ pictures
 def draw_loads(worn: Wear, problem: Problem) -> Figure:
     """Pressure, shear, sliding and wear over a tool's coordinate."""
@@ -105,7 +139,8 @@ def draw_loads(worn: Wear, problem: Problem) -> Figure:
         for name, axes, curves in (("pressure", first, (most.pressure, at.pressure, mean.pressure)),
                                    ("shear", second, (most.shear, at.shear, mean.shear))):  # fmt: skip
             for label, values, colour in zip(("largest", "at the largest force", "mean over the run"), curves, style.CYCLE):
-                _steps(axes, loads, values, colour, label if axes is first else "")
+                wide = 2.4 if values is curves[0] else 1.2  # seen behind that of the largest force, which often is the largest
+                _steps(axes, loads, values, colour, label if axes is first else "", wide)
             axes.set_ylabel(f"{name} ({stress})")
         _steps(third, loads, loads.slid, style.CYCLE[0])
         third.set_ylabel(f"sliding ({length})")
@@ -136,8 +171,8 @@ def _figures(found: DieStress, worn: Wear, problem: Problem) -> Iterable[tuple[s
     yield "loads", draw_loads(worn, problem)
 
 
-def _steps(axes: Any, loads: ToolLoads, values: Array, colour: str, label: str = "") -> None:
-    axes.stairs(values, loads.borders, color=colour, label=label or None, baseline=None, linewidth=1.2)
+def _steps(axes: Any, loads: ToolLoads, values: Array, colour: str, label: str = "", wide: float = 1.2) -> None:
+    axes.stairs(values, loads.borders, color=colour, label=label or None, baseline=None, linewidth=wide)
 
 
 def _face(found: DieStress) -> Mapping[str, Array]:
