@@ -133,7 +133,7 @@ def test_wear_needs_both_numbers(last):
     assert real.depth == pytest.approx(1e-5 / 6000.0 * relative.depth)
     assert real.parts_until(0.05) == pytest.approx(0.05 / real.depth.max())
     for bad in (lambda: pr.wear(loads, 1e-5), lambda: pr.wear(loads, -1.0, 1.0), lambda: relative.parts_until(1.0)):
-        with pytest.raises(pr.PrensaError, match="give|positive"):
+        with pytest.raises(pr.PrensaError, match=r"give|positive"):
             bad()
 
 
@@ -141,7 +141,8 @@ def test_bad_dies_are_refused(last, run):
     """Unknown tools, dies of no thickness, too short or too thick, wrong sides and increments: a line with the remedy."""
     inc, problem = last
     for tool, die, words in (
-        ("dei", pr.Die(20.0), "did you mean 'die'"), ("die", pr.Die(0.0), "--thickness"), ("die", pr.Die(20.0, span=(0, 5)), "--span"),
+        ("dei", pr.Die(20.0), "did you mean 'die'"), ("die", pr.Die(0.0), "--thickness"),
+        ("die", pr.Die(20.0, span=(0, 5)), "--span"),
         ("die", pr.Die(20.0, fixed={"top": "x"}), "--fix"), ("die", pr.Die(20.0, span=(3, 3)), "no length"),
     ):  # fmt: skip
         with pytest.raises(pr.PrensaError, match=words):
@@ -167,7 +168,8 @@ def test_files_and_report(run):
     """The verb leaves tables, fields, pictures and a summary; the report shows wear and die."""
     folder, made = write_die(run, "die", pr.Die(20.0, span=(0.0, 20.0)), "largest force", pr.Archard(1e-5, 6000.0, 0.05))
     names = {p.name for p in folder.iterdir()}
-    assert names == {"deflection.png", "die.json", "die.vtu", "displacement.png", "face.csv", "loads.csv", "loads.png", "mises.png"}
+    pictures = {"deflection.png", "displacement.png", "loads.png", "mises.png"}
+    assert names == pictures | {"die.json", "die.vtu", "face.csv", "loads.csv"}
     assert made["imbalance"] < 1e-10
     assert made["wear"]["parts"] > 0.0
     from prensa.output.report import write_report

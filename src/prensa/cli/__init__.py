@@ -570,11 +570,11 @@ def die(
         str, typer.Option(help="'largest force', 'last', the name of a step, or the number of an increment.",
                           autocompletion=completion.moments),
     ] = "largest force",
-    modulus: Annotated[float | None, typer.Option("--E", help="Young's modulus of the die; that of steel if not given.")] = None,
+    modulus: Annotated[float | None, typer.Option("--E", help="Young's modulus of the die; steel's if not given.")] = None,
     nu: Annotated[float, typer.Option(help="Poisson's ratio of the die.")] = 0.3,
-    size: Annotated[float | None, typer.Option(help="Of elements at the face; a fortieth of what is touched if not given.")] = None,
+    size: Annotated[float | None, typer.Option(help="Of elements at the face; 1/40 of what is touched if not given.")] = None,
     fix: Annotated[
-        list[str] | None, typer.Option(metavar="SIDE=xy", help="What holds the die, as in back=y; repeatable. The back if not given.")
+        list[str] | None, typer.Option(metavar="SIDE=xy", help="What holds the die, as in back=y; repeatable. Else its back.")
     ] = None,
     back_pressure: Annotated[float, typer.Option(help="Pre-pressure on the back of the die.")] = 0.0,
     ring: Annotated[

@@ -32,7 +32,7 @@ def asked(
             raise PrensaError(f"--fix {text}: give a side and x, y or xy, as in --fix back=y")
         held[side] = how
     shrunk = None if around is None else ShrinkRing(*around, E=E, nu=nu)
-    return Die(thickness, E, nu, given, size, back_pressure, shrunk, held)
+    return Die(thickness, E, nu, given, size, back_pressure=back_pressure, ring=shrunk, fixed=held)
 
 
 def law_of(k: float | None, hardness: float | None, depth: float | None) -> Archard:
@@ -53,7 +53,8 @@ def lines_of(summary: dict[str, Any], problem: Problem) -> Iterator[str]:
         yield f"wear deepest at {worn['s']:.4g} {length} of the outline; relative, without --k and --hardness"
     else:
         parts = f"; {worn['parts']:.4g} parts until {worn['permitted']:.4g} {length}" if "parts" in worn else ""
-        yield f"wear a part {worn['depth']:.3g} {length} at {worn['s']:.4g} {length} of the outline, volume {worn['volume']:.3g}{parts}"
+        place = f"at {worn['s']:.4g} {length} of the outline"
+        yield f"wear a part {worn['depth']:.3g} {length} {place}, volume {worn['volume']:.3g}{parts}"
 
 
 def _pair(option: str, text: str, form: str) -> tuple[float, float]:

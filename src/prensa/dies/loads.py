@@ -18,8 +18,6 @@ from prensa.system.discretise import discretise
 from prensa.tools.place import PlacedTool
 from prensa.types import Array, Index
 
-LONGEST_WAY = 64  # places over which the way that a node slides in an increment is spread at most
-
 
 class Profile(NamedTuple):
     """Pressure, shear (along the outline, on the tool) of a tool over its m intervals."""
@@ -32,10 +30,10 @@ class Profile(NamedTuple):
 class ToolLoads:
     """What a tool has borne along its outline: m intervals of its coordinate, n increments.
 
-    ``borders`` (m + 1,) coordinates (length), ``x`` (m, 2) middles in the tool's frame, ``area`` (m,) of the intervals (of the whole
-    thickness, or circumference); ``number``, ``time`` (n,) of the increments, ``seconds`` (n,) that they took; ``normal``, ``shear``
-    (n, m) forces on the intervals; ``sliding`` (n, m) way (length) that the workpiece slid over them in each increment, ``work`` (n, m)
-    normal force times way, of which Archard's law makes wear. Sums over m are those of the nodes of the contacts.
+    ``borders`` (m + 1,) coordinates (length), ``x`` (m, 2) middles in the tool's frame, ``area`` (m,) of the intervals (of the
+    whole thickness, or circumference); ``number``, ``time`` (n,) of the increments, ``seconds`` (n,) that they took; ``normal``,
+    ``shear`` (n, m) forces on the intervals; ``sliding`` (n, m) way (length) that the workpiece slid over them in each increment,
+    ``work`` (n, m) normal force times way, of which Archard's law makes wear. Sums over m are those of the nodes of the contacts.
     """
 
     tool: str
@@ -152,6 +150,6 @@ def _collected(
 def _passed(t: Touch, borders: Array, period: float) -> Array:
     """Share (k, m) of the nodes' parts in the intervals, on the way that they slid in the increment to where they are."""
     way = t.slid * np.sign(t.shear)  # friction drags the tool the way that the workpiece slides
-    count = int(np.clip(np.ceil(np.abs(way).max() / np.diff(borders).max()), 1, LONGEST_WAY))
+    count = int(np.clip(np.ceil(np.abs(way).max() / np.diff(borders).max()), 1, len(borders)))
     places = (np.arange(count) + 0.5) / count
     return np.asarray(sum(t.shares(borders, period, -f * way) for f in places) / count)

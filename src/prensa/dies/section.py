@@ -9,13 +9,12 @@ from prensa.model.problem import Points
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.types import Array
 
-GROWTH = 1.2  # of elements from one to the next away from what is touched
-
 
 def mesh_of(lines: Array, names: tuple[str, str], on_axis: bool) -> Points:
     """Quadrilaterals between lines of nodes (m, n, 2), from the face inwards, the tool on their left.
 
-    ``names`` of the first and the last line; the others are ``start`` and ``end`` (of lines that are not closed), edges of the first ``e1``, ``e2``, …
+    ``names`` of the first and the last line; the others are ``start`` and ``end`` where lines are not closed. The edges of the
+    first line are ``e1``, ``e2``, …
     """
     m, n = lines.shape[:2]
     number = np.arange(m * n).reshape(m, n)
@@ -24,13 +23,14 @@ def mesh_of(lines: Array, names: tuple[str, str], on_axis: bool) -> Points:
         number = np.arange(m * (n - 1)).reshape(m, n - 1)[:, [*range(n - 1), 0]]
         lines = lines[:, :-1]
     cells = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]], axis=-1).reshape(-1, 4)
-    sides = {names[0]: number[0], names[1]: number[-1]} | ({} if closed else {"start": number[:, 0], "end": number[:, -1]})
+    ends = {} if closed else {"start": number[:, 0], "end": number[:, -1]}
+    sides = {names[0]: number[0], names[1]: number[-1]} | ends
     sides |= {f"e{k + 1}": number[0, k : k + 2] for k in range(n - 1)}
     points = lines.reshape(-1, 2).copy()
     if on_axis:
         points[np.abs(points[:, 0]) <= DRAWN * np.ptp(points, axis=0).max(), 0] = 0.0
     return Points(
-        points=tuple(map(tuple, points.tolist())), cells=tuple(map(tuple, cells.tolist())),
+        points=tuple((float(x), float(y)) for x, y in points), cells=tuple(map(tuple, cells.tolist())),
         boundaries={name: tuple(nodes.tolist()) for name, nodes in sides.items()},
     )  # fmt: skip
 
@@ -40,8 +40,10 @@ def _closed(x: Array) -> bool:
     return bool(np.hypot(*(x[-1] - x[0])) <= DRAWN * np.ptp(x, axis=0).max())
 
 
-def face_nodes(span: tuple[float, float], touched: tuple[float, float], size: float, corners: Array) -> Array:
-    """Coordinates of the nodes of a face: ``size`` apart where it is touched, farther and farther away from there."""
+def face_nodes(
+    span: tuple[float, float], touched: tuple[float, float], size: float, growth: float, corners: Array
+) -> Array:
+    """Coordinates of the nodes of a face: ``size`` apart where it is touched, growing from one to the next beyond."""
     lo, hi = max(span[0], touched[0]), min(span[1], touched[1])
     lo = span[0] if lo - span[0] < 0.5 * size else lo  # what is left would be a sliver
     hi = span[1] if span[1] - hi < 0.5 * size else hi
@@ -49,7 +51,7 @@ def face_nodes(span: tuple[float, float], touched: tuple[float, float], size: fl
         lo, hi = span
     count = max(int(np.ceil((hi - lo) / size)), 1)
     inner = np.linspace(lo, hi, count + 1)
-    parts = [lo - _growing(lo - span[0], size)[:0:-1], inner, hi + _growing(span[1] - hi, size)[1:]]
+    parts = [lo - _growing(lo - span[0], size, growth)[:0:-1], inner, hi + _growing(span[1] - hi, size, growth)[1:]]
     s = np.concatenate(parts)
     s[0], s[-1] = span
     for corner in corners[(corners > span[0]) & (corners < span[1])]:
@@ -58,12 +60,12 @@ def face_nodes(span: tuple[float, float], touched: tuple[float, float], size: fl
     return np.asarray(s[np.concatenate([[True], np.diff(s) > NEGLIGIBLE * (span[1] - span[0])])])
 
 
-def _growing(length: float, size: float) -> Array:
+def _growing(length: float, size: float, growth: float) -> Array:
     """Distances from 0 to a length, whose first is about ``size`` and each next one longer."""
     if length <= 0.0:
         return np.zeros(1)
-    count = max(int(np.ceil(np.log1p(length / size * (GROWTH - 1.0)) / np.log(GROWTH))), 1)
-    steps = GROWTH ** np.arange(count)
+    count = max(int(np.ceil(np.log1p(length / size * (growth - 1.0)) / np.log(growth))), 1)
+    steps = growth ** np.arange(count)
     return np.concatenate([[0.0], np.cumsum(steps) / steps.sum() * length])
 
 
@@ -99,6 +101,6 @@ def refuse_crossing(name: str, lines: Array) -> None:
             )
 
 
-def depths_of(thickness: float, size: float) -> Array:
+def depths_of(thickness: float, size: float, growth: float) -> Array:
     """Depths (m,) of the lines of a section: ``size`` apart at the face."""
-    return _growing(thickness, size)
+    return _growing(thickness, size, growth)

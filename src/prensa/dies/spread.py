@@ -16,18 +16,17 @@ from prensa.model.problem import Problem
 from prensa.precision import NEGLIGIBLE
 from prensa.result.increment import ContactState, ToolState
 from prensa.tools.place import PlacedTool
-from prensa.types import Array
+from prensa.types import Array, Flags, Index
 
 QUADRATIC = ("q8", "q8_full", "t6")
-SHARE = 0.125  # of a middle's force for each end: ∫N of a quadratic edge (1/6, 2/3) becomes the trapezoid's (1/4, 1/2)
 
 
 @dataclass(frozen=True)
 class Touch:
     """A contact on its tool: k nodes at coordinates ``s`` that press with ``normal`` and ``shear`` (along e, on the tool).
 
-    ``left``, ``right`` (k,): how far the node's part reaches along s, ``r`` (k, 3): radii at its left end, itself and its right end
-    (ones in the plane), ``slid`` (k,): way that it slid in the increment, ``force`` (k, 2): on the tool.
+    ``left``, ``right`` (k,): how far the node's part reaches along s, ``r`` (k, 3): radii at its left end, itself and its right
+    end (ones in the plane), ``slid`` (k,): way that it slid in the increment, ``force`` (k, 2): on the tool.
     """
 
     s: Array
@@ -83,7 +82,7 @@ def touch(problem: Problem, tool: PlacedTool, state: ToolState, contact: Contact
     depth = 2 * np.pi * where[:, 0] if axis else np.full(len(where), problem.thickness)
     next_to = joined(where, contact.weight, depth)
     force = _trapezoid(contact.force, next_to) if problem.bodies[contact.body].element in QUADRATIC else contact.force
-    on = force.any(axis=1)
+    on = np.asarray(force.any(axis=1))
     s = _together(np.asarray(close.s), np.hypot(*force.T), tool.shape.period)
     left, right, radii = _reach(s, contact.x, on, next_to, tool.shape.period, axis)
     speed = np.zeros(len(where)) if contact.speed is None else contact.speed
@@ -102,20 +101,23 @@ def _together(s: Array, size: Array, period: float) -> Array:
     return np.asarray(middle + (s - middle) - period * np.round((s - middle) / period))
 
 
-def _trapezoid(force: Array, next_to: Array) -> Array:
-    """Forces (k, 2) of quadratic edges as those of twice as many straight ones, each with the middle of an edge between."""
+def _trapezoid(force: Array, next_to: Index) -> Array:
+    """Forces (k, 2) of quadratic edges as those of twice as many straight ones, each with the middle of an edge between.
+
+    ∫N of a quadratic edge, 1/6 and 2/3 of it, becomes the trapezoid's 1/4 and 1/2: a middle gives an eighth to each end.
+    """
     out = force.copy()
     runs = np.split(next_to, np.flatnonzero(np.diff(next_to) > 1) + 1)
     for run in runs:
         middles = run[::2] + 1
         for k in middles[middles + 1 < len(force)]:
-            out[k - 1] += SHARE * force[k]
-            out[k + 1] += SHARE * force[k]
-            out[k] -= 2 * SHARE * force[k]
+            out[k - 1] += 0.125 * force[k]
+            out[k + 1] += 0.125 * force[k]
+            out[k] -= 0.25 * force[k]
     return out
 
 
-def _reach(s: Array, x: Array, loaded: Array, next_to: Array, period: float, axis: bool) -> tuple[Array, Array, Array]:
+def _reach(s: Array, x: Array, loaded: Flags, next_to: Index, period: float, axis: bool) -> tuple[Array, Array, Array]:
     """How far the parts of k nodes reach to either side along s, and radii (k, 3) at their ends and middles."""
     k = len(s)
     left, right = np.zeros(k), np.zeros(k)

@@ -32,7 +32,7 @@ STEEL = "210 GPa"
 
 @dataclass(frozen=True)
 class ShrinkRing:
-    """A shrink ring about the back of a die: ``thickness`` and ``interference`` (lengths), modulus ``E`` (None: steel) and ``nu``."""
+    """A shrink ring about the back of a die: ``thickness`` and ``interference`` (lengths), ``E`` (None: steel) and ``nu``."""
 
     thickness: float
     interference: float
@@ -45,10 +45,11 @@ class Die:
     """What a die is made of, and how it is held.
 
     ``thickness`` (length) by which the tool's outline is offset; ``span``: coordinates of the outline between which there is a
-    section, None for what the run touches and a thickness more; ``size``: length of elements at the face, None for a fortieth of
-    what is touched. ``back_pressure``: pre-pressure on the back; ``ring``: a shrink ring there. ``fixed``: sides (``back``,
-    ``start``, ``end``, ``face``) and what holds them (``x``, ``y``, ``xy``), empty for the back: along its normal in
-    axisymmetry and next to a line of symmetry, else altogether.
+    section, None for what is touched and a thickness more; ``size``: length of elements at the face, None for a fortieth of
+    what is touched, ``growth`` of them from one to the next away from there (more than 1).
+    ``back_pressure``: pre-pressure on the back; ``ring``: a shrink ring there. ``fixed``: sides (``back``, ``start``, ``end``,
+    ``face``) and what holds them (``x``, ``y``, ``xy``), empty for the back: along its normal in axisymmetry and next to a line of
+    symmetry, else altogether; where a ring or a pressure acts on it, or it looks outwards in axisymmetry, an end holds along y.
     """
 
     thickness: float
@@ -56,6 +57,7 @@ class Die:
     nu: float = 0.3
     span: tuple[float, float] | None = None
     size: float | None = None
+    growth: float = 1.2
     back_pressure: float = 0.0
     ring: ShrinkRing | None = None
     fixed: Mapping[str, str] = field(default_factory=dict)
@@ -65,9 +67,9 @@ class Die:
 class DieStress:
     """A die under load: its ``problem`` and the ``increment`` that solves it.
 
-    ``s``, ``X``, ``u`` (n, …): coordinates, places and displacements of the nodes of the face; ``pressure``, ``shear`` (n − 1,) on its
-    edges, between the nodes; ``force`` (2,) of the run on the tool, ``load`` (2,) on the die, ``reaction`` (2,) of its supports (in
-    axisymmetry along the axis alone: radial forces have no sum); ``number`` and ``time`` of the run's increment.
+    ``s``, ``X``, ``u`` (n, …): coordinates, places and displacements of the nodes of the face; ``pressure``, ``shear`` (n − 1,)
+    on its edges, between the nodes; ``force`` (2,) of the run on the tool, ``load`` (2,) on the die, ``reaction`` (2,) of its
+    supports (in axisymmetry along the axis alone: radial forces have no sum); ``number`` and ``time`` of the run's increment.
     """
 
     tool: str
@@ -124,17 +126,18 @@ def die_stress(increment: Increment, problem: Problem, tool: str, die: Die, seco
     touches = [t for t in found.values() if t is not None]
     if not touches:
         raise PrensaError(
-            f"tool {tool!r} carries no force in increment {increment.number}; give another increment (--at), such as 'largest force'"
+            f"tool {tool!r} carries no force in increment {increment.number}; give another one, such as --at 'largest force'"
         )
     touched = _touched(touches)
     outline = outline_of(placed, 4.0 * (die.thickness + touched[1] - touched[0] + float(np.abs(touched).max())))
-    span, lines = _span(system, outline, state.at + np.array(state.place[:2]), touched, die, [c.body for c in increment.contacts.values() if c.tool == tool])
+    bodies = [c.body for c in increment.contacts.values() if c.tool == tool]
+    span, lines = _span(system, outline, state.at + np.array(state.place[:2]), touched, die, bodies)
     size = die.size or (touched[1] - touched[0]) / 40.0
     corners, period = outline.corners(), placed.shape.period
     if np.isfinite(period):
         corners = np.concatenate([corners + turn * period for turn in (-1.0, 0.0, 1.0)])
-    s = face_nodes(span, touched, size, corners)
-    strip = offset(tool, outline.at(s), depths_of(die.thickness, size))
+    s = face_nodes(span, touched, size, die.growth, corners)
+    strip = offset(tool, outline.at(s), depths_of(die.thickness, size, die.growth))
     force = np.zeros((len(s) - 1, 2))
     for t in touches:
         shares = t.shares(s, period)
@@ -149,18 +152,32 @@ def die_stress(increment: Increment, problem: Problem, tool: str, die: Die, seco
 
 
 def refuse_die(problem: Problem, tool: str, die: Die) -> None:
+    """Refuse a die that cannot be made: of a tool that is unknown, of no thickness, held by what it has not.
+
+    Raises
+    ------
+    PrensaError
+        With what to give instead.
+
+    """
     if tool not in problem.tools:
-        raise PrensaError(f"unknown tool {tool!r}{suggest(tool, problem.tools)}; tools: {', '.join(map(repr, problem.tools)) or 'none'}")
+        tools = ", ".join(map(repr, problem.tools)) or "none"
+        raise PrensaError(f"unknown tool {tool!r}{suggest(tool, problem.tools)}; tools: {tools}")
+    if not die.growth > 1.0:
+        raise PrensaError(f"'growth' of the elements of a die must be more than 1, got {die.growth:g}")
     if not die.thickness > 0:
         raise PrensaError(
-            f"tool {tool!r} is an outline and has no thickness; give how thick its section is, as in --thickness 20 or Die(thickness=20)"
+            f"tool {tool!r} is an outline and has no thickness; give how thick its section is, as in --thickness 20 or "
+            "Die(thickness=20)"
         )
     known = ("face", "back", "start", "end")
     for side, how in die.fixed.items():
         if side not in known or how not in ("x", "y", "xy"):
-            raise PrensaError(f"a die is not held by {side}={how}; give a side ({', '.join(known)}) and x, y or xy, as in --fix back=y")
+            sides = ", ".join(known)
+            raise PrensaError(f"a die is not held by {side}={how}; give a side ({sides}) and x, y or xy, as in --fix back=y")
     if die.span is not None and not die.span[0] < die.span[1]:
-        raise PrensaError(f"the span {die.span[0]:g}:{die.span[1]:g} of tool {tool!r} has no length; give FROM:TO, as in --span 0:20")
+        ends = f"{die.span[0]:g}:{die.span[1]:g}"
+        raise PrensaError(f"the span {ends} of tool {tool!r} has no length; give FROM:TO, as in --span 0:20")
 
 
 def _elastic(problem: Problem, E: float | None, nu: float) -> Elastic:
@@ -191,7 +208,8 @@ def _span(
         lo, hi = (middle - 0.5 * period, middle + 0.5 * period) if whole else (lo, hi)
     else:
         lo, hi = max(lo, float(outline.s[0])), min(hi, float(outline.s[-1]))
-    s = np.unique(np.concatenate([outline.s + turn * period for turn in (-1.0, 0.0, 1.0)])) if np.isfinite(period) else outline.s
+    turns = (-period, 0.0, period) if np.isfinite(period) else (0.0,)
+    s = np.unique(np.concatenate([outline.s + turn for turn in turns]))
     x = outline.at(s)
     cuts = {(0, 0.0, 1.0)} if system.problem.space == "axisymmetric" else set()
     for body in bodies if system.problem.space != "axisymmetric" else ():
@@ -226,8 +244,8 @@ def _refuse_beyond(tool: str, t: Touch, shares: Array, span: tuple[float, float]
     if lost > DRAWN:
         lo, hi = _touched([t])
         raise PrensaError(
-            f"tool {tool!r}: the contact lies between {lo:.5g} and {hi:.5g} of its outline, the section between {span[0]:.5g} and "
-            f"{span[1]:.5g}; give a longer one, as in --span {lo:.4g}:{hi:.4g}"
+            f"tool {tool!r}: the contact lies between {lo:.5g} and {hi:.5g} of its outline, the section between {span[0]:.5g} "
+            f"and {span[1]:.5g}; give a longer one, as in --span {lo:.4g}:{hi:.4g}"
         )
 
 
@@ -245,8 +263,7 @@ def _problem(problem: Problem, tool: str, die: Die, mesh: Points, force: Array, 
     return Problem(
         f"{problem.name}: {tool}", space=problem.space, kinematics="small", units=problem.units, fixed=fixed,
         bodies={"die": Body(mesh, _elastic(problem, die.E, die.nu), "q8")},
-        steps=(Step("load", loads=loads, increments=1),),
-        **({} if axis else {"thickness": problem.thickness}),
+        steps=(Step("load", loads=loads, increments=1),), thickness=problem.thickness,
     )  # fmt: skip
 
 
@@ -283,7 +300,9 @@ def _with_ring(made: Problem, die: Die, lines: Array, state: ToolState, axis: bo
     )  # fmt: skip
 
 
-def _result(tool: str, made: Problem, last: Increment, increment: Increment, s: Array, mesh: Points, force: Array) -> DieStress:
+def _result(
+    tool: str, made: Problem, last: Increment, increment: Increment, s: Array, mesh: Points, force: Array
+) -> DieStress:
     body, face = last.bodies["die"], list(mesh.boundaries["face"])
     x = np.array(mesh.points)[face]
     d = np.diff(x, axis=0)

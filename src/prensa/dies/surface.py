@@ -6,13 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prensa.precision import NEGLIGIBLE
+from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.result.increment import ToolState
 from prensa.tools.analytic import Closest
 from prensa.tools.place import ONE_NORMAL, PlacedTool
 from prensa.types import Array, Index
-
-SAMPLES = 64  # points on a straight side of an outline
 
 
 @dataclass(frozen=True)
@@ -41,11 +39,11 @@ class Outline:
 
 def outline_of(tool: PlacedTool, size: float) -> Outline:
     """The outline of a placed tool; ``size`` (length): how far to follow one that has no end."""
-    x = np.concatenate([_dense(p) for p in tool.description.outline(size)])
+    x = np.concatenate(tool.description.outline(size))
     if tool.description.direction_key:
         x = _rotated(x, float(np.arctan2(tool.direction[0], -tool.direction[1])))
     close = tool.shape.closest(x)
-    on = np.abs(close.g) <= 1e-4 * size  # sagitta of drawn arcs; what closes an endless tool lies inside
+    on = np.abs(close.g) <= DRAWN * size  # what closes an endless tool lies inside
     x, s = x[on] - close.g[on, None] * close.n[on], np.asarray(close.s)[on]
     order = np.argsort(s, kind="stable")
     s, x = s[order], x[order]
@@ -70,12 +68,6 @@ def feet(tool: PlacedTool, state: ToolState, x: Array) -> tuple[Closest, Array, 
     close = tool.shape.closest(in_frame(x, state))
     n = close.n if state.place[2] == 0.0 else _rotated(close.n, state.place[2])
     return close, n, np.stack([-n[:, 1], n[:, 0]], axis=1)
-
-
-def _dense(polygon: Array) -> Array:
-    ring = np.vstack([polygon, polygon[:1]])
-    t = np.linspace(0.0, 1.0, SAMPLES, endpoint=False)[:, None]
-    return np.concatenate([a + t * (b - a) for a, b in zip(ring, ring[1:])])
 
 
 def _rotated(x: Array, angle: float) -> Array:

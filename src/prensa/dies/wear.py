@@ -15,8 +15,8 @@ from prensa.types import Array
 class Wear:
     """Wear of a tool in one part.
 
-    ``rate``: k/H (area over force), 1 of relative wear; ``depth`` (m,) over the intervals of the tool's coordinate, ``volume`` worn
-    (of the whole thickness, or circumference), both per part and for ``rate`` 1 as ∫ p ds and ∫ N ds.
+    ``rate``: k/H (area over force), 1 of relative wear; ``depth`` (m,) over the intervals of the tool's coordinate, ``volume``
+    worn (of the whole thickness, or circumference), both per part and for ``rate`` 1 as ∫ p ds and ∫ N ds.
     """
 
     loads: ToolLoads
@@ -49,8 +49,8 @@ class Wear:
 def wear(loads: ToolLoads, k: float | None = None, hardness: float | None = None) -> Wear:
     """Wear by Archard (1953), J. Appl. Phys. 24, 981, eq. 1, of what a tool bore in a run.
 
-    ``k``: his coefficient, without dimension; ``hardness`` H (pressure) of the tool. Without both, relative wear. The way is that of
-    slip: what the tangential penalty gives elastically does not count.
+    ``k``: his coefficient, without dimension; ``hardness`` H (pressure) of the tool. Without both, relative wear. The way is that
+    of slip: what the tangential penalty gives elastically does not count.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def wear(loads: ToolLoads, k: float | None = None, hardness: float | None = None
 
     """
     if (k is None) != (hardness is None):
-        raise PrensaError("wear takes Archard's coefficient k and the hardness H together; give both, or neither for relative wear")
+        raise PrensaError("wear takes Archard's coefficient k and the hardness H together; give both or neither")
     rate = 1.0
     if k is not None and hardness is not None:
         if not (k > 0.0 and hardness > 0.0):

@@ -581,8 +581,8 @@ class Output:
     """What a run writes: fields every ``fields`` increments (0: only the last of each step), pictures, report.
 
     ``mirror``: sides (``left``, ``right``, ``bottom``, ``top``) of the bodies on which pictures show their mirror image, where
-    a half or a quarter was modelled; in axisymmetry the axis mirrors by itself. ``wear``: by tool, `Archard` or ``relative``: loads
-    along the tool's outline and its wear, in the report.
+    a half or a quarter was modelled; in axisymmetry the axis mirrors by itself. ``wear``: by tool, an `Archard` or ``relative``:
+    loads along the tool's outline and its wear, in the report.
     """
 
     fields: Annotated[Whole, Field(ge=0)] = 1

@@ -14,8 +14,8 @@ from prensa.model.units import Length, Number, Pressure
 class Archard:
     """Wear of a tool by Archard's law, a depth of (k/H) ∫ p ds: his coefficient ``k`` and the ``hardness`` H of the tool.
 
-    ``depth``: permitted, of which follows how many parts the tool makes. Without ``k`` and ``hardness`` (``relative``) wear is ∫ p ds, to
-    be compared between places and designs.
+    ``depth``: permitted, of which follows how many parts the tool makes. Without ``k`` and ``hardness`` (``relative``) wear is
+    ∫ p ds, to be compared between places and designs.
     """
 
     k: Annotated[Number, Field(gt=0)] | None = None

@@ -32,7 +32,9 @@ FOLDER = "die-"
 LOADS, FACE, SUMMARY = "loads.csv", "face.csv", "die.json"
 
 
-def write_die(run: RunResult, tool: str, die: Die, at: int | str, law: Archard, out: Path | None = None) -> tuple[Path, dict[str, Any]]:
+def write_die(
+    run: RunResult, tool: str, die: Die, at: int | str, law: Archard, out: Path | None = None
+) -> tuple[Path, dict[str, Any]]:
     """Compute the stresses of a die and leave them, the tool's loads and wear in a folder; returns it and the summary.
 
     Raises
@@ -77,7 +79,8 @@ def summary_of(found: DieStress) -> dict[str, Any]:
     return {
         "tool": found.tool, "increment": found.number, "time": found.time,
         "mises": {"value": mises, "at": where.tolist()}, "deflection": {"value": moved, "at": there.tolist()},
-        "force": found.force.tolist(), "load": found.load.tolist(), "reaction": found.reaction.tolist(), "imbalance": found.imbalance,
+        "force": found.force.tolist(), "load": found.load.tolist(), "reaction": found.reaction.tolist(),
+        "imbalance": found.imbalance,
         "pressure": float(found.pressure.max()), "shear": float(np.abs(found.shear).max()),
         "elements": sum(len(b.cells) for b in found.increment.bodies.values()),
     }  # fmt: skip
@@ -96,7 +99,7 @@ def stored_dies(directory: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
         try:
             yield path.parent, json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
-            raise PrensaError(f"{path}: the summary of the die is damaged ({error}); compute it again with 'prensa die'") from None
+            raise PrensaError(f"{path}: the summary of the die is damaged ({error}); run 'prensa die' again") from None
 
 
 # -------------------------------------------------------------------------------------------------------------- report

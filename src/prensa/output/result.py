@@ -107,7 +107,7 @@ class RunResult(Shown):
         return tool_loads(self.increments, self.increments.problem, tool, intervals)
 
     def die(self, tool: str, die: Die, at: int | str = "largest force") -> DieStress:
-        """The section of a tool as an elastic body under the contact forces of an increment, as in `at`: see `prensa.die_stress`."""
+        """The section of a tool as an elastic body under the forces of an increment, as in `at`: see `prensa.die_stress`."""
         from prensa.dies.stress import die_stress, refuse_die
 
         refuse_die(self.increments.problem, tool, die)

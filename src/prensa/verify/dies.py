@@ -58,7 +58,8 @@ def tube(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     balance, problem = Balance(), container()
     inc = balance.last(problem)
     ends = {"start": "y", "end": "y"}
-    found = pr.die_stress(inc, problem, "wall", pr.Die(thickness=20.0, E=200e3 * E_scale, nu=0.3, span=(0.0, 5.0), size=0.25, fixed=ends))
+    die = pr.Die(thickness=20.0, E=200e3 * E_scale, nu=0.3, span=(0.0, 5.0), size=0.25, fixed=ends)
+    found = pr.die_stress(inc, problem, "wall", die)
     a, b, p = 10.0, 30.0, float(found.pressure.mean())
     yield row("pressure on the die", 1e-3 * 0.3 / 0.7, p, 2e-3)  # the penalty lets the cylinder widen a little
     yield row("scatter of it", 0.0, float(np.ptp(found.pressure)) / p, 1e-3, "absolute")
