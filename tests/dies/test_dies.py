@@ -8,7 +8,7 @@ import pytest
 import prensa as pr
 from prensa.cli import dies as options
 from prensa.dies.spread import touch
-from prensa.output.dies import write_die
+from prensa.output.die_folder import write_die
 from prensa.system.discretise import discretise
 from prensa.verify.dies import container, sliding
 from prensa.verify.ties import shell_flexibility

@@ -595,7 +595,7 @@ def die(
         run = _results_of(folder, voice)
         asked = dies.asked(thickness, modulus, nu, span, size, fix or (), back_pressure, ring)
         moment: int | str = int(at) if at.isdecimal() else at
-        from prensa.output.dies import write_die
+        from prensa.output.die_folder import write_die
 
         made, summary = write_die(run, tool, asked, moment, dies.law_of(k, hardness, depth), out)
         for line in dies.lines_of(summary, run.increments.problem):

@@ -48,8 +48,9 @@ class Die:
     section, None for what is touched and a thickness more; ``size``: length of elements at the face, None for a fortieth of
     what is touched, ``growth`` of them from one to the next away from there (more than 1).
     ``back_pressure``: pre-pressure on the back; ``ring``: a shrink ring there. ``fixed``: sides (``back``, ``start``, ``end``,
-    ``face``) and what holds them (``x``, ``y``, ``xy``), empty for the back: along its normal in axisymmetry and next to a line of
-    symmetry, else altogether; where a ring or a pressure acts on it, or it looks outwards in axisymmetry, an end holds along y.
+    ``face``) and what holds them (``x``, ``y``, ``xy``), empty for the back: along its normal in axisymmetry and next to a line
+    of symmetry, else altogether. Where a ring or a pressure acts on it, or it looks outwards in axisymmetry, an end holds
+    along y.
     """
 
     thickness: float

@@ -12,61 +12,28 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from prensa.dies.loads import ToolLoads, tool_loads
-from prensa.dies.stress import Die, DieStress
+from prensa.dies.stress import DieStress
 from prensa.dies.wear import Wear, wear
 from prensa.errors import PrensaError
 from prensa.model.problem import Archard, Case, Problem
 from prensa.output import plot, style
-from prensa.output.files import file_name, replacing, write_text
 from prensa.output.history import Table
-from prensa.output.vtk import write_fields
 from prensa.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from prensa.output.result import RunResult
     from prensa.output.stored import Stored
 
 FOLDER = "die-"
-LOADS, FACE, SUMMARY = "loads.csv", "face.csv", "die.json"
-
-
-def write_die(
-    run: RunResult, tool: str, die: Die, at: int | str, law: Archard, out: Path | None = None
-) -> tuple[Path, dict[str, Any]]:
-    """Compute the stresses of a die and leave them, the tool's loads and wear in a folder; returns it and the summary.
-
-    Raises
-    ------
-    PrensaError
-        As of `RunResult.die`, or if the folder cannot be made.
-
-    """
-    problem = run.increments.problem
-    found = run.die(tool, die, at)
-    loads = run.loads(tool)
-    folder = out or run.directory / f"{FOLDER}{file_name(tool)}"
-    if folder.exists() and not folder.is_dir():
-        raise PrensaError(f"{folder}: this is a file; name a folder for the die")
-    folder.mkdir(parents=True, exist_ok=True)
-    worn = wear(loads, law.k, law.hardness)
-    write_loads(folder / LOADS, worn)
-    _write(folder / FACE, _face(found))
-    write_fields(folder / "die.vtu", found.increment)
-    for name, figure in _figures(found, worn, problem):
-        with replacing(folder / f"{name}.png") as temporary:
-            plot.save(figure, temporary, format="png")
-    made = {**summary_of(found), "wear": wear_summary(worn, law)}
-    write_text(folder / SUMMARY, json.dumps(made, indent=1) + "\n")
-    return folder, made
+DIE_SUMMARY = "die.json"
 
 
 def write_loads(path: Path, worn: Wear) -> Path:
     """Write pressure, shear, sliding and wear over a tool's coordinate as a table (CSV); returns its path."""
     loads = worn.loads
     at, most, mean = loads.at(loads.largest_force), loads.envelope, loads.mean
-    return _write(path, {
+    return write_columns(path, {
         "s": loads.s, "x": loads.x[:, 0], "y": loads.x[:, 1], "area": loads.area, "pressure": at.pressure, "shear": at.shear,
         "pressure_most": most.pressure, "shear_most": most.shear, "pressure_mean": mean.pressure, "shear_mean": mean.shear,
         "sliding": loads.slid, "wear": worn.depth,
@@ -95,7 +62,7 @@ def wear_summary(worn: Wear, law: Archard) -> dict[str, Any]:
 
 def stored_dies(directory: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
     """Folders of dies that were computed of the run in *directory*, and their summaries."""
-    for path in sorted(directory.glob(f"{FOLDER}*/{SUMMARY}")):
+    for path in sorted(directory.glob(f"{FOLDER}*/{DIE_SUMMARY}")):
         try:
             yield path.parent, json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
@@ -167,7 +134,8 @@ def draw_deflection(found: DieStress, problem: Problem) -> Figure:
     return figure
 
 
-def _figures(found: DieStress, worn: Wear, problem: Problem) -> Iterable[tuple[str, Figure]]:
+def figures(found: DieStress, worn: Wear, problem: Problem) -> Iterable[tuple[str, Figure]]:
+    """The pictures of a die by name: stress, displacement, give of its face, loads of the tool."""
     yield "mises", plot.deformed(found.increment, found.problem, "mises")
     yield "displacement", plot.deformed(found.increment, found.problem, "displacement")
     yield "deflection", draw_deflection(found, problem)
@@ -178,14 +146,16 @@ def _steps(axes: Any, loads: ToolLoads, values: Array, colour: str, label: str =
     axes.stairs(values, loads.borders, color=colour, label=label or None, baseline=None, linewidth=wide)
 
 
-def _face(found: DieStress) -> Mapping[str, Array]:
+def face_columns(found: DieStress) -> Mapping[str, Array]:
+    """Columns of ``face.csv``, a row for each edge of the face of a die."""
     s, X, u = (0.5 * (v[1:] + v[:-1]) for v in (found.s, found.X, found.u))
     return {
         "s": s, "x": X[:, 0], "y": X[:, 1], "ux": u[:, 0], "uy": u[:, 1], "pressure": found.pressure, "shear": found.shear,
     }  # fmt: skip
 
 
-def _write(path: Path, columns: Mapping[str, Array]) -> Path:
+def write_columns(path: Path, columns: Mapping[str, Array]) -> Path:
+    """Write columns as a table (CSV); returns its path."""
     table = Table(path, list(columns))
     for row in zip(*columns.values()):
         table.append(row)
