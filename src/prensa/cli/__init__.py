@@ -597,7 +597,7 @@ def die(
         moment: int | str = int(at) if at.isdecimal() else at
         from prensa.output.die_folder import write_die
 
-        made, summary = write_die(run, tool, asked, moment, dies.law_of(k, hardness, depth), out)
+        made, summary = write_die(run, tool, asked, moment, dies.law_of(k, hardness, depth, run, tool), out)
         for line in dies.lines_of(summary, run.increments.problem):
             voice.say(line)
         voice.confirm(str(made))

@@ -9,6 +9,8 @@ from prensa.dies.stress import Die, ShrinkRing
 from prensa.errors import PrensaError
 from prensa.measures.units import length_unit, pressure_unit
 from prensa.model.problem import Archard, Problem
+from prensa.model.schema import loads
+from prensa.output.result import RunResult
 
 
 def asked(
@@ -35,8 +37,10 @@ def asked(
     return Die(thickness, E, nu, given, size, back_pressure=back_pressure, ring=shrunk, fixed=held)
 
 
-def law_of(k: float | None, hardness: float | None, depth: float | None) -> Archard:
-    """Archard's law of the options; raises PrensaError where something is missing."""
+def law_of(k: float | None, hardness: float | None, depth: float | None, run: RunResult, tool: str) -> Archard:
+    """Archard's law of the options, else that of the case; raises PrensaError where something is missing."""
+    if k is None and hardness is None and depth is None:
+        return loads(run.summary["case"], bounded=False).output.wear.get(tool, Archard())
     return Archard(k=k, hardness=hardness, depth=depth)
 
 

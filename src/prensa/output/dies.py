@@ -84,14 +84,17 @@ def in_report(stored: Stored, case: Case) -> dict[str, Any]:
         row = {"tool": tool, "pressure": float(most.pressure[k]), "pressed": float(found.loads.s[k])}
         worn.append({**row, **wear_summary(found, law)})
         buffer = io.BytesIO()
-        draw_loads(found, case.problem).savefig(buffer, format="png", bbox_inches="tight")
+        figure = draw_loads(found, case.problem)
+        for axes in figure.axes:
+            style.plain_numbers(axes.yaxis)
+        figure.savefig(buffer, format="png", bbox_inches="tight")
         pictures.append((f"Loads and wear along the outline of {tool}", _uri(buffer.getvalue())))
     dies = []
     for folder, summary in stored_dies(stored.directory):
         dies.append(summary)
         for name, what in (("mises", "von Mises stress"), ("displacement", "displacement"), ("deflection", "give of the face")):
             if (path := folder / f"{name}.png").is_file():
-                pictures.append((f"Die {summary['tool']}, increment {summary['increment']}: {what}", _uri(path.read_bytes())))
+                pictures.append((f"Elastic {summary['tool']}, increment {summary['increment']}: {what}", _uri(path.read_bytes())))
     return {"wear": worn, "dies": dies, "pictures": pictures, "without": without}
 
 
