@@ -39,7 +39,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     "Contacts": (model.Contact, model.NoContact, model.Interference, *dict(public("enforcement")).values()),
     "Friction": tuple(dict(public("friction")).values()),
     "Supports, motions and loads": (model.Fixed, model.Motion, model.Crank, model.Feed, model.Push, model.Load),
-    "How it is solved, and what is written": (model.Numerics, model.Output),
+    "How it is solved, and what is written": (model.Numerics, model.Output, model.Archard),
 }  # fmt: skip
 
 # What the types do not tell.

@@ -7,7 +7,7 @@ from typing import Any
 __version__ = "0.1.0"
 
 _MODEL = (
-    "Annulus", "ArcSide", "Body", "Case", "Contact", "Crank", "Disc", "Feed", "File", "Fixed", "Grade", "Interference",
+    "Annulus", "ArcSide", "Archard", "Body", "Case", "Contact", "Crank", "Disc", "Feed", "File", "Fixed", "Grade", "Interference",
     "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle",
     "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel", "Units", "Until",
     "When", "Wire",
@@ -37,6 +37,11 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "Test": "prensa.inverse.experiment",
     "identify": "prensa.inverse.identify",
     "results": "prensa.output.result",
+    "Die": "prensa.dies.stress",
+    "ShrinkRing": "prensa.dies.stress",
+    "die_stress": "prensa.dies.stress",
+    "tool_loads": "prensa.dies.loads",
+    "wear": "prensa.dies.wear",
     "evaluate": "prensa.result.results",
     "ProgressBar": "prensa.output.progress",
     "DamageLaw": "prensa.materials.damage_law",

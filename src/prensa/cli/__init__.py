@@ -623,6 +623,52 @@ def view(folder: Folder, quiet: Quiet = False, verbose: Verbose = False, json: J
         voice.give({"report": page, "opened": opened})
 
 
+@app.command()
+def die(
+    folder: Folder,
+    tool: Annotated[str, typer.Option(help="The tool of the run.", show_default=False)],
+    thickness: Annotated[float, typer.Option(help="By which its outline is offset to a section.")] = 0.0,
+    span: Annotated[
+        str | None, typer.Option(metavar="FROM:TO", help="Of its outline; what is touched and a thickness more if not given.")
+    ] = None,
+    at: Annotated[
+        str, typer.Option(help="'largest force', 'last', the name of a step, or the number of an increment.",
+                          autocompletion=completion.moments),
+    ] = "largest force",
+    modulus: Annotated[float | None, typer.Option("--E", help="Young's modulus of the die; steel's if not given.")] = None,
+    nu: Annotated[float, typer.Option(help="Poisson's ratio of the die.")] = 0.3,
+    size: Annotated[float | None, typer.Option(help="Of elements at the face; 1/40 of what is touched if not given.")] = None,
+    fix: Annotated[
+        list[str] | None, typer.Option(metavar="SIDE=xy", help="What holds the die, as in back=y; repeatable. Else its back.")
+    ] = None,
+    back_pressure: Annotated[float, typer.Option(help="Pre-pressure on the back of the die.")] = 0.0,
+    ring: Annotated[
+        str | None, typer.Option(metavar="THICKNESS:INTERFERENCE", help="A shrink ring about the back, as in 20:0.05.")
+    ] = None,
+    k: Annotated[float | None, typer.Option("--k", help="Archard's coefficient of wear.")] = None,
+    hardness: Annotated[float | None, typer.Option(help="Of the tool, a pressure.")] = None,
+    depth: Annotated[float | None, typer.Option(help="Permitted depth of wear.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder; die-<tool> in DIR if not given.")] = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Load the section of a tool, elastic, with the contact forces of a run: stresses, deflection, loads and wear."""
+    with Voice(quiet, verbose, json, folder=folder) as voice:
+        from prensa.cli import dies
+
+        run = _results_of(folder, voice)
+        asked = dies.asked(thickness, modulus, nu, span, size, fix or (), back_pressure, ring)
+        moment: int | str = int(at) if at.isdecimal() else at
+        from prensa.output.die_folder import write_die
+
+        made, summary = write_die(run, tool, asked, moment, dies.law_of(k, hardness, depth, run, tool), out)
+        for line in dies.lines_of(summary, run.increments.problem):
+            voice.say(line)
+        voice.confirm(str(made))
+        voice.give({"folder": made, **summary})
+
+
 def _results_of(folder: Path, voice: Voice) -> RunResult:
     """The results in a folder, which know how to draw themselves; what has not completed is announced."""
     import prensa.output.views  # noqa: F401  (fills in how results are drawn)

@@ -64,6 +64,7 @@ from prensa.model.units import (
     in_one_second,
 )
 from prensa.model.until import ToolForce, ToolTravel, Until
+from prensa.model.wear import Archard, WearValue
 from prensa.registry import DOORS
 
 
@@ -603,7 +604,8 @@ class Output:
     """What a run writes: fields every ``fields`` increments (0: only the last of each step), pictures, report.
 
     ``mirror``: sides (``left``, ``right``, ``bottom``, ``top``, in space ``back`` and ``front``) of the bodies on which pictures
-    show their mirror image, where a part of the whole was modelled; in axisymmetry the axis mirrors by itself.
+    show their mirror image, where a part of the whole was modelled; in axisymmetry the axis mirrors by itself. ``wear``: by tool, an
+    `Archard` or ``relative``: loads along the tool's outline and its wear, in the report.
     """
 
     fields: Annotated[Whole, Field(ge=0)] = 1
@@ -612,6 +614,8 @@ class Output:
     mirror: Annotated[
         tuple[Literal["left", "right", "bottom", "top", "back", "front"], ...], BeforeValidator(as_names)
     ] = ()
+    mirror: Annotated[tuple[Literal["left", "right", "bottom", "top"], ...], BeforeValidator(as_names)] = ()
+    wear: Mapping[str, WearValue] = field(default_factory=dict)
 
     @model_validator(mode="after")
     def _check(self) -> Output:
@@ -635,11 +639,15 @@ class Case:
             raise ValueError("'output.mirror' cannot name 'left' or 'right' in axisymmetry, whose axis mirrors: leave it out")
         if self.problem.space != "solid" and {"back", "front"} & set(self.output.mirror):
             raise ValueError("'output.mirror' cannot name 'back' or 'front' in the plane: they are sides in 'space: solid'")
+        for tool in self.output.wear:
+            if tool not in self.problem.tools:
+                known = ", ".join(map(repr, self.problem.tools)) or "none"
+                raise ValueError(f"'output.wear' names the tool {tool!r}, which there is not; tools: {known}")
         return self
 
 
 __all__ = [
-    "Annulus", "ArcSide", "Body", "Case", "Contact", "Crank", "Disc", "Feed", "File", "Fixed", "Grade", "Interference",
+    "Annulus", "ArcSide", "Archard", "Body", "Case", "Contact", "Crank", "Disc", "Feed", "File", "Fixed", "Grade", "Interference",
     "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle",
     "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel", "Units", "Until",
     "When", "Wire",

@@ -30,9 +30,9 @@ CONTACT_FOLDER = "contact"
 POINTS_SUFFIX = ".points.csv"
 CONTACT_COLUMNS = (
     "node", "x", "y", "gap", "pressure", "shear", "slip", "status", "pressure_from_stress", "pressure_smoothed", "error",
-    "X", "Y",
+    "X", "Y", "weight", "force_x", "force_y", "speed",
 )  # fmt: skip
-SPATIAL_CONTACT_COLUMNS = (*CONTACT_COLUMNS, "z", "Z")
+SPATIAL_CONTACT_COLUMNS = (*CONTACT_COLUMNS, "z", "Z", "force_z")
 """In space, where points are the nodes: shear is the size of the traction along the tool."""
 POINT_COLUMNS = ("x", "y", "gap", "pressure", "shear", "slip", "status", "weight", "X", "Y")
 CONVERGENCE_COLUMNS = ("increment", "iteration", "residual", "changes")
@@ -166,10 +166,11 @@ def write_contact(directory: Path, name: str, number: int, contact: ContactState
     path = folder / f"{number:04d}.csv"
     c, q = contact, contact.points
     words = [[STATUS[s] for s in status] for status in (c.status, q.status)]
-    third = () if c.x.shape[1] == 2 else (c.x[:, 2], c.X[:, 2])
+    third = () if c.x.shape[1] == 2 else (c.x[:, 2], c.X[:, 2], c.force[:, 2])
     _write(path, [*(SPATIAL_CONTACT_COLUMNS if third else CONTACT_COLUMNS), *_sliding(c)], (
         c.node, c.x[:, 0], c.x[:, 1], c.gap, c.pressure, c.shear, c.slip, words[0], c.pressure_from_stress,
-        c.pressure_smoothed, c.error, c.X[:, 0], c.X[:, 1], *third, *_sliding(c).values(),
+        c.pressure_smoothed, c.error, c.X[:, 0], c.X[:, 1], c.weight, c.force[:, 0], c.force[:, 1],
+        np.full(len(c.x), np.nan) if c.speed is None else c.speed, *third, *_sliding(c).values(),
     ))  # fmt: skip
     if not np.array_equal(q.X, c.X):
         _write(of_points(path), [*POINT_COLUMNS, *_sliding(q)], (

@@ -522,6 +522,16 @@ def convergence(
 
 
 # -------------------------------------------------------------------------------------------------------------- details
+def panels(width: float, height: float, rows: int) -> tuple[Figure, Any]:
+    """A figure (inches) of rows over one abscissa, and its axes."""
+    return _figure(width, height, rows=rows, sharex=True)
+
+
+def legend(figure: Figure, axes: Axes) -> None:
+    """Names of the curves of some axes, below the picture."""
+    _legend(figure, axes)
+
+
 def _figure(width: float, height: float, rows: int = 1, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 

@@ -17,7 +17,7 @@ import numpy as np
 from prensa.errors import take_path
 from prensa.measures.columns import directions, force_columns, place_columns
 from prensa.model.problem import Case, Problem
-from prensa.output import answer, style
+from prensa.output import answer, dies, style
 from prensa.output.files import file_name, write_text
 from prensa.output.history import energies_of
 from prensa.output.maxima import largest_force, maxima
@@ -136,6 +136,8 @@ def _tables(stored: Stored, summary: dict[str, Any]) -> dict[str, Any]:
         "units": {"length": style.length_unit(problem), "force": style.force_unit(problem), "area": style.area_unit(problem),
                   "moment": style.moment_unit(problem), "energy": style.energy_unit(problem)},
         "axes": style.axes_names(problem),
+        "stress": style.pressure_unit(problem),
+        "dies": dies.in_report(stored, case),
         "thickness": problem.thickness,
         "time": float(last["time"]) if last else 0.0,
         "step": str(last.get("step", "–")),

@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
+    from prensa.dies.loads import ToolLoads
+    from prensa.dies.stress import Die, DieStress
+
 MOST_PICTURES = 60  # of an animation unless more are asked for: each takes a quarter of a second
 PLOTS = ("force_stroke", "energy", "convergence")
 
@@ -96,6 +99,26 @@ class RunResult(Shown):
             steps = ", ".join(repr(str(s)) for s in dict.fromkeys(table["step"][stored.ends]))
             raise PrensaError(f"no increment is {when!r}; give a number, 'last', 'largest force' or a step that ended: {steps}")
         return stored.number(number)
+
+    def loads(self, tool: str, intervals: int = 100) -> ToolLoads:
+        """Pressure, shear and sliding of a tool along its outline, over the whole run: see `prensa.tool_loads`."""
+        from prensa.dies.loads import tool_loads
+
+        return tool_loads(self.increments, self.increments.problem, tool, intervals)
+
+    def die(self, tool: str, die: Die, at: int | str = "largest force") -> DieStress:
+        """The section of a tool as an elastic body under the forces of an increment, as in `at`: see `prensa.die_stress`."""
+        from prensa.dies.stress import die_stress, refuse_die
+
+        refuse_die(self.increments.problem, tool, die)
+        return die_stress(self._pressed(tool) if at == "largest force" else self.at(at), self.increments.problem, tool, die)
+
+    def _pressed(self, tool: str) -> Increment:
+        """The increment in which a tool is pressed most."""
+        table = self.increments.history
+        if not len(self.increments):
+            self.at("last")  # which says why there is none
+        return self.increments[int(np.argmax(np.hypot(table[f"{tool}.fx"], table[f"{tool}.fy"])))]
 
     def plot(self, what: str = "mises", at: int | str = "last", **options: Any) -> Figure:
         """A picture of the run.

@@ -172,7 +172,7 @@ def _some(numbers: Sequence[int]) -> str:
 
 
 def _contact(path: Path, contact: Any, area: float) -> ContactState:
-    """A contact from its table; tributary areas and nodal forces are not in it, and not numbers here."""
+    """A contact from its table; what tables of older runs lack (areas, nodal forces, speeds) is not a number."""
     t = history.read_contact(path)
     if not len(t["x"]):
         raise PrensaError(f"{path}: the table has no rows; it is cut off, run the case again")
@@ -189,8 +189,9 @@ def _contact(path: Path, contact: Any, area: float) -> ContactState:
         )  # fmt: skip
     return ContactState(
         "+".join(contact.surface), contact.against, contact.surface[0].partition(".")[0], t["node"], X, x, t["gap"],
-        t["pressure"], t["shear"], t["slip"], status, unknown, np.full_like(X, np.nan), t["pressure_from_stress"],
-        t["pressure_smoothed"], t["error"], area, points, *slid,
+        t["pressure"], t["shear"], t["slip"], status, t.get("weight", unknown),
+        np.column_stack([t.get(f"force_{c}", unknown) for c in axes]), t["pressure_from_stress"],
+        t["pressure_smoothed"], t["error"], area, points, *slid, t.get("speed", unknown),
     )  # fmt: skip
 
 

@@ -146,6 +146,8 @@ class ContactState(Tabular):
     contact_time: Array | None = None
     sliding_distance: Array | None = None
     sliding_velocity: Array | None = None
+    speed: Array | None = None
+    """(k,) of slip in the increment, at a node of several points their mean weighted by pressure; None: not known."""
 
     def _line(self) -> str:
         largest = f"largest pressure {self.pressure.max(initial=0):.4g}"

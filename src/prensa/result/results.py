@@ -207,8 +207,17 @@ def contact_states(
             area=float((system.touching(s, where, depth, f.p > 0) if f.stencils.area is None else weight[f.p > 0]).sum()),
             points=PointValues(s.X, s.points.at(x), f.g, p, t, f.kappa, status, weight, state.contact.speed[s.rows], *slid),
             **dict(zip(SLIDING_FIELDS, (_means_at_nodes(s, weight, area, v) for v in slid))),
+            speed=_nodal_speed(s, f, state.contact.speed[s.rows]),
         )  # fmt: skip
     return out
+
+
+def _nodal_speed(s: Surface, f: ContactForces, speed: Array) -> Array:
+    """Speed of slip (n,) of the nodes: with the normal forces of the nodes it has the power that the points have."""
+    if s.points.one_a_node:
+        return speed
+    pressing = s.points.to_nodes(f.weight * f.p)
+    return np.where(pressing > 0.0, s.points.to_nodes(f.weight * f.p * speed) / np.where(pressing > 0.0, pressing, 1.0), 0.0)
 
 
 def _now(system: System, s: Surface, f: ContactForces, where: Array, depth: Array | None) -> tuple[Array, Array, Array]:

@@ -1,0 +1,69 @@
+"""What ``prensa die`` is asked for, and what it says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from prensa.dies.stress import Die, ShrinkRing
+from prensa.errors import PrensaError
+from prensa.measures.units import length_unit, pressure_unit
+from prensa.model.problem import Archard, Problem
+from prensa.model.schema import loads
+from prensa.output.result import RunResult
+
+
+def asked(
+    thickness: float, E: float | None, nu: float, span: str | None, size: float | None, fix: Sequence[str], back_pressure: float,
+    ring: str | None,
+) -> Die:  # fmt: skip
+    """The die of the options.
+
+    Raises
+    ------
+    PrensaError
+        For an option that cannot be read.
+
+    """
+    given = None if span is None else _pair("--span", span, "FROM:TO, as in 0:20")
+    around = None if ring is None else _pair("--ring", ring, "THICKNESS:INTERFERENCE, as in 20:0.05")
+    held = {}
+    for text in fix:
+        side, equals, how = text.partition("=")
+        if not equals:
+            raise PrensaError(f"--fix {text}: give a side and x, y or xy, as in --fix back=y")
+        held[side] = how
+    shrunk = None if around is None else ShrinkRing(*around, E=E, nu=nu)
+    return Die(thickness, E, nu, given, size, back_pressure=back_pressure, ring=shrunk, fixed=held)
+
+
+def law_of(k: float | None, hardness: float | None, depth: float | None, run: RunResult, tool: str) -> Archard:
+    """Archard's law of the options, else that of the case; raises PrensaError where something is missing."""
+    if k is None and hardness is None and depth is None:
+        return loads(run.summary["case"], bounded=False).output.wear.get(tool, Archard())
+    return Archard(k=k, hardness=hardness, depth=depth)
+
+
+def lines_of(summary: dict[str, Any], problem: Problem) -> Iterator[str]:
+    """What is said of a die."""
+    length, stress = length_unit(problem), pressure_unit(problem)
+    mises, moved, worn = summary["mises"], summary["deflection"], summary["wear"]
+    where = "({:.4g}, {:.4g})"
+    yield f"{summary['tool']} at increment {summary['increment']}, time {summary['time']:.4g}: " \
+          f"pressure ≤ {summary['pressure']:.4g} {stress}, forces balanced to {summary['imbalance']:.1e}"  # fmt: skip
+    yield f"largest von Mises stress {mises['value']:.4g} {stress} at {where.format(*mises['at'])}"
+    yield f"largest deflection {moved['value']:.4g} {length} at {where.format(*moved['at'])}"
+    if worn["relative"]:
+        yield f"wear deepest at {worn['s']:.4g} {length} of the outline; relative, without --k and --hardness"
+    else:
+        parts = f"; {worn['parts']:.4g} parts until {worn['permitted']:.4g} {length}" if "parts" in worn else ""
+        place = f"at {worn['s']:.4g} {length} of the outline"
+        yield f"wear a part {worn['depth']:.3g} {length} {place}, volume {worn['volume']:.3g}{parts}"
+
+
+def _pair(option: str, text: str, form: str) -> tuple[float, float]:
+    first, _, second = text.partition(":")
+    try:
+        return float(first), float(second)
+    except ValueError:
+        raise PrensaError(f"{option} {text}: give {form}") from None

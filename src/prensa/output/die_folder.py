@@ -1,0 +1,56 @@
+"""The folder that ``prensa die`` leaves beside the files of a run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from prensa.dies.stress import Die
+from prensa.dies.wear import wear
+from prensa.errors import PrensaError
+from prensa.model.problem import Archard
+from prensa.output import plot
+from prensa.output.dies import (
+    DIE_SUMMARY,
+    FOLDER,
+    face_columns,
+    figures,
+    summary_of,
+    wear_summary,
+    write_columns,
+    write_loads,
+)
+from prensa.output.files import file_name, replacing, write_text
+from prensa.output.result import RunResult
+from prensa.output.vtk import write_fields
+
+
+def write_die(
+    run: RunResult, tool: str, die: Die, at: int | str, law: Archard, out: Path | None = None
+) -> tuple[Path, dict[str, Any]]:
+    """Compute the stresses of a die and leave them, the tool's loads and wear in a folder; returns it and the summary.
+
+    Raises
+    ------
+    PrensaError
+        As of `RunResult.die`, or if the folder cannot be made.
+
+    """
+    problem = run.increments.problem
+    found = run.die(tool, die, at)
+    loads = run.loads(tool)
+    folder = out or run.directory / f"{FOLDER}{file_name(tool)}"
+    if folder.exists() and not folder.is_dir():
+        raise PrensaError(f"{folder}: this is a file; name a folder for the die")
+    folder.mkdir(parents=True, exist_ok=True)
+    worn = wear(loads, law.k, law.hardness)
+    write_loads(folder / "loads.csv", worn)
+    write_columns(folder / "face.csv", face_columns(found))
+    write_fields(folder / "die.vtu", found.increment)
+    for name, figure in figures(found, worn, problem):
+        with replacing(folder / f"{name}.png") as temporary:
+            plot.save(figure, temporary, format="png")
+    made = {**summary_of(found), "wear": wear_summary(worn, law)}
+    write_text(folder / DIE_SUMMARY, json.dumps(made, indent=1) + "\n")
+    return folder, made

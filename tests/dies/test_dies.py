@@ -1,0 +1,180 @@
+"""Loads along tools, wear, stresses of dies: conservation, closed forms, refusals, files."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.cli import dies as options
+from prensa.dies.spread import touch
+from prensa.output.die_folder import write_die
+from prensa.system.discretise import discretise
+from prensa.verify.dies import container, sliding
+from prensa.verify.ties import shell_flexibility
+
+
+def upsetting(**changes):
+    """A billet of 8 × 6 elements under a plane with friction, two increments."""
+    given = {
+        "space": "axisymmetric", "fixed": {"billet.bottom": "y"}, "tools": {"die": pr.Plane(touching="billet.top")},
+        "bodies": {"billet": pr.Body(pr.Rectangle(size=(10, 7.5), n=(8, 6)), pr.J2(200e3, 0.3, pr.Ludwik(250.0, 500.0, 0.3)))},
+        "friction": pr.Coulomb(0.1), "contacts": (pr.Contact(("billet.top", "billet.right"), "die"),),
+        "steps": (pr.Step("press", move={"die": pr.Motion(y=-0.4)}, increments=2),),
+    }  # fmt: skip
+    return pr.Problem("upsetting", **{**given, **changes})
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A run of the upsetting, with wear of its die."""
+    case = pr.Case(upsetting(), output=pr.Output(pictures=False, wear={"die": pr.Archard(1e-5, 6000.0, 0.05)}))
+    return pr.run(case, tmp_path_factory.mktemp("dies") / "run", quiet=True)
+
+
+@pytest.fixture(scope="module")
+def last():
+    """The last increment of the upsetting, and its problem."""
+    problem = upsetting()
+    return list(pr.solve(problem))[-1], problem
+
+
+@pytest.mark.parametrize("element", ["q4_fbar", "q8", "t6"])
+@pytest.mark.parametrize("borders", [np.linspace(-1.0, 12.0, 7), np.linspace(-3.0, 13.0, 200)])
+def test_no_force_is_lost(element, borders):
+    """The forces on intervals of the tool's coordinate sum to the tool's, whatever the intervals and elements."""
+    problem = upsetting()
+    problem = replace(problem, bodies={"billet": replace(problem.bodies["billet"], element=element)}, steps=(
+        pr.Step("press", move={"die": pr.Motion(y=-0.2)}, increments=1),))  # fmt: skip
+    inc = list(pr.solve(problem))[-1]
+    placed = discretise(problem).tools[0]
+    found = touch(problem, placed, inc.tools["die"], inc.contacts["billet.top+billet.right-die"], 1.0)
+    shares = found.shares(borders, placed.shape.period)
+    assert shares.min() >= -1e-12
+    assert (shares.T @ found.force).sum(axis=0)[1] == pytest.approx(inc.force("die").y, rel=1e-12)
+    assert found.normal @ shares.sum(axis=1) == pytest.approx(inc.force("die").y, rel=1e-12)
+
+
+def test_uniform_pressure_stays_uniform_on_quadratic_edges():
+    """Nodal forces of quadratic edges, 1 : 4 : 1, give the pressure that they stand for and no saw."""
+    problem = replace(
+        sliding(1.0, 0.0, "nodal", 8.0, 0.0), friction=None,
+        bodies={"block": pr.Body(pr.Rectangle(size=(4, 2), n=(4, 2)), pr.Elastic(1000.0, 0.0), "q8")},
+        steps=(pr.Step("press", push={"plane": pr.Push(y=8.0)}, increments=1),),
+    )  # fmt: skip
+    loads = pr.tool_loads(pr.solve(problem), problem, "plane", 32)
+    assert loads.envelope.pressure[2:-2] == pytest.approx(2.0, rel=1e-6)
+
+
+def test_a_circle_is_loaded_across_its_seam():
+    """A wheel pressed from the side where its coordinate jumps loses no force."""
+    problem = pr.Problem(
+        "wheel", bodies={"block": pr.Body(pr.Rectangle(size=(4, 2), n=(12, 6), origin=(-2, -2)), pr.Elastic(1000.0, 0.3))},
+        tools={"wheel": pr.Circle(radius=3.0, at=(0.0, -5.0))}, fixed={"block.top": "xy"},
+        contacts=(pr.Contact(("block.bottom",), "wheel"),),
+        steps=(pr.Step("press", move={"wheel": pr.Motion(y=0.05)}, increments=1),),
+    )  # fmt: skip
+    (inc,) = pr.solve(problem)
+    loads = pr.tool_loads([inc], problem, "wheel")
+    assert loads.normal[0].max() > 0.0
+    contact = inc.contacts["block.bottom-wheel"]
+    n = contact.x - np.array(inc.tools["wheel"].at) - np.array(inc.tools["wheel"].place[:2])
+    n /= np.hypot(*n.T)[:, None]
+    assert loads.normal.sum() == pytest.approx((contact.force * n).sum(), rel=1e-12)
+    die = pr.die_stress(inc, problem, "wheel", pr.Die(thickness=2.0, size=0.2))
+    assert die.imbalance < 1e-10
+
+
+def test_loads_read_back_are_those_of_the_increments(run):
+    """Loads from the files of a run are those from the increments themselves."""
+    fresh = pr.tool_loads(pr.solve(upsetting()), upsetting(), "die")
+    stored = run.loads("die")
+    for name in ("borders", "normal", "shear", "sliding", "work", "area"):
+        assert getattr(stored, name) == pytest.approx(getattr(fresh, name), rel=1e-12, abs=1e-12), name
+    assert stored.normal.sum(axis=1) == pytest.approx(run.history["die.fy"], rel=1e-12)
+    assert (stored.envelope.pressure >= stored.mean.pressure - 1e-9).all()
+    assert stored.largest_force == 1
+
+
+def test_shrink_ring_is_lame():
+    """A ring of steel shrunk on a tube: displacement of the bore by the pressure that closes the interference."""
+    inc = list(pr.solve(container()))[-1]
+    ring, ends = pr.ShrinkRing(10.0, 0.01, E=210e3), {"start": "y", "end": "y"}
+    die = pr.Die(10.0, 200e3, 0.3, span=(0.0, 5.0), size=0.25, ring=ring, fixed=ends)
+    found = pr.die_stress(inc, container(), "wall", die)
+    a, b, c = 10.0, 20.0, 30.0
+    give = shell_flexibility(210e3, 0.3, b, c, b, 1.0, 0.0) - shell_flexibility(200e3, 0.3, a, b, b, 0.0, 1.0)
+    u = shell_flexibility(200e3, 0.3, a, b, a, 0.0, 0.01 / give)
+    assert found.u[:, 0].mean() == pytest.approx(u, rel=3e-3)
+
+
+def test_back_pressure_is_lame():
+    """A pre-pressure on the back closes the bore by Lamé."""
+    inc = list(pr.solve(container()))[-1]
+    die = pr.Die(10.0, 200e3, 0.3, span=(0.0, 5.0), size=0.25, back_pressure=50.0, fixed={"start": "y", "end": "y"})
+    found = pr.die_stress(inc, container(), "wall", die)
+    assert found.u[:, 0].mean() == pytest.approx(shell_flexibility(200e3, 0.3, 10.0, 20.0, 10.0, 0.0, 50.0), rel=1e-3)
+
+
+def test_symmetry_line_cuts_and_holds_the_die():
+    """In a half model the section ends at the line of symmetry, which holds it."""
+    problem = upsetting(space="plane stress", fixed={"billet.bottom": "y", "billet.left": "x"}, thickness=3.0)
+    inc = list(pr.solve(problem))[-1]
+    found = pr.die_stress(inc, problem, "die", pr.Die(20.0))
+    assert found.X[:, 0].min() == pytest.approx(0.0, abs=1e-12)
+    assert found.u[np.argmin(found.X[:, 0]), 0] == 0.0
+    assert found.imbalance < 1e-10
+
+
+def test_wear_needs_both_numbers(last):
+    """Wear is relative without numbers, in proportion to k/H with them, and says when it cannot say."""
+    loads = pr.tool_loads([last[0]], last[1], "die")
+    relative, real = pr.wear(loads), pr.wear(loads, 1e-5, 6000.0)
+    assert real.depth == pytest.approx(1e-5 / 6000.0 * relative.depth)
+    assert real.parts_until(0.05) == pytest.approx(0.05 / real.depth.max())
+    for bad in (lambda: pr.wear(loads, 1e-5), lambda: pr.wear(loads, -1.0, 1.0), lambda: relative.parts_until(1.0)):
+        with pytest.raises(pr.PrensaError, match=r"give|positive"):
+            bad()
+
+
+def test_bad_dies_are_refused(last, run):
+    """Unknown tools, dies of no thickness, too short or too thick, wrong sides and increments: a line with the remedy."""
+    inc, problem = last
+    for tool, die, words in (
+        ("dei", pr.Die(20.0), "did you mean 'die'"), ("die", pr.Die(0.0), "--thickness"),
+        ("die", pr.Die(20.0, span=(0, 5)), "--span"),
+        ("die", pr.Die(20.0, fixed={"top": "x"}), "--fix"), ("die", pr.Die(20.0, span=(3, 3)), "no length"),
+    ):  # fmt: skip
+        with pytest.raises(pr.PrensaError, match=words):
+            pr.die_stress(inc, problem, tool, die)
+    with pytest.raises(pr.PrensaError, match="no increment 99"):
+        run.die("die", pr.Die(20.0), at=99)
+    with pytest.raises(pr.PrensaError, match="FROM:TO"):
+        options.asked(20.0, None, 0.3, "0-5", None, (), 0.0, None)
+    with pytest.raises(pr.PrensaError, match=r"tools: 'die'"):
+        pr.Case(upsetting(), output=pr.Output(wear={"dye": pr.Archard()}))
+
+
+def test_records_without_forces_are_refused(last):
+    """Tables of older runs have no nodal forces: the run is to be computed again."""
+    inc, problem = last
+    contact = inc.contacts["billet.top+billet.right-die"]
+    old = replace(contact, force=np.full_like(contact.force, np.nan))
+    with pytest.raises(pr.PrensaError, match="run the case again"):
+        touch(problem, discretise(problem).tools[0], inc.tools["die"], old, 1.0)
+
+
+def test_files_and_report(run):
+    """The verb leaves tables, fields, pictures and a summary; the report shows wear and die."""
+    folder, made = write_die(run, "die", pr.Die(20.0, span=(0.0, 20.0)), "largest force", pr.Archard(1e-5, 6000.0, 0.05))
+    names = {p.name for p in folder.iterdir()}
+    pictures = {"deflection.png", "displacement.png", "loads.png", "mises.png"}
+    assert names == pictures | {"die.json", "die.vtu", "face.csv", "loads.csv"}
+    assert made["imbalance"] < 1e-10
+    assert made["wear"]["parts"] > 0.0
+    from prensa.output.report import write_report
+
+    page = write_report(run.directory).read_text(encoding="utf-8")
+    assert "<h2>Dies</h2>" in page
+    assert "Loads and wear along the outline of die" in page
+    assert "its give is not fed back" in page
