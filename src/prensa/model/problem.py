@@ -51,6 +51,7 @@ from prensa.model.meshes import (
     Strip,
     Wire,
 )
+from prensa.model.press import Press
 from prensa.model.python_alone import WHOLE, PythonAlone
 from prensa.model.remeshing import Remesh, RemeshValue, Sizes, When
 from prensa.model.units import (
@@ -608,12 +609,21 @@ class Case:
     def _check(self) -> Case:
         if self.problem.space == "axisymmetric" and {"left", "right"} & set(self.output.mirror):
             raise ValueError("'output.mirror' cannot name 'left' or 'right' in axisymmetry, whose axis mirrors: leave it out")
+        for name, tool in self.problem.tools.items():
+            press = tool.press
+            if press is not None and press.mirror is None and self.output.mirror:
+                sides = ", ".join(self.output.mirror)
+                raise ValueError(
+                    f"'output.mirror' says that a part of the whole is modelled: give the press of {name!r} "
+                    f"'mirror: [{sides}]' too, so that the forces of the whole are compared with it, or 'mirror: []' if it forms "
+                    "no more than is modelled"
+                )
         return self
 
 
 __all__ = [
     "Annulus", "ArcSide", "Body", "Case", "Contact", "Crank", "Disc", "Feed", "File", "Fixed", "Grade", "Interference",
-    "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle",
-    "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel", "Units", "Until",
-    "When", "Wire",
+    "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Press", "Problem", "Push",
+    "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel",
+    "Units", "Until", "When", "Wire",
 ]  # fmt: skip

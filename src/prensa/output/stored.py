@@ -137,7 +137,7 @@ class Stored(Sequence[Increment]):
         placed = self.placements.get(name, Placement((np.nan, np.nan), (0.0, -1.0)))
         place = Place(*(float(row[f"{name}.{c}"]) for c in ("ux", "uy", "rz")))
         force = Force(*(float(row[f"{name}.{c}"]) for c in ("fx", "fy", "mz")))
-        return ToolState(np.array(placed.at), place, force, placed.direction)
+        return ToolState(np.array(placed.at), place, force, placed.direction, work=float(row.get(f"{name}.work", 0.0)))
 
     def _bodies(self, number: int) -> dict[str, BodyState]:
         path = self.directory / vtk.FIELDS_FOLDER / f"{number:04d}.vtu"

@@ -19,7 +19,7 @@ from prensa import __version__
 from prensa.errors import PrensaError, take_path
 from prensa.model.feed import ends_early
 from prensa.model.problem import Case, Problem
-from prensa.output import answer, checkpoint, history, lock, measured, passages, runlog
+from prensa.output import answer, checkpoint, history, lock, measured, passages, press, runlog
 from prensa.output.files import Contents, write_text
 
 if TYPE_CHECKING:
@@ -212,6 +212,8 @@ def _from_tables(
             "tolerance": case.numerics.tolerance,
         },
         "timings": dict(timings),
+        "press": [verdict._asdict() for verdict in press.verdicts(table, problem)],
+        "blows": [blow._asdict() for blow in press.blows(table, problem)],
         "largest_force": [peak._asdict() for peak in answer.peaks(table, case)],
     }
 
