@@ -35,7 +35,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     "Materials": tuple(dict(public("material")).values()),
     "Flow curves": tuple(dict(public("flow")).values()),
     "Damage laws": tuple(dict(public("damage")).values()),
-    "Tools": (*(cls for _, cls in public("tool") if getattr(cls, "offered", True)), model.Springs),
+    "Tools": (*(cls for _, cls in public("tool") if getattr(cls, "offered", True)), model.Springs, model.Press),
     "Contacts": (model.Contact, model.NoContact, model.Interference, *dict(public("enforcement")).values()),
     "Friction": tuple(dict(public("friction")).values()),
     "Supports, motions and loads": (model.Fixed, model.Motion, model.Crank, model.Feed, model.Push, model.Load),
@@ -46,6 +46,8 @@ SECTIONS: dict[str, tuple[type, ...]] = {
 VALUES = {
     **{(c, "surface"): "body, boundary `body.name` or list of them" for c in ("Contact", "NoContact")},
     **{(c, "against"): "name of a tool" for c in ("Contact", "NoContact")},
+    ("Press", "capacity"): "number > 0, list of [stroke, force], or the name of a CSV file of them",
+    ("Until", "press"): "name of a tool, or a list of them",
     ("Coulomb", "mu"): "{}, or the name of a CSV file of κ, μ",
     ("J2", "of"): "name of a metal or of a file, or {}",
     ("FlowTable", "points"): "{}, or the name of a CSV file of ε̄, σ_y",
@@ -88,6 +90,7 @@ The keys `at`, `touching`, `above` and `below` place a tool, and all of these me
 | `touching` | a boundary: the tool is moved along the boundary's mean normal until it just touches the boundary |
 | `above`, `below` | a boundary: the same, coming down along −y or up along +y |
 | `spring` | [Springs](#springs) on which it is mounted |
+| `press` | [Press](#press) that drives it; a number alone, such as `400 kN`, is its capacity |
 
 With `touching`, `above` or `below`, `at` says only where the tool is across that direction (default: the origin).
 A curved or kinked boundary is touched against the first travel or push of the tool, if that leads towards it, not along its mean

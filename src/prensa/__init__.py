@@ -8,9 +8,9 @@ __version__ = "0.1.0"
 
 _MODEL = (
     "Annulus", "ArcSide", "Archard", "Body", "Case", "Contact", "Crank", "Disc", "Feed", "File", "Fixed", "Grade", "Interference",
-    "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle",
-    "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel", "Units", "Until",
-    "When", "Wire",
+    "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Press", "Problem", "Push",
+    "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel",
+    "Units", "Until", "When", "Wire",
 )  # fmt: skip
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "Box": "prensa.model.meshes",

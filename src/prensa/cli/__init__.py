@@ -305,6 +305,49 @@ def sweep(
 
 
 @app.command()
+def window(
+    case: CaseFile,
+    values: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="PATH=LOW:HIGH:N", autocompletion=completion.changes,
+            help="Range of a parameter, as in friction.mu=0.05:0.3:6; twice, and single values of others.",
+        ),
+    ] = None,
+    measures: Annotated[
+        list[str] | None, typer.Option("--measure", help="What to map, as in max(punch.fy); repeatable.")
+    ] = None,
+    limits: Annotated[
+        list[str] | None,
+        typer.Option("--limit", metavar="LIMIT", help="What is to be kept, as in 'max(punch.fy)<=400e3'; repeatable."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the window; results/<case>-window if not given.")] = None,
+    jobs: Jobs = None,
+    memory: Memory = None,
+    cluster: Cluster = None,
+    retry: Retry = False,
+    force: Annotated[bool, typer.Option("--force", help="Take a folder that holds a study of another case.")] = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Map measures over two parameters, with the limits that they have to keep; every run has the command that repeats it."""
+    source = Source(case)
+    with Voice(quiet, verbose, json, interrupted=KEPT) as voice:
+        from prensa.study.values import split_changes
+        from prensa.study.window import window as compute
+
+        study = compute(
+            case if source.is_file else source.read(), split_changes(values or ()), measures or (), limits or (), out=out,
+            jobs=jobs, memory=memory, cluster=cluster, retry=retry, quiet=voice.no_bar, force=force,
+        )  # fmt: skip
+        voice.confirm(f"{study.summary()}; {near(study.page)}")
+        voice.give(_table(study))
+    if not study.status["completed"]:
+        raise typer.Exit(FAILED)
+
+
+@app.command()
 def converge(
     case: CaseFile,
     measures: Annotated[

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from prensa.measures import damage
 from prensa.measures.measure import MeasureError
 from prensa.measures.units import area_unit, energy_unit, force_unit, length_unit, moment_unit
+from prensa.model.press import Use, use_of, works
 from prensa.model.problem import Problem, ever_stabilised, support_names
 from prensa.model.remeshing import remeshing_of
 from prensa.model.seconds import any_stated
@@ -75,10 +76,15 @@ def columns(problem: Problem) -> dict[str, Column]:
         out["remeshings"] = Column("", lambda i: i.remeshings)
     for name in support_names(problem):
         out |= {f"fixed.{name}.{c}": _support(name, k, forces[k]) for k, c in enumerate(force_columns(problem)[:d])}
+    working = works(problem)
     for tool, description in problem.tools.items():
         for k, (key, c) in enumerate(zip(("x", "y", "rz"), force_columns(problem))):
             if description.spring is not None and getattr(description.spring, key) is not None:
                 out[f"{tool}.spring.{c}"] = _spring(tool, k, forces[k])
+        if tool in working:
+            out[f"{tool}.work"] = _work(tool, energy_unit(problem))
+        if (use := use_of(problem, tool)) is not None:
+            out[f"{tool}.press_utilisation"] = _utilisation(use)
     return out
 
 
@@ -92,6 +98,19 @@ def _force(tool: str, k: int, unit: str) -> Column:
 
 def _spring(tool: str, k: int, unit: str) -> Column:
     return Column(unit, lambda i: (i.tools[tool].spring or (0.0, 0.0, 0.0))[k])
+
+
+def _work(tool: str, unit: str) -> Column:
+    return Column(unit, lambda i: i.tools[tool].work)
+
+
+def _utilisation(use: Use) -> Column:
+    def value(increment: Increment) -> float:
+        tool = increment.tools[use.tool]
+        force, place = tool.force[:2], tool.place[:2]
+        return use.utilisation(force, place, tool.work, increment.time, increment.step_number - 1)
+
+    return Column("", value)
 
 
 def _area(contact: str, unit: str) -> Column:

@@ -239,6 +239,10 @@ class _Reader:
         if p.space == "axisymmetric" and quantity in ("moment", "rotation", "force.x", "travel.x"):
             raise MeasureError(f"'{tool}.{quantity}' has no meaning about an axis; take '{tool}.force.y' or '{tool}.travel.y'")
         vectors = {"force": ("forces", "force", force_unit(p)), "travel": ("places", "place", length_unit(p))}
+        if quantity == "press_utilisation":  # of a tool with a press it is a column
+            raise MeasureError(f"tool {tool!r} has no press; give it one, such as 'press: 400 kN'")
+        if quantity == "work":
+            raise MeasureError(f"the work of {tool!r} is not counted; give it a press with an 'energy', or an 'until' with one")
         kind, _, axis = quantity.partition(".")
         if quantity in ("moment", "rotation"):
             of, unit = (self.forces, moment_unit(p)) if quantity == "moment" else (self.places, "rad")

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from math import isclose
 from typing import Any
 
-from prensa.model import body_contacts, crank, feed, heat, interference, space, until
+from prensa.model import body_contacts, crank, feed, heat, interference, press, space, until
 from prensa.model.names import SYMMETRY, Finding, suggest
 from prensa.model.remeshing import remeshing_of
 from prensa.model.units import PRESSURE, factor
@@ -38,6 +38,7 @@ def find(p: Any) -> Iterator[Finding]:
     for key, tool in p.tools.items():
         if tool is not None:
             yield from _tool(p, ("tools", key), tool)
+    yield from press.findings(p)
     yield from _surfaces(p)
     yield from _contacts(p)
     yield from _friction(p)
@@ -373,7 +374,7 @@ def _removed(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding
                 yield Finding((*path, kind, key), f"{gone}: tool {key!r} does nothing then; leave it out", at_key=True)
     for key in step.friction:
         yield Finding((*path, "friction", key), f"{gone}: {key!r} does nothing then; leave it out", at_key=True)
-    for kind in ("force", "travel", "contact") if step.until is not None else ():
+    for kind in ("force", "travel", "contact", "energy") if step.until is not None else ():
         for key in getattr(step.until, kind):
             yield Finding((*path, "until", kind, key), f"{gone}: {key!r} cannot end a step; leave it out", at_key=True)
 

@@ -93,6 +93,11 @@ class Crank:
         # rod − √(rod² − r² sin²), multiplied out for the same reason
         return rise + r * self.ratio * s * s / (1.0 + math.sqrt(1.0 - (self.ratio * s) ** 2))
 
+    def lever(self, angle: float) -> float:
+        """Way of the slide per angle of the crank (length per rad), at an angle from bottom dead centre; zero there."""
+        s, c = math.sin(angle), math.cos(angle)
+        return 0.5 * self.stroke * s * (1.0 + self.ratio * c / math.sqrt(1.0 - (self.ratio * s) ** 2))
+
     def way(self, share: float) -> float:
         """Displacement along the tool's axis, with its sign, after that share of the turn."""
         here = self.first + share * (self.end - self.first)

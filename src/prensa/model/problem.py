@@ -51,6 +51,7 @@ from prensa.model.meshes import (
     Strip,
     Wire,
 )
+from prensa.model.press import Press
 from prensa.model.python_alone import WHOLE
 from prensa.model.remeshing import Remesh, RemeshValue, Sizes, When
 from prensa.model.units import (
@@ -604,8 +605,8 @@ class Output:
     """What a run writes: fields every ``fields`` increments (0: only the last of each step), pictures, report.
 
     ``mirror``: sides (``left``, ``right``, ``bottom``, ``top``, in space ``back`` and ``front``) of the bodies on which pictures
-    show their mirror image, where a part of the whole was modelled; in axisymmetry the axis mirrors by itself. ``wear``: by tool, an
-    `Archard` or ``relative``: loads along the tool's outline and its wear, in the report.
+    show their mirror image, where a part of the whole was modelled; in axisymmetry the axis mirrors by itself. ``wear``: by
+    tool, an `Archard` or ``relative``: loads along the tool's outline and its wear, in the report.
     """
 
     fields: Annotated[Whole, Field(ge=0)] = 1
@@ -643,12 +644,21 @@ class Case:
             if tool not in self.problem.tools:
                 known = ", ".join(map(repr, self.problem.tools)) or "none"
                 raise ValueError(f"'output.wear' names the tool {tool!r}, which there is not; tools: {known}")
+        for name, tool in self.problem.tools.items():
+            press = tool.press
+            if press is not None and press.mirror is None and self.output.mirror:
+                sides = ", ".join(self.output.mirror)
+                raise ValueError(
+                    f"'output.mirror' says that a part of the whole is modelled: give the press of {name!r} "
+                    f"'mirror: [{sides}]' too, so that the forces of the whole are compared with it, or 'mirror: []' if it forms "
+                    "no more than is modelled"
+                )
         return self
 
 
 __all__ = [
     "Annulus", "ArcSide", "Archard", "Body", "Case", "Contact", "Crank", "Disc", "Feed", "File", "Fixed", "Grade", "Interference",
-    "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle",
-    "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel", "Units", "Until",
-    "When", "Wire",
+    "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Press", "Problem", "Push",
+    "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel",
+    "Units", "Until", "When", "Wire",
 ]  # fmt: skip

@@ -46,6 +46,7 @@ BODY_FORCE = Dimension("a force per volume", 1, -3, "77 kN/m^3")
 FORCE = Dimension("a force", 1, 0, "2 kN")
 SPRING = Dimension("a force per length", 1, -1, "2 kN/mm")
 MOMENT = Dimension("a moment", 1, 1, "3 kN*mm")
+ENERGY = Dimension("an energy", 1, 1, "5 kJ")
 STRAIN = Dimension("a strain", 0, 0, "0.2 %")
 SPEED = Dimension("a speed", 0, 1, "100 mm/s", -1)
 PER_SPEED = Dimension("one per speed", 0, -1, "2 s/m", 1)
@@ -68,6 +69,7 @@ _SI: dict[str, tuple[Fraction, int, int, int]] = {
     "kip": (1000 * _LBF, 1, 0, 0),
     "kgf": (Fraction("9.80665"), 1, 0, 0),
     "Pa": (Fraction(1), 1, -2, 0),
+    "J": (Fraction(1), 1, 1, 0),
     "bar": (Fraction(10**5), 1, -2, 0),
     "psi": (_LBF / _INCH**2, 1, -2, 0),
     "ksi": (1000 * _LBF / _INCH**2, 1, -2, 0),
@@ -84,7 +86,7 @@ _PREFIX = {"n": -9, "µ": -6, "μ": -6, "u": -6, "m": -3, "c": -2, "d": -1, "k":
 _SI |= {
     p + u: (_SI[u][0] * Fraction(10) ** e, *_SI[u][1:])
     for p, e in _PREFIX.items()
-    for u in ("m", "N", "Pa", "rad", "s")
+    for u in ("m", "N", "Pa", "J", "rad", "s")
     if (p, u) not in (("c", "s"), ("d", "s"), ("k", "s"), ("M", "s"), ("G", "s"))
 }
 
@@ -317,6 +319,7 @@ Stiffness = Annotated[float, STIFFNESS, _convert(STIFFNESS)]
 BodyForce = Annotated[float, BODY_FORCE, _convert(BODY_FORCE)]
 Force = Annotated[float, FORCE, _convert(FORCE, per_depth=True)]
 Moment = Annotated[float, MOMENT, _convert(MOMENT, per_depth=True)]
+Energy = Annotated[float, ENERGY, _convert(ENERGY)]
 SpringStiffness = Annotated[float, SPRING, _convert(SPRING)]
 Speed = Annotated[float, SPEED, _convert(SPEED)]
 PerSpeed = Annotated[float, PER_SPEED, _convert(PER_SPEED)]

@@ -6,13 +6,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import field
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BeforeValidator, Discriminator, Tag, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from prensa.model.feed import ends_early
-from prensa.model.fields import described
+from prensa.model.fields import as_names, described
 from prensa.model.names import Finding, suggest
 from prensa.model.tables import DRIVEN, tables_of
-from prensa.model.units import Angle, Displacement, Force, Moment, Number
+from prensa.model.units import Angle, Displacement, Energy, Force, Moment, Number
 from prensa.precision import NEGLIGIBLE
 
 LIMIT = "limit"
@@ -63,16 +63,19 @@ class Until:
     """A step ends at the first of these, exactly there, and the next one goes on from that state.
 
     ``force``, ``travel``: what a tool's force or displacement reaches, from whichever side it comes; ``contact``: a tool or a
-    contact (``<surface>-<tool>``) that ``touches`` for the first time in the step, or ``leaves``; ``measure``: any number of an
-    increment by its name, a column of ``history.csv`` or a measure such as ``billet.height``, with a number in the units of
-    the case or a text such as ``12 mm``; ``damage``: by body the largest damage that it reaches, a number where it has one damage
-    law, or ``limit`` for the limit of each of its laws. A step in which none of them is met ends as it would without, which is
-    reported; with ``required`` that is an error.
+    contact (``<surface>-<tool>``) that ``touches`` for the first time in the step, or ``leaves``; ``energy``: the work that
+    a tool does in the step, as in the blow of a hammer; ``press``: tools whose press reaches its limit; ``measure``: any
+    number of an increment by its name, a column of ``history.csv`` or a measure such as ``billet.height``, with a number in
+    the units of the case or a text such as ``12 mm``; ``damage``: by body the largest damage that it reaches, a number where it
+    has one damage law, or ``limit`` for the limit of each of its laws. A step in which none of them is met ends as it would
+    without, which is reported (but of a press); with ``required`` that is an error.
     """
 
     force: Mapping[str, ToolForce] = field(default_factory=dict)
     travel: Mapping[str, ToolTravel] = field(default_factory=dict)
     contact: Mapping[str, Touch] = field(default_factory=dict)
+    energy: Mapping[str, Annotated[Energy, Field(gt=0)]] = field(default_factory=dict)
+    press: Annotated[tuple[str, ...], BeforeValidator(as_names)] = ()
     measure: Mapping[str, Amount] = field(default_factory=dict)
     damage: Mapping[str, Amount] = field(default_factory=dict)
     required: bool = False
@@ -81,7 +84,8 @@ class Until:
     def _check(self) -> Until:
         if not self.measure and not self.damage and not any(True for _ in self.criteria()):
             example = "{force: {punch: {y: 2000}}}"
-            raise ValueError(f"nothing to wait for; give a force, a travel, a contact, a damage or a measure, like {example}")
+            kinds = "a force, a travel, a contact, an energy, a press, a damage or a measure"
+            raise ValueError(f"nothing to wait for; give {kinds}, like {example}")
         return self
 
     def criteria(self) -> Iterator[tuple[str, str, str, Any]]:
@@ -90,11 +94,14 @@ class Until:
             for name, target in getattr(self, kind).items():
                 yield from ((kind, name, key, v) for key in keys if (v := getattr(target, key)) is not None)
         yield from (("contact", name, "", word) for name, word in self.contact.items())
+        yield from (("energy", name, "", energy) for name, energy in self.energy.items())
+        yield from (("press", name, "", 1.0) for name in self.press)
 
 
 def reached(kind: str, name: str, key: str) -> str:
-    """What is reported of a force or a travel of a tool that is reached, up to the number."""
-    return f"the {kind} {key} of tool {name!r} has reached"
+    """What is reported of a force, a travel, a work or a press of a tool that is reached, up to the number."""
+    what = {"energy": "work", "press": "press utilisation"}.get(kind, f"{kind} {key}")
+    return f"the {what} of tool {name!r} has reached"
 
 
 # ------------------------------------------------------------------------------------------------------- what is wrong

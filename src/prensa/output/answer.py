@@ -14,10 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.measures.columns import directions, force_columns, place_columns
-from prensa.measures.units import force_unit, length_unit, moment_unit
+from prensa.measures.units import energy_unit, force_unit, length_unit, moment_unit
+from prensa.model.press import use_of
 from prensa.model.problem import Case, Problem, Step
+from prensa.model.units import ENERGY, factor
 from prensa.model.until import reached
-from prensa.output import damage
+from prensa.output import damage, press
 from prensa.precision import NEGLIGIBLE
 
 Table = Mapping[str, NDArray[Any]]
@@ -63,7 +65,11 @@ def lines(table: Table, case: Case, summary: Mapping[str, Any]) -> list[str]:
 
     ``table``: columns of ``history.csv``; ``summary``: content of ``summary.json``, of which older ones lack some.
     """
-    out = [ending(table, case.problem, summary), *map(sentence, peaks(table, case))]
+    end, presses = ending(table, case.problem, summary), list(of_presses(table, case.problem, summary))
+    # what a press says of a run that failed is no more than so far: then the end comes first
+    out = [*presses, end] if summary["status"] == "completed" else [end, *presses]
+    out += [_of_blow(blow, case.problem) for blow in press.blows(table, case.problem)]
+    out += map(sentence, peaks(table, case))
     out += damage.sentences(table, case.problem, partial(shown, both=False))
     for name, measure in summary.get("measures", {}).items():
         last = measure["last"]
@@ -92,6 +98,46 @@ def sentence(peak: Peak) -> str:
     times, more = peak.whole or 1, shown((peak.whole or 1) * abs(peak.value), peak.unit, both=False)
     whole = f" (whole part: {'twice' if times == 2 else f'{times} times'}, {more})" if times > 1 else ""
     return f"largest {peak.what} of {peak.tool}: {shown(abs(peak.value), peak.unit)} at {where}{whole}"
+
+
+def of_presses(table: Table, problem: Problem, summary: Mapping[str, Any]) -> Iterator[str]:
+    """Whether each press is enough: 'enough: 82 % of 400 kN at 8 mm'; nothing of one that ended a step, which the end says."""
+    made = list(press.verdicts(table, problem))
+    stopped = summary.get("stopped_by", {})
+    for v in made:
+        steps = (s for s in problem.steps if s.until is not None and s.name in stopped)
+        ended = any(stopped[s.name].startswith(reached(k, v.tool, "")) for s in steps for k in ("press", "energy"))
+        if ended and v.passed is None:
+            continue
+        limit = _energy(v.limit, problem) if v.of == "energy" else shown(v.limit, force_unit(problem), both=False)
+        share = f"{100 * v.utilisation:.3g} % of {limit}"
+        where = shown(v.stroke, length_unit(problem)) if v.of == "force" else f"in step {v.step!r}"
+        share += " by its torque" if v.by_torque else ""
+        word = "so far" if summary["status"] != "completed" else "enough" if v.passed is None else "not enough"
+        text = f"{word}: {share} {'at ' if v.of == 'force' else ''}{where}"
+        text += "" if v.passed is None else f", passed at {shown(v.passed, length_unit(problem))}"
+        if v.short is not None:
+            text += f"; the capacity curve ends at {shown(v.short, length_unit(problem))}, its last value counts beyond"
+        yield text if len(made) == 1 else f"press of {v.tool} {text}"
+
+
+def _of_blow(blow: press.Blow, problem: Problem) -> str:
+    """What a blow gave and where it went."""
+    parts = ((blow.plastic, "plastic"), (blow.friction, "friction"), (blow.stored, "elastic"))
+    went = ", ".join(f"{_energy(v, problem)} {name}" for v, name in parts)
+    missing = f"{100 * abs(blow.missing) / blow.gave:.1g} % missing" if blow.gave else "nothing given"
+    of = "" if len(problem.tools) == 1 else f" by {blow.tool}"
+    gave = f"step {blow.step!r}: {_energy(blow.gave, problem)} given{of}"
+    return f"{gave}: {went} ({missing}); efficiency {100 * blow.efficiency:.1f} %"
+
+
+def _energy(value: float, problem: Problem) -> str:
+    """An energy in J or kJ; per length in plane problems of thickness 1."""
+    unit = energy_unit(problem)
+    if "/" in unit:
+        return shown(value, unit, both=False)
+    joules = value * factor(f"1 {problem.units.force}*{problem.units.length}", "m", "N", ENERGY.exponents)
+    return f"{_number(joules / 1e3)} kJ" if abs(joules) >= 1e3 else f"{_number(joules)} J"
 
 
 def weighed(warnings: Iterable[str], about: Mapping[str, str]) -> list[str]:
@@ -141,12 +187,27 @@ def _stop(table: Table, problem: Problem, step: Step, words: str) -> str:
         why = f", as {words}" if words else ""
         text = f"stopped{' ' + way if way else ''}{why}"
     else:
-        kind, name, key, target = met
-        units = {"force": force_unit(problem), "travel": length_unit(problem)}
-        unit = {"m": moment_unit(problem), "rz": "rad"}.get(key, units[kind])
-        of = "" if len(problem.tools) == 1 else f" of {name}"
-        text = f"stopped at {shown(abs(target), unit, both=False)}{of}{' ' + way if way and kind != 'travel' else ''}"
+        of = "" if len(problem.tools) == 1 else f" of {met[1]}"
+        kind, target = met[0], _target(table, problem, step, *met)
+        text = f"stopped at {target}{of}{' ' + way if way and kind != 'travel' else ''}"
     return text if len(problem.steps) == 1 else f"step {step.name!r} {text}"
+
+
+def _target(table: Table, problem: Problem, step: Step, kind: str, name: str, key: str, target: float) -> str:
+    """What was reached at the end of a step; of a press its force or its energy there."""
+    if kind == "energy":
+        return _energy(target, problem)
+    if kind == "press":
+        use, number = use_of(problem, name), problem.steps.index(step)
+        assert use is not None
+        last = {c: v[np.flatnonzero(table["step"] == step.name)[-1:]] for c, v in table.items()}
+        made = press.course(last, problem, use)
+        if made.of_energy[0] > made.force[0] / made.capacity[0]:
+            return _energy(use.energy(number), problem)
+        kind, target = "force", float(made.capacity[0])
+    units = {"force": force_unit(problem), "travel": length_unit(problem)}
+    unit = {"m": moment_unit(problem), "rz": "rad"}.get(key, units[kind])
+    return shown(abs(target), unit, both=False)
 
 
 def _gone(table: Table, problem: Problem, step: Step, tool: str = "") -> str:

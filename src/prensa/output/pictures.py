@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from prensa.model.problem import Case
-from prensa.output import plot
+from prensa.output import plot, press
 from prensa.output.answer import size_of_force
 from prensa.output.files import file_name, file_names, replacing
 from prensa.output.flow import flow_lines
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 PICTURES = "pictures"
 _PRESSURE = "pressure_"
+_PRESS = "press_"
 _DRAWN = {"deformed": "mises", "plastic_strain": "plastic_strain", "damage": "damage"}
 _LARGEST = "largest_force"
 _MOMENT = re.compile(rf"(deformed|plastic_strain|damage)(?:_({_LARGEST})|_step(\d+)_(.+))?")
@@ -60,6 +61,8 @@ def caption(path: Path) -> str:
     name = path.stem
     if name.startswith(_PRESSURE):
         return f"Contact pressure and shear, {name.removeprefix(_PRESSURE)}, at the largest force of its tool"
+    if name.startswith(_PRESS):
+        return f"Press of {name.removeprefix(_PRESS)}: its force and its capacity over the stroke, and the share that is used"
     if (found := _MOMENT.fullmatch(name)) is not None:
         when = f"end of step {found[4]}" if found[4] else "largest force" if found[2] else "last increment"
         return f"{_CAPTIONS[found[1]]}: {when}"
@@ -71,6 +74,8 @@ def order(path: Path) -> tuple[float, float, str]:
     names = list(_CAPTIONS)
     if (found := _MOMENT.fullmatch(path.stem)) is not None:
         return names.index(found[1]), float(found[3] or (1000 if found[2] else 999)), path.stem
+    if path.stem.startswith(_PRESS):
+        return names.index("force_stroke") - 0.5, 0.0, path.stem
     return (1.5 if path.stem.startswith(_PRESSURE) else names.index(path.stem) if path.stem in names else 99), 0.0, path.stem
 
 
@@ -120,6 +125,9 @@ def _drawings(
             yield _PRESSURE + files[contact.name], lambda k=k, n=contact.name: plot.contact_at(stored[k], n, problem)  # type: ignore[misc]
     if any(size_of_force(history, t, problem).any() for t in problem.tools):
         yield "force_stroke", lambda: plot.force_stroke(history, problem)
+    pressed = [t for t, tool in problem.tools.items() if tool.press is not None]
+    for tool, name in file_names(pressed).items():
+        yield _PRESS + name, lambda t=tool: press.picture(history, problem, t)  # type: ignore[misc]
     if problem.measures and (directory / MEASURES).is_file():
         yield "measures", lambda: plot.measures(read_measures(directory), problem)
     yield "energy", lambda: plot.energy(history, problem)

@@ -141,7 +141,7 @@ class Stored(Sequence[Increment]):
         placed = self.placements.get(name, unknown)
         place = PLACE[self._d](*(float(row[f"{name}.{c}"]) for c in place_columns(self.problem)))
         force = FORCE_IN[self._d](*(float(row[f"{name}.{c}"]) for c in force_columns(self.problem)))
-        return ToolState(np.array(placed.at), place, force, placed.direction)
+        return ToolState(np.array(placed.at), place, force, placed.direction, work=float(row.get(f"{name}.work", 0.0)))
 
     def _bodies(self, number: int) -> dict[str, BodyState]:
         path = self.directory / vtk.FIELDS_FOLDER / f"{number:04d}.vtu"

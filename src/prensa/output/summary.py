@@ -25,7 +25,7 @@ from prensa.model.feed import ends_early
 from prensa.model.metals import metals_of
 from prensa.model.problem import Case, Problem
 from prensa.model.schema import plain
-from prensa.output import answer, checkpoint, damage, history, lock, measured, passages, runlog
+from prensa.output import answer, checkpoint, damage, history, lock, measured, passages, press, runlog
 from prensa.output.files import Contents, write_text
 from prensa.output.stored import Placement, Stored
 from prensa.types import Array
@@ -224,6 +224,8 @@ def _from_tables(
         },
         "timings": dict(timings),
         "damage": [d.entry() for d in damage.damages(table, problem)],
+        "press": [verdict._asdict() for verdict in press.verdicts(table, problem)],
+        "blows": [blow._asdict() for blow in press.blows(table, problem)],
         "largest_force": [peak._asdict() for peak in answer.peaks(table, case)],
     }
 

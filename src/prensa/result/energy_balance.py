@@ -50,6 +50,21 @@ def energies_after(system: System, c: Context, u: Array, e: Evaluation, work: Ar
     return Energy(external, elastic, plastic, friction, contact, imbalance, viscous)
 
 
+def tool_work(system: System, c: Context, u: Array, work: Array) -> Array:
+    """Work (tools,) of each tool since the step began, after an increment that ends at dofs u (ndof,) with forces ``work``.
+
+    As `energies_after` counts it: what a spring stores between a tool and its mount is work of the mount too.
+    """
+    old, count = c.state, len(system.tools)
+    way = u - old.u if c.through_air is None else u - old.u - c.through_air
+    each = 0.5 * (old.work + work) * way
+    for dof, (stiffness, _) in c.plan.springs.items():
+        each[dof] += 0.5 * (work[dof] ** 2 - old.work[dof] ** 2) / stiffness
+    done = np.array([float(system.place_of(t, each).sum()) for t in range(count)])
+    goes_on = old.clock.time > c.plan.t0 and len(old.tool_work) == count
+    return old.tool_work + done if goes_on else done
+
+
 def _nothing(system: System, shift: Array | None) -> Array:
     return np.zeros(system.nodes) if shift is None else shift
 

@@ -70,6 +70,8 @@ class ToolState:
 
     ``spring``: force of the springs that it is mounted on, on the tool (None: on none).
 
+    ``work`` of the tool on the bodies since the step began, with what its springs store.
+
     ``direction`` (d,) outward normal of the face of a plane, stamp or ring before any rotation (``place.rz`` turns it).
     """
 
@@ -78,6 +80,7 @@ class ToolState:
     force: Force
     direction: tuple[float, ...] = (0.0, -1.0)
     spring: Force | None = None
+    work: float = 0.0
 
 
 @dataclass(frozen=True, repr=False)

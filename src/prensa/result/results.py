@@ -166,6 +166,7 @@ def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolSt
             force[tool.name],
             tuple(map(float, tool.direction)),
             spring,
+            float(state.tool_work[t]) if t < len(state.tool_work) else 0.0,
         )
     return out
 

@@ -275,6 +275,7 @@ def _carried_on(at: Solution, before: Bundle, found: Closed, stored: Array, stat
         out["lam"][rows, 0], out["lam"][rows, 1] = p.p, p.t
     energy = _energies(at, before, found, x, work, stored, state)
     out |= {f"energy.{k}": v for k, v in energy.items()}
+    out["tool_work"] = _work_of_tools(at, before, x, work, state)
     out |= {"work": work, "step_start": x if c.ends_step else was["step_start"]}
     return out | {k: np.zeros(m) for k in was if k.startswith("stability.")}
 
@@ -287,14 +288,29 @@ def _slid(p: Points, number: int, c: Context, u: Array) -> Array:
     return np.where(p.f.p > 0, np.sign(way), 0.0)[:, None] * (p.s - p.before.coordinate[:, 0])
 
 
+def _work_of_tools(at: Solution, before: Bundle, u: Array, work: Array, state: State) -> Array:
+    """Derivatives (tools, d) of the work of the tools in a step, as `prensa.result.energy_balance.tool_work` counts it."""
+    was, old, count = before.arrays, at.c.state, len(at.system.tools)
+    way, ways = _ways(at, before, u, state)
+    each = 0.5 * ((was["work"] + work) * way[:, None] + (old.work + state.work)[:, None] * ways)
+    done = each[at.system.dofs.tool.dofs(np.arange(count))].sum(axis=1)
+    return done + was["tool_work"] if old.clock.time > at.c.plan.t0 and len(old.tool_work) == count else done
+
+
+def _ways(at: Solution, before: Bundle, u: Array, state: State) -> tuple[Array, Array]:
+    """Motions (ndof,) against forces in an increment, without those through air, and their derivatives (ndof, d)."""
+    way, ways = state.u - at.c.state.u, u - before.arrays["u"]
+    if at.c.through_air is not None:
+        way, ways = way - at.c.through_air, ways - np.stack([d.through_air(at) for d in before.directions], axis=-1)
+    return way, ways
+
+
 def _energies(at: Solution, before: Bundle, found: Closed, u: Array, work: Array, stored: Array, state: State) -> Arrays:
     """Derivatives (d,) of the energy balance, term by term as in `prensa.result.energy_balance`; u, work (ndof, d)
     as committed.
     """
     was, old = before.arrays, at.c.state
-    way, ways = state.u - old.u, u - was["u"]
-    if at.c.through_air is not None:
-        way, ways = way - at.c.through_air, ways - np.stack([d.through_air(at) for d in before.directions], axis=-1)
+    way, ways = _ways(at, before, u, state)
     external = was["energy.external"] + 0.5 * (way @ (was["work"] + work))
     external += 0.5 * (old.work + state.work) @ ways
     (elastic, plastic), friction, contact = stored, was["energy.friction"].copy(), np.zeros(len(before.sizes))

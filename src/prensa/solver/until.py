@@ -13,6 +13,7 @@ from prensa.errors import SolveError
 from prensa.measures import Measure, parse, targets
 from prensa.measures.damage import largest
 from prensa.measures.targets import damage_targets
+from prensa.model.press import use_of
 from prensa.model.units import powers
 from prensa.model.until import reached
 from prensa.policy import Policy
@@ -54,6 +55,8 @@ class Criterion:
     """+1 or −1: met from below or from above alone; 0: from where it is when the step begins."""
     fed: bool = False
     """Whether it is the force at which what is fed is held back."""
+    limit: bool = False
+    """Whether it is what a press can bear, which nobody waits for."""
     rate: bool = False
     """Whether it is a mean over the increment, as a power is: it says nothing in an instant."""
 
@@ -102,7 +105,8 @@ class Stopping:
         c = replace(self.system.context(state, self.plan, state.clock.time), dt=1.0)
         e = self.system.evaluate(c, state.u, self.system.initial_multipliers(state), stiffness=False)
         still = NewtonResult(True, None, state.u, e, state.lam, 0)
-        look = Look(state.u, e, cache(lambda: increment_of(self.system, state, self.plan, e, still, 0, 0, False, parse=parse)))
+        rest = replace(state, tool_work=np.zeros(len(self.system.tools)))  # of the step before
+        look = Look(state.u, e, cache(lambda: increment_of(self.system, rest, self.plan, e, still, 0, 0, False, parse=parse)))
         values = np.array([criterion.value(look) for criterion in self.criteria])
         for criterion, value in zip(self.criteria, values.tolist()):
             if self._beyond(criterion, value, value) >= -0.5 * self.policy.until_share:
@@ -139,15 +143,16 @@ class Stopping:
 
     def unmet(self, c: Context) -> Iterator[str]:
         """What there is to say at the end of a step that nothing has ended."""
-        if self.criteria and not c.stopped:
-            each = [f"{k.path} ({k.at(v)})" for k, v in zip(self.criteria, c.watched.tolist())]
+        asked = [(k, v) for k, v in zip(self.criteria, c.watched.tolist()) if not k.limit]
+        if asked and not c.stopped:
+            each = [f"{k.path} ({k.at(v)})" for k, v in asked]
             was = "was" if len(each) == 1 else "were"
             unmet = f"{' and '.join(each)} {was} not met"
-            other = any(k.target * v < 0 and not k.side for k, v in zip(self.criteria, c.watched.tolist()))
+            other = any(k.target * v < 0 and not k.side for k, v in asked)
             remedy = "check the sign, which is as in history.csv" if other else "let it go further, or ask for less"
-            if all(k.side > 0.0 for k in self.criteria):
+            if all(k.side > 0.0 for k, _ in asked):
                 remedy = "let the tool go back further"
-            if all(k.fed for k in self.criteria):
+            if all(k.fed for k, _ in asked):
                 remedy = "let it go further, or feed less than the tools take along"
             yield f"step {self.plan.name!r} goes to its end: {unmet}; {remedy}"
 
@@ -227,6 +232,9 @@ def _criteria(system: System, number: int, policy: Policy) -> Iterator[Criterion
         if kind == "contact":
             yield _contact(system, path, name, target, policy.until_share)
             continue
+        if kind in ("energy", "press"):
+            yield _of_press(system, path, kind, name, target, policy)
+            continue
         t = list(system.problem.tools).index(name)
         component = ("x", "y", "m" if kind == "force" else "rz").index(key)
 
@@ -261,6 +269,19 @@ def _damaged(system: System, number: int, policy: Policy) -> Iterator[Criterion]
         words = f"damage {law.name} of {body!r} has reached {target:.6g}"
         # what is met is met a tolerance before its target: that is to be the limit itself, or just beyond
         yield Criterion(f"until.damage.{body}", words, value, (1.0 + policy.until_share) * target, target, upwards=True)
+
+
+def _of_press(system: System, path: str, kind: str, name: str, target: float, policy: Policy) -> Criterion:
+    """The work that a tool does in a step, or what its press can bear."""
+    energy, use = kind == "energy", use_of(system.problem, name)
+    times = 1 if use is None else use.energies
+    measure = parse(f"{name}.work" if energy else f"{name}.press_utilisation", system.problem)
+
+    def value(look: Look) -> float:
+        return measure.value(look.increment()) * (times if energy else 1)
+
+    words = f"{reached(kind, name, '')} {target:.6g}"
+    return Criterion(path, words, value, target, target, limit=not energy)
 
 
 def _gripped(system: System, number: int, policy: Policy) -> Iterator[Criterion]:

@@ -219,6 +219,7 @@ def extended(state: State, old: System, new: System) -> State:
         lam=lam, work=wider(state.work), step_start=wider(state.step_start),
         release=None if state.release is None else wider(state.release),
         remeshed=None if state.remeshed is None else _wider_motions(state.remeshed, new),
+        tool_work=np.append(state.tool_work, np.zeros(len(new.tools) - len(state.tool_work))),
     )  # fmt: skip
 
 

@@ -22,6 +22,7 @@ import numpy as np
 from prensa.model.doors import Member
 from prensa.model.fields import Position, Springs
 from prensa.model.names import Finding
+from prensa.model.press import Press, PressValue
 from prensa.tools.implicit import Implicit
 from prensa.types import Array
 
@@ -35,6 +36,7 @@ COMMON: dict[str, Any] = {
     "above": str | None,
     "below": str | None,
     "spring": Springs | None,
+    "press": PressValue | None,
 }
 """Keys that all tools have, after their own."""
 
@@ -64,6 +66,7 @@ class ToolShape(Member, abstract=True):
         above: str | None = field(default=None, kw_only=True)
         below: str | None = field(default=None, kw_only=True)
         spring: Springs | None = field(default=None, kw_only=True)
+        press: Press | None = field(default=None, kw_only=True)
 
     def __init_subclass__(cls, abstract: bool = False, **options: Any) -> None:
         if not abstract and not hasattr(cls, "__dataclass_fields__"):
