@@ -211,7 +211,13 @@ def _direction(eq: Equilibrium, state: NewtonState, by_contact: bool) -> tuple[E
         if found is not None:
             here.evaluation = None
             return e._replace(data=None, history=()), *found
-    return *_newton_direction(eq, state, stick), False
+    e, delta = _newton_direction(eq, state, stick)
+    if eq.runaway(delta) is not None:
+        # a tool that friction alone holds is free where all of its points slip: which of them stick may be decided
+        found = contact_step(eq, here.u, state.lam, e, for_friction=True)
+        if found is not None:
+            return e, *found
+    return e, delta, False
 
 
 def _newton_direction(eq: Equilibrium, state: NewtonState, stick: Flags | None) -> tuple[Evaluation, Array]:
