@@ -66,9 +66,9 @@ class BetweenNodes:
         a, b = (dip.edge - self.system.offsets[s.body]).tolist()
         at, up = x[dip.edge].mean(axis=0).tolist()
         return (
-            f"tool {s.against!r} lies more than {NOTABLE_DEPTH * dip.length:.3g} inside {'+'.join(s.description.surface)!r} between "
-            f"nodes {a} and {b}, at ({at:.4g}, {up:.4g}), and touches neither as deep: its edge or fillet is finer than the "
-            "elements, and forces are too small; shorten the elements there, or enlarge the fillet"
+            f"tool {s.against!r} lies more than {NOTABLE_DEPTH * dip.length:.3g} inside {'+'.join(s.description.surface)!r} "
+            f"between nodes {a} and {b}, at ({at:.4g}, {up:.4g}), and touches neither as deep: its edge or fillet is finer than "
+            "the elements, and forces are too small; shorten the elements there, or enlarge the fillet"
         )
 
     def _falls_short(self, s: Surface, f: ContactForces, x: Array, u: Array) -> str:
@@ -78,23 +78,27 @@ class BetweenNodes:
             return ""
         count = int(np.count_nonzero(f.p > 0.0))
         nodes = "1 node bears" if count == 1 else f"{count} nodes bear"
-        size = f", by about {100.0 * share:.0f} %" if share < 1.0 else ""
+        size = f", by an estimated {100.0 * share:.0f} %" if share < 1.0 else ""
         return (
-            f"{nodes} all of tool {s.against!r} on {'+'.join(s.description.surface)!r}, and it lies deeper between nodes than at them: "
-            f"its face, fillet or radius is small against the elements, and forces are too small{size}; shorten the elements there"
+            f"{nodes} all of tool {s.against!r} on {'+'.join(s.description.surface)!r}, and it lies deeper between nodes than at "
+            f"them: its face, fillet or radius is small against the elements, and forces are too small{size}; shorten the "
+            "elements there"
         )
 
     def missed(self, s: Surface, f: ContactForces, x: Array, u: Array) -> float:
         """Share of its force that a contact misses between its nodes, at x (n, 2) for degrees of freedom u (ndof,).
 
-        A tool of depth u that is too little by the mean δ of the dips has a force too small by δ/u in a linear body. Both are
-        weighed by the forces of the nodes: the work of these on their way, and of the largest of them on all dips, since the tool
-        covers edges beside the last node that it presses, too. Nodes on a parabola of radius R miss L²/(12 R) at edges of length L.
-        0 where nodes have gone with the tool rather than before it.
+        A tool of depth u that is too little by the mean δ of the dips has a force too small by δ/u in a linear body, by less in
+        metal that yields. Both are weighed by the forces of the nodes: the work of these on their way in the body, and of the
+        largest of them on all dips, since the tool covers edges beside the last node that it presses, too. Nodes on a parabola of
+        radius R miss L²/(12 R) at edges of length L. 0 where nodes have gone with the tool rather than before it.
         """
         master, edges = self.system.tool_masters[s.against], self.edges[s.name]
         push = s.points.to_nodes(f.weight * np.maximum(f.p, 0.0))
-        way = self.system.displacement(u)[s.points.nodes]
+        first = self.system.offsets[s.body]
+        moved = self.system.displacement(u)
+        # a body that is pressed onto its tool has nodes there that do not move, and goes on itself
+        way = moved[s.points.nodes] - moved[first : first + len(self.system.meshes[s.body].points)].mean(axis=0)
         work = float((push * (way * master.seen(x[s.points.nodes], u).n).sum(axis=1))[push > 0.0].sum())
         if not work > 0.0:
             return 0.0
