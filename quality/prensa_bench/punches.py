@@ -15,8 +15,8 @@ from prensa.checks.before.preflight import preflight
 from prensa.errors import PrensaError
 from prensa.verify.table import heard
 
-SAME_FORCE = 0.05  # allowed difference of the last force, of that of the finer mesh
-FINER = 4  # elements of that mesh along an element
+RIGHT_FORCE = 0.05  # allowed difference of the last force, of that of the finer mesh
+FINENESS = 4  # elements of that mesh along an element
 
 
 class Punch(NamedTuple):
@@ -91,9 +91,9 @@ def verdict(punch: Punch) -> tuple[str, float, list[str]]:
     'none' where the finer mesh has no answer.
     """
     force, said = answer(punch.problem())
-    finer, _ = answer(punch.problem(FINER))
+    finer, _ = answer(punch.problem(FINENESS))
     if np.isnan(finer):
         return "none", np.nan, said
     error = force / finer - 1.0
-    right = bool(abs(error) <= SAME_FORCE)
+    right = bool(abs(error) <= RIGHT_FORCE)
     return {(True, False): "right", (True, True): "alarm", (False, True): "told"}.get((right, bool(said)), "silent"), error, said
