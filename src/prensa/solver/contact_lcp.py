@@ -169,11 +169,11 @@ def _rubbing(eq: Equilibrium, e: Evaluation, at: Flags) -> Flags | None:
         if s.exact or law.hardens or f.t.shape[1] != 1 or eq.context.picard_friction:
             return None
         rubbing[s.rows] = at[s.rows]
-    most = eq.policy.max_candidates if _held_by_friction(eq, e) else eq.policy.few_candidates
+    most = eq.policy.max_candidates if held_by_friction(eq, e) else eq.policy.few_candidates
     return rubbing if rubbing.sum() <= most else None
 
 
-def _held_by_friction(eq: Equilibrium, e: Evaluation) -> bool:
+def held_by_friction(eq: Equilibrium, e: Evaluation) -> bool:
     """Whether a tool is free to move along its own surface, as an idle pulley that turns: no pressure resists that.
 
     Where all of its points slip the matrix has nothing against it, and which of them stick is worth any cost.
