@@ -86,6 +86,17 @@ class ContactForces(NamedTuple):
         return np.asarray((self.weight * self.p)[:, None] * self.stencils.n + pull)
 
     @property
+    def by_p(self) -> Array:
+        """Derivatives (k, t) of the tractions by the pressure: of points that slip, the slope of their bound."""
+        return np.asarray(self.dt[:, :, 0] / np.where(self.dp[:, 0] > 0, self.dp[:, 0], 1.0)[:, None])
+
+    @property
+    def by_pressure(self) -> Array:
+        """Forces (k, d) on the bodies of a unit of pressure, with the friction that follows it."""
+        pull = ((self.area[:, None] * self.by_p)[:, :, None] * self.stencils.e).sum(axis=1)
+        return np.asarray(self.weight[:, None] * self.stencils.n + pull)
+
+    @property
     def record(self) -> ContactRecord:
         """What is committed of the points; speed, time and path, which need the increment, are those of points at rest."""
         none = np.zeros_like(self.kappa)

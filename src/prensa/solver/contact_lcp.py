@@ -31,6 +31,7 @@ from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.surface import Surface
 from prensa.linear.factorisations import SingularError
 from prensa.policy import DEFAULT, Policy
+from prensa.precision import NEGLIGIBLE
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.projection import linear_gaps
 from prensa.system.loads import Release
@@ -168,7 +169,23 @@ def _rubbing(eq: Equilibrium, e: Evaluation, at: Flags) -> Flags | None:
         if s.exact or law.hardens or f.t.shape[1] != 1 or eq.context.picard_friction:
             return None
         rubbing[s.rows] = at[s.rows]
-    return rubbing if rubbing.sum() <= eq.policy.few_candidates else None
+    most = eq.policy.max_candidates if held_by_friction(eq, e) else eq.policy.few_candidates
+    return rubbing if rubbing.sum() <= most else None
+
+
+def held_by_friction(eq: Equilibrium, e: Evaluation) -> bool:
+    """Whether a tool is free to move along its own surface, as an idle pulley that turns: no pressure resists that.
+
+    Where all of its points slip the matrix has nothing against it, and which of them stick is worth any cost.
+    """
+    for s, f, law in zip(eq.context.surfaces, e.contacts, eq.context.laws):
+        if law is None or law.frictionless:
+            continue
+        free = ~np.isin(s.dofs[0, s.of_master], eq.reduced.fixed)
+        by_gap, by_way = (np.abs(of).max(axis=0, initial=0.0)[s.of_master] for of in (f.stencils.dg, f.stencils.ds[:, 0]))
+        if (free & (by_gap <= NEGLIGIBLE * by_way)).any():
+            return True
+    return False
 
 
 def _wrong(eq: Equilibrium, e: Evaluation, lam: Array, step: Array) -> Flags:
@@ -261,10 +278,8 @@ def _by_pressure(s: Surface, f: ContactForces, scale: Scale, at: Index) -> tuple
 
     Friction of a point that slips follows its pressure, unless it is decided.
     """
-    t = f.t.shape[1]
-    by_p = f.dt[:, :, 0] / np.where(f.dp[:, 0] > 0, f.dp[:, 0], 1.0)[:, None]
-    along = ((f.area[:, None] * by_p)[:, :, None] * f.stencils.e).sum(axis=1)
-    forces, slopes = f.stencils.act(f.weight[:, None] * f.stencils.n + along), -scale.k_n[:, None] * f.stencils.dg
+    t, by_p = f.t.shape[1], f.by_p
+    forces, slopes = f.stencils.act(f.by_pressure), -scale.k_n[:, None] * f.stencils.dg
     if s.exact:
         # r has −F and the multipliers' equations w c (p − λ)/k; the trial pressure has λ = c ℓ itself
         by_row = np.hstack([np.ones((len(by_p), 1)), by_p])

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prensa.solver.contact_lcp import affordable, contact_step, edge_step
+from prensa.solver.contact_lcp import affordable, contact_step, edge_step, held_by_friction
 from prensa.solver.equilibrium import Equilibrium, reversed_slip, signature
 from prensa.solver.finish import finish
 from prensa.solver.newton_state import Best, ContactChange, Iterate, NewtonState
@@ -211,7 +211,13 @@ def _direction(eq: Equilibrium, state: NewtonState, by_contact: bool) -> tuple[E
         if found is not None:
             here.evaluation = None
             return e._replace(data=None, history=()), *found
-    return *_newton_direction(eq, state, stick), False
+    e, delta = _newton_direction(eq, state, stick)
+    if eq.runaway(delta) is not None and held_by_friction(eq, e):
+        # a tool that friction alone holds is free where all of its points slip: which of them stick may be decided
+        found = contact_step(eq, here.u, state.lam, e, for_friction=True)
+        if found is not None:
+            return e, *found
+    return e, delta, False
 
 
 def _newton_direction(eq: Equilibrium, state: NewtonState, stick: Flags | None) -> tuple[Evaluation, Array]:

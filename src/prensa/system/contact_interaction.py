@@ -75,7 +75,8 @@ class ContactInteraction:
         if (redundant := self._redundant(c, f, round_off, ask.active_sets)) is not None:
             f = f._replace(redundant=redundant)
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
-        stiff = weight * scale.k_n * (f.rests | (f.dp[:, 0] > 0)) + f.area * scale.k_t * f.resists
+        stiff = scale.k_n * (f.rests | (f.dp[:, 0] > 0)) * _along_axes(f.by_pressure)
+        stiff += f.area * scale.k_t * f.resists * _along_axes(stencils.e).max(axis=1)
         out = Response(floor=_usual_sum(stiff * round_off), trial=f)
         if not (np.isfinite(f.K.sum()) or np.isfinite(f.K).all()):  # most need no flags
             out.failed = FrictionTooSoft(s.name)
@@ -169,3 +170,8 @@ def _usual_sum(most: Array) -> float:
     """Sum of the sizes of round-off that terms bounded by ``most`` (k,) usually have: one may reach its bound, many do not."""
     whole = float(most.sum())
     return USUAL * whole + (1.0 - USUAL) * float(most @ most) / whole if whole > 0.0 else 0.0
+
+
+def _along_axes(vectors: Array) -> Array:
+    """Sums of the sizes of the components of vectors (…, d): the residual is summed so, and inclined forces count more in it."""
+    return np.asarray(np.abs(vectors).sum(axis=-1))

@@ -27,11 +27,12 @@ def tool_sizes(system: System) -> Iterator[Finding]:
         size, key = tool.description.face()
         if tool.description.tip():
             yield from _tip(system, s, h)
-        elif size < 2 * h and (finds := few_nodes_met(system, s)):
-            what = "radius" if key == "radius" else "face"
+        # what a sharp face covers is cut out of edges, unless one lies under both of its corners
+        elif size < (1 if s.sharp else 2) * h and (finds := few_nodes_met(system, s)):
+            what, least = "radius" if key == "radius" else "face", "one element" if s.sharp else "two elements"
             yield Finding(
                 f"tools.{tool.name}.{key}",
-                f"the {what} {size:.4g} is less than two elements of {'+'.join(s.description.surface)!r}, the smallest of "
+                f"the {what} {size:.4g} is less than {least} of {'+'.join(s.description.surface)!r}, the smallest of "
                 f"which is {h:.4g} long: {finds}; refine the surface there to {0.25 * size:.2g}",
                 Severity.REFUSE if size < 0.5 * h else Severity.WARN,
             )
