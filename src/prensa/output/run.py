@@ -270,7 +270,8 @@ class _Run:
             return {}  # the writers could not be opened: there is nothing to summarise
         if self.last is not None and self.saved is not self.last:
             self._save(self.last)
-        self._check_energy()
+        if status != "interrupted":  # a warning of a part would stay when the run is continued
+            self._check_energy()
         (self.directory / report.REPORT).unlink(missing_ok=True)  # one made on the way shows less than there is
         made = self._summarise(status, reason)  # before the pictures: they may take long
         if self.case.output.pictures:
