@@ -1,6 +1,8 @@
 """Runs that are still going or were killed: viewed, plotted and reported as far as they came; resumed to the same bits."""
 
 import os
+import pathlib
+import shutil
 import signal
 import subprocess
 import sys
@@ -10,19 +12,24 @@ import matplotlib.pyplot as plt
 import pytest
 
 import prensa as pr
+from prensa.cli.voice import TERMINATED
 from prensa.errors import PrensaError
 from prensa.model.schema import dump
+from prensa.output import run as module
+from prensa.output import vtk
 from prensa.output.report import write_report
 from prensa.output.run import resume, run
 from problems import stroke, upset_block
+from stopped import stopped_after as stopped_at
 
+save = module._Run._save
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="processes are stopped and killed by their signals")
 
 
-def small() -> pr.Case:
+def small(increments: int = 200) -> pr.Case:
     """An elastic-plastic block under a plane with friction, in many increments."""
     problem = upset_block(
-        stroke(-0.2, increments=200, tool="punch"), material=pr.J2(70e3, 0.3, pr.Linear(100, 500)), size=(4, 3), n=(4, 3),
+        stroke(-0.2, increments=increments, tool="punch"), material=pr.J2(70e3, 0.3, pr.Linear(100, 500)), size=(4, 3), n=(4, 3),
         body="block", plane="punch", friction=pr.Coulomb(0.1), name="small",
     )  # fmt: skip
     return pr.Case(problem, output=pr.Output(pictures=False, report=False))
@@ -74,6 +81,63 @@ def test_a_run_that_goes_on_and_then_is_killed_is_seen_as_far_as_it_came(tmp_pat
     for name in ("history.csv", "convergence.csv", "fields.pvd"):
         assert (folder / name).read_bytes() == (whole / name).read_bytes()
     assert pr.results(folder).status == "completed"
+
+
+@pytest.mark.parametrize("kind", ["plain", "calibrating"])
+def test_whatever_stops_a_computation_it_goes_on(kind, tmp_path):
+    """Signals at random moments, files being replaced among them: seen as far as it came, same bytes, nothing computed twice."""
+    command = [sys.executable, "-m", "prensa_bench.killed", "--kind", kind, "--count", "2", "--seed", "5"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_sigterm_ends_a_run_as_ctrl_c_does(tmp_path):
+    """Checkpoint and summary are written; the exit code is that of the signal."""
+    folder = tmp_path / "ended"
+    process = stopped_after(1, folder, tmp_path / "small.yaml")
+    process.send_signal(signal.SIGTERM)
+    process.send_signal(signal.SIGCONT)
+    assert process.wait(60) == TERMINATED
+    result = pr.results(folder)
+    assert result.status == "interrupted" and "SIGTERM" in result.summary["reason"]
+    assert (folder / "checkpoint.h5").is_file() and len(result.increments) >= 1
+
+
+def test_a_run_killed_while_it_makes_room_is_empty(tmp_path, monkeypatch):
+    """Of earlier results the summary goes first and the log last: no half of them is shown, and the folder stays its case's."""
+    folder = run(small(increments=15), tmp_path / "twice", quiet=True).directory
+    unlink = pathlib.Path.unlink
+
+    def dies(path, missing_ok=False):
+        if path.name == "history.csv":
+            raise SystemExit
+        unlink(path, missing_ok=missing_ok)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(pathlib.Path, "unlink", dies)
+        with pytest.raises(SystemExit):
+            run(small(increments=15), folder, quiet=True)
+    with pytest.raises(PrensaError, match="no increment was completed"):
+        pr.results(folder)
+    assert run(small(increments=15), folder, quiet=True).status == "completed"
+
+
+def test_contacts_of_later_increments_go_after_their_rows(tmp_path, monkeypatch):
+    """A resume that is killed at once leaves no increment whose contact tables are gone."""
+    folder = tmp_path / "resumed"
+    shutil.copytree(begun(tmp_path / "run", monkeypatch, 12), folder)
+    monkeypatch.setattr(vtk.Fields, "__init__", lambda *_: (_ for _ in ()).throw(SystemExit))
+    with pytest.raises(SystemExit):
+        resume(folder, quiet=True)
+    assert all(i.contacts for i in pr.results(folder).increments)
+
+
+def begun(folder, monkeypatch, number):
+    """The folder of a run whose checkpoint stands before its last increment."""
+    with monkeypatch.context() as patch:
+        patch.setattr(module._Run, "_save", lambda self, i: save(self, i) if i.number <= number - 4 else None)
+        stopped_at(small(increments=15), folder, number)
+    return folder
 
 
 def test_a_folder_that_holds_only_the_beginning_of_a_run_says_so(tmp_path):

@@ -16,7 +16,7 @@ import typer
 if TYPE_CHECKING:
     from prensa.model.problem import Case
 
-BAD_INPUT, FAILED, INTERRUPTED = 2, 1, 130
+BAD_INPUT, FAILED, INTERRUPTED, TERMINATED = 2, 1, 130, 143
 STANDARD_INPUT = Path("-")
 
 
@@ -180,7 +180,9 @@ class Voice:
             return FAILED
         if isinstance(error, KeyboardInterrupt):
             self.complain(f"\ninterrupted; {self._interrupted or left_on_disk(self.folder)}")
-            return INTERRUPTED
+            from prensa.output.interrupt import Terminated
+
+            return TERMINATED if isinstance(error, Terminated) else INTERRUPTED
         return None
 
 

@@ -19,6 +19,7 @@ from prensa.inverse.experiment import Experiment, over_stroke
 from prensa.model.fields import LARGEST
 from prensa.model.problem import Case
 from prensa.model.schema import dump
+from prensa.output.files import write_text
 from prensa.precision import ROUND_OFF
 from prensa.types import Array
 
@@ -209,16 +210,15 @@ class Objective:
             paths, key = [], f"{key}-values"
         if key not in self._known:
             kept = self.cache / f"{key[:24]}{key[64:]}.json" if self.cache is not None else None
-            if kept is not None and kept.is_file():
-                self._known[key] = json.loads(kept.read_text(encoding="utf-8"))
+            if kept is not None and (found := _kept_run(kept)) is not None:
+                self._known[key] = found
             else:
                 self.runs += 1
                 with _quiet(self.runs > len(self.experiments)):
                     p = e.predict(values, paths)
                 self._known[key] = [[v.tolist() for v in parts] for parts in zip(p.values, p.slopes, p.rates)]
                 if kept is not None:
-                    kept.parent.mkdir(parents=True, exist_ok=True)
-                    kept.write_text(json.dumps(self._known[key]), encoding="utf-8")
+                    write_text(kept, json.dumps(self._known[key]), shared=True)
         return self._known[key]
 
     def minimise(self, start: Array) -> tuple[Array, Residuals]:
@@ -311,6 +311,14 @@ class Objective:
         step, *_ = np.linalg.lstsq(at.J, -at.r, rcond=ROUND_OFF)
         gain = float(np.linalg.norm(at.J @ step) ** 2)
         return gain < IDLE_STEP * max(1.0, at.square / max(len(at.r) - len(x), 1))
+
+
+def _kept_run(path: Path) -> Any:
+    """What a run has kept in a file; None where there is none, or one that a power cut left in pieces."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (FileNotFoundError, ValueError):
+        return None
 
 
 class _Settled(Exception):

@@ -14,9 +14,10 @@ from prensa.output import checkpoint, history, measured, passages, pictures, rep
 from prensa.output.files import TEMPORARY, numbered
 
 FILES = (
-    history.HISTORY, history.CONVERGENCE, passages.PASSAGES, measured.MEASURES, checkpoint.CHECKPOINT, vtk.COLLECTION,
-    summary.SUMMARY, report.REPORT, runlog.LOG,
+    summary.SUMMARY, checkpoint.CHECKPOINT, history.HISTORY, history.CONVERGENCE, passages.PASSAGES, measured.MEASURES,
+    vtk.COLLECTION, report.REPORT, runlog.LOG,
 )  # fmt: skip
+"""In the order in which they are removed: what refers to others before these, and last the log, which says whose they are."""
 _FIRST_LINE = re.compile(r"\S+ \S+ INFO +prensa \S+, case (.+), input ([0-9a-f]{64})$")
 
 
@@ -69,14 +70,17 @@ def make_room(directory: Path, name: str, force: bool) -> Owner | None:
 
 
 def _remove(directory: Path) -> None:
-    old = [directory / name for name in FILES]
-    old = [path.with_name(path.name + TEMPORARY) for path in old] + old  # the former left by a run that was killed
+    files = [directory / name for name in FILES]
+    old = [path.with_name(path.name + TEMPORARY) for path in files]  # left by a run that was killed
     old += directory.glob(f"{report.REPORT}.*{TEMPORARY}")  # of a report that was made beside the run
+    old += files[:-1]
     old += [path for _, path in numbered(directory / vtk.FIELDS_FOLDER, ".vtu")]
+    old += [path for _, path in numbered(directory / vtk.FIELDS_FOLDER, f".vtu{TEMPORARY}")]
     old += [path for path in (directory / pictures.PICTURES).glob("*.png") if pictures.is_picture(path)]
     for path in old:
         path.unlink(missing_ok=True)
     history.forget_contacts_after(directory, -1)
+    files[-1].unlink(missing_ok=True)
 
 
 def refuse_links(directory: Path, files: bool = False) -> None:

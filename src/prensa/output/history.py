@@ -21,7 +21,7 @@ from prensa.measures.columns import columns as columns_of
 from prensa.measures.columns import energies_of as energies_of
 from prensa.measures.units import length_unit, pressure_unit
 from prensa.model.problem import Problem
-from prensa.output.files import Contents, file_name, numbered, replacing
+from prensa.output.files import TEMPORARY, Contents, file_name, numbered, replacing
 from prensa.result.increment import SLIDING_FIELDS, STATUS, ContactState, Increment, PointValues
 
 HISTORY = "history.csv"
@@ -214,6 +214,9 @@ def forget_contacts_after(directory: Path, number: int) -> None:
         for suffix, columns in ((".csv", CONTACT_COLUMNS), (POINTS_SUFFIX, POINT_COLUMNS)):
             for n, path in numbered(folder, suffix):
                 if n > number and path.read_bytes().startswith(",".join(columns).encode()):
+                    path.unlink()
+            for n, path in numbered(folder, suffix + TEMPORARY):  # left by a run that was killed
+                if n > number:
                     path.unlink()
         if not any(folder.iterdir()):
             folder.rmdir()

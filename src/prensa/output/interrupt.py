@@ -1,4 +1,4 @@
-"""Ctrl-C stops the solver at once and a writer never: a file being written is finished first."""
+"""Ctrl-C and SIGTERM stop the solver at once and a writer never: a file being written is finished first."""
 
 from __future__ import annotations
 
@@ -10,40 +10,51 @@ from types import FrameType, TracebackType
 from typing import Any
 
 
-class Interruptible:
-    """Context manager that replaces the handler of SIGINT; does nothing outside the main thread.
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, by which systems and queues of clusters end a process: as Ctrl-C, but nobody at a terminal pressed it."""
 
-    Inside ``with guard.postponed():`` a Ctrl-C waits for the end of the block and then raises KeyboardInterrupt.
+
+class Interruptible:
+    """Context manager that replaces the handlers of SIGINT and SIGTERM; does nothing outside the main thread.
+
+    Inside ``with guard.postponed():`` a Ctrl-C waits for the end of the block and then raises KeyboardInterrupt, SIGTERM
+    `Terminated`. A handler of SIGTERM that a program has set stays.
     """
 
     def __init__(self) -> None:
-        self._depth, self._pending = 0, False
-        self._previous: Any = None
+        self._depth, self._pending = 0, 0
+        self._previous: dict[int, Any] = {}
 
     def __enter__(self) -> Interruptible:
         if threading.current_thread() is threading.main_thread():
-            self._previous = signal.signal(signal.SIGINT, self._received)
+            self._previous[signal.SIGINT] = signal.signal(signal.SIGINT, self._received)
+            if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+                self._previous[signal.SIGTERM] = signal.signal(signal.SIGTERM, self._received)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._previous is not None:
-            signal.signal(signal.SIGINT, self._previous)
+        for number, handler in self._previous.items():
+            signal.signal(number, handler)
 
     @contextmanager
     def postponed(self) -> Iterator[None]:
-        """Hold Ctrl-C back until the block is done; an error of the block goes first."""
+        """Hold signals back until the block is done; an error of the block goes first."""
         self._depth += 1
         try:
             yield
         finally:
             self._depth -= 1
         if self._pending and not self._depth:
-            self._pending = False
-            raise KeyboardInterrupt
+            number, self._pending = self._pending, 0
+            raise _interruption(number)
 
     def _received(self, number: int, frame: FrameType | None) -> None:
         if not self._depth:
-            raise KeyboardInterrupt
-        self._pending = True
+            raise _interruption(number)
+        self._pending = number
+
+
+def _interruption(number: int) -> KeyboardInterrupt:
+    return Terminated() if number == signal.SIGTERM else KeyboardInterrupt()

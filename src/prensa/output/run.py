@@ -24,7 +24,7 @@ from prensa.model.problem import Case, Problem
 from prensa.output import answer, checkpoint, history, measured, passages, pictures, report, runlog, summary, vtk
 from prensa.output.files import file_name, file_names, flush
 from prensa.output.folder import make_room, refuse_links
-from prensa.output.interrupt import Interruptible
+from prensa.output.interrupt import Interruptible, Terminated
 from prensa.output.lock import locked
 from prensa.output.progress import ProgressBar
 from prensa.output.result import RunResult
@@ -177,8 +177,9 @@ class _Run:
             status, reason = "completed", ""
             try:
                 self._solve_and_write()
-            except KeyboardInterrupt:
-                status, reason = "interrupted", "stopped by the user; 'prensa resume' continues from the checkpoint"
+            except KeyboardInterrupt as stop:
+                by = "SIGTERM" if isinstance(stop, Terminated) else "the user"
+                status, reason = "interrupted", f"stopped by {by}; 'prensa resume' continues from the checkpoint"
                 raise
             except PrensaError as error:
                 status, reason = "failed", str(error)
@@ -199,13 +200,14 @@ class _Run:
         if self.start is not None:
             keep = self.start.clock.number
             self.passed = passages.restored(self.directory, self.system, self.start.clock)
-            history.forget_contacts_after(self.directory, keep)
             log.info("resumed after increment %d, time %.6g", keep, self.start.clock.time)
         with (
             closing(history.History(self.directory, self.case.problem, keep)) as self.tables,
             closing(passages.PassageTable(self.directory, self.passed, keep)) as self.means,
             closing(measured.MeasureTable(self.directory, self.case.problem, keep)) as self.measures,
         ):
+            if keep is not None:
+                history.forget_contacts_after(self.directory, keep)  # now that no row refers to them
             self.fields = vtk.Fields(self.directory, keep)
             self._summarise(summary.RUNNING, "", durable=False)  # of a run that is killed there is no other
             self.written.append(self.directory / summary.SUMMARY)
@@ -267,7 +269,9 @@ class _Run:
             return {}  # the writers could not be opened: there is nothing to summarise
         if self.last is not None and self.saved is not self.last:
             self._save(self.last)
-        self._check_energy()
+        if status != "interrupted":  # a warning of a part would stay when the run is continued
+            self._check_energy()
+        (self.directory / report.REPORT).unlink(missing_ok=True)  # one made on the way shows less than there is
         made = self._summarise(status, reason)  # before the pictures: they may take long
         if self.case.output.pictures:
             self.bar.say(f"{self.directory}: drawing pictures")
@@ -279,8 +283,6 @@ class _Run:
         if self.case.output.report:
             with self.timer("report"):
                 report.write_report(self.directory)
-        else:
-            (self.directory / report.REPORT).unlink(missing_ok=True)  # one made on the way shows less than there is
         log.info("%s", "\n".join(made["answer"]))
         log.info("wall time by section\n%s", runlog.wall_times(self._timings()))
         self._say_answer(made)
