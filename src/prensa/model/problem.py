@@ -615,7 +615,6 @@ class Output:
     mirror: Annotated[
         tuple[Literal["left", "right", "bottom", "top", "back", "front"], ...], BeforeValidator(as_names)
     ] = ()
-    mirror: Annotated[tuple[Literal["left", "right", "bottom", "top"], ...], BeforeValidator(as_names)] = ()
     wear: Mapping[str, WearValue] = field(default_factory=dict)
 
     @model_validator(mode="after")
