@@ -191,7 +191,7 @@ def _contact(path: Path, contact: Any, area: float) -> ContactState:
         "+".join(contact.surface), contact.against, contact.surface[0].partition(".")[0], t["node"], X, x, t["gap"],
         t["pressure"], t["shear"], t["slip"], status, t.get("weight", unknown),
         np.column_stack([t.get(f"force_{c}", unknown) for c in axes]), t["pressure_from_stress"],
-        t["pressure_smoothed"], t["error"], area, points, *slid, speed=t.get("speed", unknown),
+        t["pressure_smoothed"], t["error"], area, points, slid[0], slid[1], slid[2], t.get("speed", unknown),
     )  # fmt: skip
 
 
