@@ -14,8 +14,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
-from prensa.model import meshes, text
 from prensa.model import problem as model
+from prensa.model import text
 from prensa.model.doors import NameOf
 from prensa.model.places import bare, hints, is_names, members, type_name
 from prensa.model.python_alone import PythonAlone, in_files
@@ -30,7 +30,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     "Bodies and meshes": (
         model.Body, model.Rectangle, model.Grade, model.Strip, model.Wire, model.Nose,
         model.Disc, model.Annulus, model.Patch, model.ArcSide, model.SplineSide,
-        model.Outline, model.Points, model.File, meshes.Box, meshes.Extrusion, meshes.Revolution, meshes.Bricks, model.Tie,
+        model.Outline, model.Points, model.File, model.Box, model.Extrusion, model.Revolution, model.Bricks, model.Tie,
     ),
     "Materials": tuple(dict(public("material")).values()),
     "Flow curves": tuple(dict(public("flow")).values()),

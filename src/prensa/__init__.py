@@ -7,16 +7,12 @@ from typing import Any
 __version__ = "0.1.0"
 
 _MODEL = (
-    "Annulus", "ArcSide", "Archard", "Body", "Case", "Contact", "Crank", "Disc", "Feed", "File", "Fixed", "Grade", "Interference",
-    "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Press", "Problem", "Push",
-    "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel",
-    "Units", "Until", "When", "Wire",
+    "Annulus", "ArcSide", "Archard", "Body", "Box", "Bricks", "Case", "Contact", "Crank", "Disc", "Extrusion", "Feed", "File",
+    "Fixed", "Grade", "Interference", "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch", "Points",
+    "Press", "Problem", "Push", "Rectangle", "Remesh", "Revolution", "Sizes", "SplineSide", "Springs", "Start", "Step", "Strip",
+    "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",
 )  # fmt: skip
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
-    "Box": "prensa.model.meshes",
-    "Bricks": "prensa.model.meshes",
-    "Extrusion": "prensa.model.meshes",
-    "Revolution": "prensa.model.meshes",
     "BodyContact": "prensa.model.problem",
     "Conductor": "prensa.model.heat",
     "Heat": "prensa.model.heat",

@@ -93,6 +93,7 @@ def test_contact_table_has_the_stable_columns_and_reads_back(tmp_path):
     path = history.write_contact(tmp_path, synthetic.CONTACT, 3, contact)
     assert path == tmp_path / "contact" / "block.top-cylinder" / "0003.csv"
     columns = "node,x,y,gap,pressure,shear,slip,status,pressure_from_stress,pressure_smoothed,error,X,Y"
+    columns += ",weight,force_x,force_y,speed"
     assert path.read_text().splitlines()[0] == columns
     table = history.read_contact(path)
     for name in ("gap", "pressure", "shear", "slip", "pressure_from_stress", "pressure_smoothed", "error"):

@@ -39,7 +39,8 @@ KNOWN = {
 ROUND_OFF = 2.2e-16 * 9.0 / 1e-5
 PENALTY, MU, FORCE = 100 * 220e3 / 1.0, 0.1, 45e3
 NOISE = {
-    "contact.slip": 1.0, "contact.coordinate": 1.0, "contact.speed": 6.0, "lam": PENALTY, "contact.traction": MU * PENALTY,
+    "contact.slip": 1.0, "contact.path": 1.0, "contact.coordinate": 1.0, "contact.speed": 6.0, "lam": PENALTY,
+    "contact.traction": MU * PENALTY,
     "energy.friction": MU * FORCE,
 }  # fmt: skip
 COMPILED = [

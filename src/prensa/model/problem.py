@@ -38,7 +38,10 @@ from prensa.model.interference import Interference, InterferenceValue
 from prensa.model.meshes import (
     Annulus,
     ArcSide,
+    Box,
+    Bricks,
     Disc,
+    Extrusion,
     File,
     Grade,
     Mesh,
@@ -47,6 +50,7 @@ from prensa.model.meshes import (
     Patch,
     Points,
     Rectangle,
+    Revolution,
     SplineSide,
     Strip,
     Wire,
@@ -656,8 +660,8 @@ class Case:
 
 
 __all__ = [
-    "Annulus", "ArcSide", "Archard", "Body", "Case", "Contact", "Crank", "Disc", "Feed", "File", "Fixed", "Grade", "Interference",
-    "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Press", "Problem", "Push",
-    "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel",
-    "Units", "Until", "When", "Wire",
+    "Annulus", "ArcSide", "Archard", "Body", "Box", "Bricks", "Case", "Contact", "Crank", "Disc", "Extrusion", "Feed", "File",
+    "Fixed", "Grade", "Interference", "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch", "Points",
+    "Press", "Problem", "Push", "Rectangle", "Remesh", "Revolution", "Sizes", "SplineSide", "Springs", "Start", "Step", "Strip",
+    "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",
 ]  # fmt: skip

@@ -121,8 +121,7 @@ def deformed(
                 _edges(axes, body, image, mesh, lines, box)
             _draw_tools(axes, increment, problem, box, image)
         for axis, at in lines:
-            draw = axes.axhline if axis else axes.axvline
-            draw(at, color=style.BLACK, linewidth=0.6, dashes=(10, 3, 2, 3))
+            (axes.axhline if axis else axes.axvline)(at, color=style.BLACK, linewidth=0.6, dashes=(10, 3, 2, 3))
         finish_section(axes, problem, box)
         below = wide > 1.1
         place = {"location": "bottom", "ax": axes, "shrink": 0.9, "aspect": 30, "pad": 0.03} if below else \

@@ -473,12 +473,13 @@ def body_states(
     reaction = system.displacement(reactions(system, e, plan, state))
     thickness = system.depth_in(e.history) if system.problem.space == "plane stress" else None
     out = {}
-    for number, (b, h, before) in enumerate(zip(system.blocks, e.history, old, strict=True)):
+    for number, (b, h) in enumerate(zip(system.blocks, e.history)):
         own = _own(b)
         sig = stress[own]
         plastic, faster = np.zeros(len(sig)), np.zeros(len(sig))
         if b.law.plastic:
-            strain, was = (b.field(of, "plastic_strain") for of in (h, before))
+            # Of condensed bodies, which are elastic, the histories before would have to be recovered.
+            strain, was = (b.field(of, "plastic_strain") for of in (h, old[number]))
             plastic = np.maximum(_at_nodes_of(b, where, strain, h)[:, 0], 0.0)
             if seconds > 0.0:
                 faster = np.maximum(_at_nodes_of(b, where, (strain - was) / seconds, h)[:, 0], 0.0)

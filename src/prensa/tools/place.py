@@ -91,7 +91,7 @@ def place(
 
     """
     target = d.touching or d.above or d.below
-    dimension = next(iter(meshes.values())).points.shape[1]
+    dimension = next((mesh.points.shape[1] for mesh in meshes.values()), 2 if d.at is None else len(d.at))
     outward = np.eye(dimension)[1]
     if target:
         body, _, edge = target.partition(".")

@@ -157,7 +157,7 @@ class Balance:
             yield row("moments out of balance / (force × length)", 0.0, self.moment, BALANCE_TOLERANCE, "absolute")
 
 
-@case("balance, every kind of load", suite="contact")
+@case("balance, every kind of load", suite="contact", expected_warnings=("small against the elements",))
 def every_load(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Tools that press, turn and are pushed by a force balance pressure, shear, dead traction, weight and supports."""
     for kinematics, geometry in (("small", "reference"), ("small", "current"), ("finite", "current")):

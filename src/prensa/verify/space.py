@@ -50,7 +50,7 @@ def square_billet(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
             tolerance = 0.005 if mu < 0.2 or k < 4 else 0.01  # beyond 20 % the plate's edge sticks and sides fold one by one
             ours = 4e-3 * abs(increments[5 * k + 4].force("plate").y)
             yield row(f"mu = {mu:g}: F (kN) at {5 * k + 5} %", force, ours, tolerance)
-    yield row("forces of plate and supports", 0.0, off, 1e-8, "absolute")
+    yield row("plate and supports out of balance", 0.0, off, 1e-8, "absolute")
 
 
 @case("rigid sphere on a block at large strain", suite="space")
@@ -67,4 +67,4 @@ def sphere(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     )))  # fmt: skip
     for depth, force in tables.BLOCK_SPHERE_FORCE.items():
         yield row(f"P (N) at {depth:g} mm", force, 4.0 * abs(increments[round(4 * depth) - 1].force("ball").y), 0.005)
-    yield row("forces of ball and supports", 0.0, max(map(imbalance, increments)), 1e-8, "absolute")
+    yield row("ball and supports out of balance", 0.0, max(map(imbalance, increments)), 1e-8, "absolute")
