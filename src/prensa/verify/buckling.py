@@ -114,7 +114,7 @@ def steady(increments: list[pr.Increment]) -> tuple[float, float, float]:
 
 @case(
     "ironing over its limit points", suite="bodies", slow=True,
-    expected_warnings=("viscous forces of 'stabilise' have dissipated", "folds over itself"),
+    expected_warnings=("viscous forces of 'stabilise' have dissipated", "folds over itself", "begins to fold"),
         # an element of the triangles does in a jump
 )  # fmt: skip
 def ironed(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
