@@ -18,7 +18,7 @@ from prensa.model import problem as model
 from prensa.model import text
 from prensa.model.doors import NameOf
 from prensa.model.places import bare, hints, is_names, members, type_name
-from prensa.model.python_alone import PythonAlone, in_files
+from prensa.model.python_alone import in_files
 from prensa.model.units import RATIO, Dimension
 from prensa.registry import public
 
@@ -189,14 +189,11 @@ def value(annotation: Any) -> str:
     if dataclasses.is_dataclass(kind):
         short = "`x`, `y`, `xy`, `free` or " if kind is model.Fixed else ""
         return f"{short}[{kind.__name__}](#{kind.__name__.lower()})"
-    if any(isinstance(m, PythonAlone) for m in meta) and len(members(annotation)) == 2:  # of the plane, of space
-        return value(members(annotation)[0])
     if len(options := [m for m in members(annotation) if getattr(bare(m)[0], "offered", True)]) > 1:
         return " or ".join(dict.fromkeys(value(o) for o in options))
     if kind is Any:
         return "`module:Class`"
-    alone = [m for m in meta if isinstance(m, PythonAlone)]
-    if literals := [v for v in _literals(kind) if not any(m.when(v) for m in alone)]:
+    if literals := _literals(kind):
         return ", ".join(f"`{str(v).lower() if isinstance(v, bool) else v}`" for v in literals)
     if is_names(annotation):
         return f"names: {value(typing.get_args(kind)[1])}"

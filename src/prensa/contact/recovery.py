@@ -397,9 +397,10 @@ def at_free_edges(
 
 
 def mises_of(stress: Array) -> Array:
-    """Von Mises stresses (…) of stresses (…, 4) xx, yy, zz, xy."""
-    xx, yy, zz, xy = np.moveaxis(stress, -1, 0)
-    return np.asarray(np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * xy**2))
+    """Von Mises stresses (…) of stresses (…, 4) xx, yy, zz, xy, in space (…, 6) with the two other shears."""
+    xx, yy, zz, *shears = np.moveaxis(stress, -1, 0)
+    shear = sum(s**2 for s in shears)
+    return np.asarray(np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * shear))
 
 
 def borne(x: Array, cells: Index, nodal: Array, limit: Array, thin: bool) -> Array:

@@ -28,13 +28,6 @@ def recover(cells: Index, volume: Array, N: Array, values: Array, yielded: Flags
     return np.stack([np.bincount(cells.ravel(), weight * v, n) for v in flat.T], axis=1) / total[:, None]
 
 
-def mises_of(stress: Array) -> Array:
-    """Von Mises stresses (…) of stresses (…, 6) xx, yy, zz, xy, yz, xz."""
-    xx, yy, zz, xy, yz, xz = np.moveaxis(stress, -1, 0)
-    shear = xy**2 + yz**2 + xz**2
-    return np.asarray(np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * shear))
-
-
 def pressure_of(stress: Array, n: Array) -> Array:
     """−n·σ n (k,) of stresses (k, 6) in that order and unit normals n (k, 3)."""
     xx, yy, zz, xy, yz, xz = stress.T

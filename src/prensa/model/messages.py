@@ -9,8 +9,7 @@ from typing import Any
 from prensa.errors import Mistake, shown
 from prensa.model.checks import FindingsError
 from prensa.model.names import Finding, meant, of_the_trade, suggest
-from prensa.model.places import Place, Root, bare, expected, fields_of, follow, is_names, offered
-from prensa.model.python_alone import PythonAlone
+from prensa.model.places import Place, Root, expected, fields_of, follow, is_names, offered
 
 MOST = 200  # errors that are explained: a table in the wrong place has thousands
 _BOUNDS = {
@@ -136,8 +135,6 @@ def _choice(error: Any, place: Place, above: Place) -> Mistake:
     value, key = error["input"], place.path[-1]
     # pydantic gives the choices as one sentence.
     words = error["ctx"]["expected"].replace(" or ", ", ").replace("'", "").split(", ")
-    alone = [m for m in bare(place.kind)[1] if isinstance(m, PythonAlone)]
-    words = [w for w in words if not any(m.when(w) for m in alone)]
     options = [w.lower() if w in ("True", "False") else w for w in words if w]
     if not isinstance(value, str):
         return Mistake(place.mark(), _wrong(error, place))

@@ -6,11 +6,10 @@ A capability begins here: it can be solved from Python, and files get its keys w
 from __future__ import annotations
 
 import dataclasses
-import types
 import typing
 from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
-from typing import Annotated, Any
+from typing import Any
 
 from pydantic_core import PydanticOmit
 
@@ -19,45 +18,28 @@ from prensa.model.names import Finding
 ALONE = "is described in Python alone so far: write the problem as a script (docs/guide/python.md)"
 
 
-@dataclasses.dataclass(frozen=True)
 class PythonAlone:
-    """Marks a field of a description: those of its values for which ``when`` holds may not stand in a file."""
-
-    when: Callable[[Any], bool]
+    """Marks a field of a description that may not stand in a file."""
 
     def __get_pydantic_json_schema__(self, core: Any, handler: Callable[[Any], dict[str, Any]]) -> dict[str, Any]:
-        """The JSON schema of case files has no such field or value: editors would offer what is refused."""
-        if self is WHOLE:
-            raise PydanticOmit
-        made = handler(core)
-        if "enum" in made:
-            made["enum"] = [value for value in made["enum"] if not self.when(value)]
-        kept = [option for option in made.get("oneOf", ()) if not self.when((0.0,) * option["minItems"])]
-        return kept[0] if len(kept) == 1 else made
+        """The JSON schema of case files has no such field: editors would offer what is refused."""
+        raise PydanticOmit
 
 
-WHOLE = PythonAlone(lambda value: True)
-"""The field as a whole."""
+WHOLE = PythonAlone()
+"""The mark; there is one."""
 
 
 @lru_cache
-def marks(cls: Any) -> dict[str, PythonAlone]:
+def marks(cls: Any) -> frozenset[str]:
     """The marked fields of a class of the vocabulary."""
-    found = typing.get_type_hints(cls, include_extras=True)
-    return {name: mark for name, hint in found.items() if (mark := _mark(hint)) is not None}
-
-
-def _mark(hint: Any) -> PythonAlone | None:
-    """The mark of an annotation, that of an alternative included."""
-    if typing.get_origin(hint) is Annotated:
-        return next((m for m in hint.__metadata__ if isinstance(m, PythonAlone)), None) or _mark(hint.__origin__)
-    options = typing.get_args(hint) if typing.get_origin(hint) in (typing.Union, types.UnionType) else ()
-    return next((mark for option in options if (mark := _mark(option)) is not None), None)
+    hints = typing.get_type_hints(cls, include_extras=True)
+    return frozenset(name for name, hint in hints.items() if WHOLE in getattr(hint, "__metadata__", ()))
 
 
 def in_files(cls: Any) -> list[str]:
     """Fields of a class that a case file may have."""
-    return [f.name for f in dataclasses.fields(cls) if marks(cls).get(f.name) is not WHOLE]
+    return [f.name for f in dataclasses.fields(cls) if f.name not in marks(cls)]
 
 
 def of_python_alone(value: Any, path: tuple[str | int, ...] = ()) -> Iterator[Finding]:
@@ -75,12 +57,8 @@ def of_python_alone(value: Any, path: tuple[str | int, ...] = ()) -> Iterator[Fi
             return
         marked = marks(type(value))
         for f in dataclasses.fields(value):
-            given, mark = getattr(value, f.name), marked.get(f.name)
-            if mark is not None and given != f.default and mark.when(given):
-                yield Finding((*path, f.name), f"{f.name if mark is WHOLE else _shown(f.name, given)} {ALONE}")
+            given = getattr(value, f.name)
+            if f.name in marked and given != f.default:
+                yield Finding((*path, f.name), f"{f.name} {ALONE}")
             else:
                 yield from of_python_alone(given, (*path, f.name))
-
-
-def _shown(name: str, value: Any) -> str:
-    return f"{name!r} with {len(value)} components" if isinstance(value, tuple) else f"'{name}: {value}'"

@@ -7,11 +7,7 @@ import numpy as np
 from prensa.types import Index
 
 VTK = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}
-
-
-def vtk_type(cells: Index, dimension: int) -> str:
-    """Name of meshio for the cell type of VTK."""
-    return "hexahedron" if dimension == 3 else VTK[cells.shape[1]]
+MOST_EDGES = 2500  # sides of elements, or faces, that can be distinguished in a picture
 
 _AROUND = {3: [0, 1, 2], 4: [0, 1, 2, 3], 6: [0, 3, 1, 4, 2, 5], 8: [0, 4, 1, 5, 2, 6, 3, 7]}
 _INSIDE = {
@@ -20,6 +16,11 @@ _INSIDE = {
     6: [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
     8: [[0, 4, 7], [4, 1, 5], [5, 2, 6], [6, 3, 7], [4, 5, 7], [5, 6, 7]],
 }
+
+
+def vtk_type(cells: Index, dimension: int) -> str:
+    """Name of meshio for the cell type of VTK."""
+    return "hexahedron" if dimension == 3 else VTK[cells.shape[1]]
 
 
 def around(cells: Index) -> Index:

@@ -19,7 +19,7 @@ from prensa.measures.columns import directions, place_columns
 from prensa.model.names import suggest
 from prensa.model.problem import Problem
 from prensa.output import style
-from prensa.output.cells import around, outline, triangles
+from prensa.output.cells import MOST_EDGES, around, outline, triangles
 from prensa.output.maxima import leading_tool
 from prensa.output.outline import outlines
 from prensa.output.spatial import contact_pressures, picture
@@ -32,8 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NAMING = 0.9  # height in inches of a panel's title and the names of its axis
-MOST_EDGES = 2500  # elements whose sides can be distinguished in a picture …
-LEAST_EDGE = 1.5  # … if their sides are so many points of the page apart
+LEAST_EDGE = 1.5  # points of the page that sides of elements are apart where they can be distinguished
 OUTLINE = 0.8  # width in points of a body's outline …
 OUTLINE_SHARE = 0.15  # … and that over the width of the body at most, so that its colour is seen between two of them
 STRESSES = ("xx", "yy", "zz", "xy")

@@ -10,6 +10,7 @@ import numpy as np
 from prensa.mesh.bricks import outside
 from prensa.model.problem import Problem
 from prensa.output import style
+from prensa.output.cells import MOST_EDGES
 from prensa.result.increment import BodyState, Increment
 from prensa.types import Array, Index
 
@@ -21,7 +22,6 @@ Copy = tuple[Callable[[Array], Array], float]
 VIEW: Mapping[str, float] = {"elev": 25.0, "azim": -50.0}
 """Angles in degrees above the horizontal plane and about the vertical axis, y."""
 _LIGHT = np.array([0.35, 0.85, 0.4])
-MOST_EDGES = 2500  # faces whose sides can be distinguished in a picture
 
 
 def picture(

@@ -17,7 +17,7 @@ STARTERS = {
     "dome": ("hemispherical_stretching", "a clamped sheet stretched over a hemispherical punch"),
     "v-bend": ("free_bending", "a strip bent into a V, and its springback"),
     "can": ("backward_can", "a can extruded backward, with remeshing"),
-    "die-load": ("die_load", "what the die of an upsetting bears, and its wear"),
+    "die-load": ("die_load", "loads on the die of an upsetting, and its wear"),
     "hertz": ("cylinder_on_block", "a cylinder pressed on an elastic block"),
     "shear-ring": ("ring_shear_factor", "ring compression with a shear factor"),
     "extrusion": ("forward_extrusion", "a rod extruded forward, with remeshing"),

@@ -483,9 +483,8 @@ def body_states(
             plastic = np.maximum(_at_nodes_of(b, where, strain, h)[:, 0], 0.0)
             if seconds > 0.0:
                 faster = np.maximum(_at_nodes_of(b, where, (strain - was) / seconds, h)[:, 0], 0.0)
-        mises = mises_of(sig) if flat else recovery_in_space.mises_of(sig)
         out[b.body] = BodyState(
-            system.X[own], x[own], b.cells - own.start, reaction[own], sig, mises, plastic,
+            system.X[own], x[own], b.cells - own.start, reaction[own], sig, mises_of(sig), plastic,
             None if thickness is None else thickness[own],
             nodal_damage(system.problem.bodies[b.body].damage, where, b, state.damage[number], h) if state.damage else {},
             faster, _expansion(system, b, x) if flat else None,
