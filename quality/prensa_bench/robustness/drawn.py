@@ -20,11 +20,11 @@ Claim = Callable[["Record"], str]
 
 @dataclass(frozen=True)
 class Placed:
-    """A tool as the problem describes it, the same by formulas, and its reference point."""
+    """A tool as the problem describes it, the same by formulas, and its reference point (2,) or (3,)."""
 
     tool: Any
     outline: Outline
-    at: tuple[float, float]
+    at: tuple[float, ...]
 
 
 @dataclass(frozen=True)

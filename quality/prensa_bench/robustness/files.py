@@ -31,7 +31,7 @@ class OutOfTime(Exception):
 
 @dataclass(frozen=True)
 class Shape:
-    """A body at one increment: ``X``, ``x`` (n, 2), ``cells`` (m, a), ``reaction`` (n, 2)."""
+    """A body at one increment: ``X``, ``x`` (n, d), ``cells`` (m, a), ``reaction`` (n, d); in space d = 3."""
 
     X: Array
     x: Array
@@ -109,7 +109,8 @@ def read(folder: Path, problem: pr.Problem) -> Record:
         tables = sorted((folder / "contact" / c.name).glob("[0-9]*.csv"))
         contacts[c.name] = {int(t.stem): _table(t) for t in tables if t.stem.isdigit()}
     names = list(problem.bodies)
-    bodies = {int(f.stem): _shapes(f, names) for f in sorted((folder / "fields").glob("*.vtu"))}
+    d = 3 if problem.space == "solid" else 2
+    bodies = {int(f.stem): _shapes(f, names, d) for f in sorted((folder / "fields").glob("*.vtu"))}
     return Record(problem, history, [r["step"] for r in rows], contacts, bodies)
 
 
@@ -128,14 +129,16 @@ def _table(path: Path) -> dict[str, Array]:
     with path.open(encoding="utf-8", newline="") as file:
         head, *rows = csv.reader(file)
     columns = dict(zip(head, zip(*rows)))
-    return {k: np.array(columns[k], dtype=float) for k in ("node", "x", "y", "gap", "pressure", "shear", "X", "Y")}
+    plane = ("node", "x", "y", "gap", "pressure", "shear", "X", "Y")
+    space = ("z", "force_x", "force_y", "force_z") if "z" in columns else ()
+    return {k: np.array(columns[k], dtype=float) for k in (*plane, *space)}
 
 
-def _shapes(path: Path, names: list[str]) -> dict[str, Shape]:
+def _shapes(path: Path, names: list[str], d: int) -> dict[str, Shape]:
     import meshio
 
     mesh: Any = meshio.read(path)
-    x, u, r = mesh.points[:, :2], mesh.point_data["displacement"][:, :2], mesh.point_data["reaction"][:, :2]
+    x, u, r = (v[:, :d] for v in (mesh.points, mesh.point_data["displacement"], mesh.point_data["reaction"]))
     out = {}
     for block, number in zip(mesh.cells, mesh.cell_data["body"]):
         for k in np.unique(number):

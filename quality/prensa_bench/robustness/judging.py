@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from prensa.errors import PrensaError
-from prensa_bench.robustness.checks import wrong_with
+from prensa_bench.robustness import checks, checks_in_space
 from prensa_bench.robustness.drawn import Drawn, Twin
 from prensa_bench.robustness.files import OutOfTime, Record, read, solve_into, solve_stages, totals
 from prensa_bench.robustness.increments import reason_of
@@ -40,7 +40,8 @@ def _verdict(d: Drawn, folder: Path, until: float) -> tuple[str, str, str]:
         return "told", str(error), reason_of(error)
     except Exception as error:
         return "wrong", f"crashed: {type(error).__name__}: {error}", "Crashed"
-    if wrong := wrong_with(d, records):
+    judge = checks_in_space if d.problem.space == "solid" else checks
+    if wrong := judge.wrong_with(d, records):
         return "wrong", wrong, ""
     for k, twin in enumerate(d.twins):
         try:

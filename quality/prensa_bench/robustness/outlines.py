@@ -16,7 +16,7 @@ FAR = 1e4  # an open chain goes on straight for so many times its size
 
 
 class Outline(Protocol):
-    """Signed distance (k,) of points (k, 2), and the outward unit normals (k, 2) of the nearest places."""
+    """Signed distance (k,) of points (k, d), and the outward unit normals (k, d) of the nearest places."""
 
     def __call__(self, x: Array) -> tuple[Array, Array]:
         """Distance and normal."""

@@ -18,6 +18,7 @@ from prensa_bench.robustness.families import (
     rolls,
     slender,
     slide_release,
+    space,
     strips,
     thin,
     tied,
@@ -38,6 +39,7 @@ FAMILIES: Mapping[str, Callable[[np.random.Generator], Drawn]] = {
     "posed": posed.problem,
     "loaded": loaded.problem,
     "ironings": ironings.problem,
+    "space": space.problem,
 }
 
 
