@@ -14,7 +14,7 @@ export OMP_NUM_THREADS ?= 1
 # processes of the tests and of the verification table
 JOBS ?= 2
 
-.PHONY: demo lint test pardiso coverage verify bench docs package clean examples
+.PHONY: demo lint test slow pardiso coverage verify bench docs package clean examples
 
 $(VENV)/installed: pyproject.toml quality/pyproject.toml
 	@echo "installing into $(VENV): once, about a minute"
@@ -30,8 +30,11 @@ lint: $(VENV)/installed
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
-test: lint  ## lint, types, and the whole test suite
-	$(BIN)/python -m pytest -n $(JOBS)
+test: lint  ## lint, types, and the tests, but for those that take long
+	$(BIN)/python -m pytest -n $(JOBS) -m "not slow"
+
+slow: $(VENV)/installed  ## the tests that take long: campaigns of random problems, killed runs, guards switched off
+	$(BIN)/python -m pytest -n $(JOBS) -m slow
 
 # in an environment of its own, since `solver: auto` takes PARDISO wherever it is installed. Left out is a test that compares
 # derivatives with differences of 1e-9 of a force, which PARDISO's last digits are worth

@@ -9,6 +9,11 @@ from enum import IntEnum
 from pathlib import Path
 
 
+def coordinates(place: Iterable[float]) -> str:
+    """A place in words, without brackets."""
+    return ", ".join(f"{v:.4g}" for v in place)
+
+
 class PrensaError(Exception):
     """Base of every error that prensa raises on purpose; its text is meant for the user."""
 

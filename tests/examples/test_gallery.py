@@ -100,7 +100,12 @@ def test_every_starter_is_an_example() -> None:
     assert all(starter(kind) in texts for kind in STARTERS)
 
 
-@pytest.mark.parametrize("path", CASES, ids=lambda p: p.stem)
+LONG = {"ball_indentation", "wedge"}  # seconds of computation
+
+
+@pytest.mark.parametrize(
+    "path", [pytest.param(p, id=p.stem, marks=[pytest.mark.slow] if p.stem in LONG else []) for p in CASES]
+)
 def test_an_example_that_is_not_compared_runs_to_its_end_and_nothing_is_reported(gallery, path: Path) -> None:
     """What no comparison of the gallery runs is run here: all of it, without a warning."""
     if path.stem in {e.case for e in gallery._EXAMPLES.values()}:

@@ -83,6 +83,7 @@ def test_a_run_that_goes_on_and_then_is_killed_is_seen_as_far_as_it_came(tmp_pat
     assert pr.results(folder).status == "completed"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["plain", "calibrating"])
 def test_whatever_stops_a_computation_it_goes_on(kind, tmp_path):
     """Signals at random moments, files being replaced among them: seen as far as it came, same bytes, nothing computed twice."""

@@ -97,6 +97,7 @@ def area(system: System, state: State) -> float:
 
 
 # --------------------------------------------------------------------------------------------------------------- steps
+@pytest.mark.slow
 def test_forces_that_are_released_come_over_to_new_meshes() -> None:
     """A side that was held is released while the punch goes on: forces and shape as on one mesh, and balance throughout."""
     held = {"billet.bottom": pr.Fixed(y="held"), "billet.left": pr.Fixed(x="held"), "billet.right": pr.Fixed(x="held")}

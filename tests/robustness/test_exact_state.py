@@ -185,6 +185,7 @@ def killed(work, after: float) -> bool:
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork and SIGKILL")
 # pytest-xdist has threads of its own in every process; the child touches none of them
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded, use of fork:DeprecationWarning")
+@pytest.mark.slow
 def test_a_run_killed_at_random_moments_ends_the_same(tmp_path):
     """SIGKILL at 20 random moments of runs and of resumed runs: whatever was on the disk, the end is the same, bit for bit."""
     rng = np.random.default_rng(20)

@@ -135,6 +135,7 @@ def test_changes_and_calls_are_read_or_refused(source, count):
     assert report.counts["refused"] > count / 2 and sum(report.counts.values()) == count
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("source", "count"), [(fuzz_whole.crossed, 60), (fuzz_whole.named, 12), (partial(fuzz_whole.lines, app), 20)]
 )

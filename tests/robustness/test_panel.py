@@ -63,6 +63,7 @@ SLOW = {
 }  # guards whose tests are not run without them here, and why not
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [m.name for m in GUARDS if m.name not in SLOW])
 def test_the_test_of_a_guard_fails_without_it(name):
     """A guard of which no input is known that goes wrong without it is none."""

@@ -85,6 +85,7 @@ def test_random_problems_raise_no_alarm():
             assert [a for a in said if "coefficient above 2" not in a and "scaled Jacobian" not in a] == []
 
 
+@pytest.mark.slow
 def test_verification_cases_raise_no_alarm(monkeypatch):
     """Nor about the first problem of each verification case."""
 

@@ -15,9 +15,9 @@ from prensa_bench.robustness.running import judged
 @pytest.mark.parametrize(
     ("family", "number"),
     [
-        ("rolls", 5),  # forces are released in the second of four steps
+        pytest.param("rolls", 5, marks=pytest.mark.slow),  # forces are released in the second of four steps
         ("plastic", 6),  # closed forms know a parameter in the second step, but not in the first
-        ("thin", 1),
+        pytest.param("thin", 1, marks=pytest.mark.slow),
         ("slender", 0),  # a contact whose penetration is round-off of its place
     ],
 )
@@ -27,6 +27,7 @@ def test_derivatives_of_random_problems(family: str, number: int) -> None:
     assert (outcome.status, outcome.words) == ("right", "")
 
 
+@pytest.mark.slow
 def test_the_judge_can_fail(monkeypatch: pytest.MonkeyPatch) -> None:
     """Derivatives a thousandth off are noticed, and so is a crash; what has none is reported."""
     right = slopes._slopes

@@ -285,7 +285,7 @@ def moments(d: Drawn, record: Record) -> str:
         x, y = at[0] + h[f"{name}.ux"], at[1] + h[f"{name}.uy"]
         told[name] = h[f"{name}.mz"] + x * h[f"{name}.fy"] - y * h[f"{name}.fx"]
     force = np.max([np.hypot(h[f"{t}.fx"], h[f"{t}.fy"]) for t in on_tool], axis=0)
-    reach = max([size, *(float(np.hypot(*d.tools[t].at)) for t in on_tool)])
+    reach = max([size, *(float(np.linalg.norm(d.tools[t].at)) for t in on_tool)])
     largest = np.maximum.accumulate(force)
     allowed = (MOMENTS * largest + FORCES_WHOLE * largest.max()) * reach
     for name in on_tool if tells_forces(record.problem) else ():

@@ -206,8 +206,8 @@ def moments(d: Drawn, record: Record) -> str:
         on_tool[c.against][row] += np.cross(t.x, t.force).sum(axis=0)
     told, force = {}, np.zeros(len(h["time"]))
     for name in on_tool:
-        at, u, f, m = (np.stack([h[f"{name}.{key}{a}"] for a in AXES], axis=1) if key else d.tools[name].at for key in ("", *"ufm"))
-        told[name] = m + np.cross(np.asarray(at) + u, f)
+        u, f, m = (np.stack([h[f"{name}.{key}{a}"] for a in AXES], axis=1) for key in "ufm")
+        told[name] = m + np.cross(np.asarray(d.tools[name].at) + u, f)
         force = np.maximum(force, np.linalg.norm(f, axis=1))
     reach = max([size, *(float(np.linalg.norm(d.tools[t].at)) for t in on_tool)])
     largest = np.maximum.accumulate(force)

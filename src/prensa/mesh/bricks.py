@@ -16,6 +16,7 @@ from prensa.types import Array, Index
 
 # corners of the six faces of a brick, seen from outside counter-clockwise
 FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
+SOLID_CORNERS = {4: 4, 8: 8, 10: 4}  # corners of a cell in space, by its nodes
 _SECTION_AXES = {"x": [2, 1, 0], "y": [0, 2, 1], "z": [0, 1, 2]}
 """Axes of a section's x and y, and of the extrusion."""
 _SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]  # corners along x and y, in the order of a brick's lower nodes

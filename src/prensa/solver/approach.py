@@ -240,9 +240,9 @@ def _brought(system: System, c: Context) -> Iterator[int]:
 
 
 def starts_inside(system: System, state: State, policy: Policy) -> list[tuple[StartsInside, Array]]:
-    """Tools that lie inside bodies when a run begins: what there is to say, and the way out (2,)."""
+    """Tools that lie inside bodies when a run begins: what there is to say, and the way out (d,)."""
     found: dict[str, tuple[StartsInside, Array]] = {}
-    if state.clock.number or system.dofs.dimension != 2:
+    if state.clock.number:
         return []
     for s in system.surfaces_at(state.clock.time):  # of overlaps that are meant there is nothing yet
         if s.opposite is not None:
@@ -269,7 +269,7 @@ def overlap_stages(system: System, c: Context, policy: Policy) -> list[Context]:
     fixed, values = c.plan.fixed, c.plan.values(c.time)
     back = np.zeros(system.ndof)
     for reason, way in inside:
-        back[system.tool_masters[reason.tool].dofs[:2]] = way
+        back[system.tool_masters[reason.tool].dofs[: len(way)]] = way
     count = int(np.ceil(max(reason.elements for reason, _ in inside) / policy.overlap_stage_ratio))
     return [
         replace(c, plan=replace(c.plan, groups=[Prescribed(fixed, values + (1.0 - share) * back[fixed])]))

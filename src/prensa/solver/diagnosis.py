@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prensa.errors import SolveError
+from prensa.errors import SolveError, coordinates
 from prensa.linear.rigid_modes import CLOSED, free_to_move
 from prensa.model.problem import stabilised
 from prensa.result.increment import Increment
@@ -236,7 +236,7 @@ def _node(system: System, node: int, result: NewtonResult, e: Evaluation) -> str
     block = next(b for b in system.blocks if b.body == body)
     x = system.positions(result.u)[node]
     element = int(np.flatnonzero((block.cells == node).any(axis=1))[0])
-    text = f"node {node - system.offsets[body]} of {body!r} at ({x[0]:.4g}, {x[1]:.4g}), element {element}"
+    text = f"node {node - system.offsets[body]} of {body!r} at ({coordinates(x)}), element {element}"
     for s, f in zip(system.surfaces, e.contacts):
         k = np.flatnonzero(((s.points.support == node) & (s.points.N > 0.0)).any(axis=1))
         if len(k) and np.isfinite(f.g[k[0]]):

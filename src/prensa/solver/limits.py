@@ -9,6 +9,7 @@ import numpy as np
 from prensa.checks.during.distortion import shapes
 from prensa.contact.forces import ContactForces
 from prensa.contact.surface import Surface
+from prensa.errors import coordinates
 from prensa.friction.law import bounded
 from prensa.policy import Policy
 from prensa.system.assembly import Block
@@ -20,15 +21,15 @@ from prensa.types import Array
 
 def limits(system: System, c: Context, e: Evaluation, policy: Policy) -> Iterator[str]:
     """Clauses on the elements and contacts that are at their limit at an evaluated iterate of a failed increment."""
+    yield from _flowing_alone(system, c, e, policy)
     if system.dofs.dimension == 2:
-        yield from _flowing_alone(system, c, e, policy)
         yield from _worn(system, c, policy)
-        yield from friction_limits(system, c, e, policy)
+    yield from friction_limits(system, c, e, policy)
 
 
 def friction_limits(system: System, c: Context, e: Evaluation, policy: Policy) -> Iterator[str]:
     """Clauses on the contacts whose friction is at its limit."""
-    for number, s in enumerate(system.surfaces if system.dofs.dimension == 2 else ()):
+    for number, s in enumerate(system.surfaces):
         yield from _friction(system, c, s, e.contacts[number], number, policy)
 
 
@@ -78,10 +79,10 @@ def _friction(
 
 def mostly_sheared(system: System, state: State, policy: Policy) -> bool:
     """Whether in a committed state the skin under a contact flows instead of sliding, at half of its closed points or more."""
-    for s in system.surfaces if system.dofs.dimension == 2 else ():
+    for s in system.surfaces:
         closed = state.contact.closed[s.rows]
         if closed.any() and system.problem.bodies[s.body].material.plastic:
-            shear = np.abs(state.contact.traction[s.rows]).reshape(len(closed), -1).max(axis=1)
+            shear = np.linalg.norm(state.contact.traction[s.rows].reshape(len(closed), -1), axis=1)
             full = closed & (shear > policy.full_shear_ratio * system.shear_strength(s, state))
             if 2 * full.sum() >= closed.sum():
                 return True
@@ -89,8 +90,7 @@ def mostly_sheared(system: System, state: State, policy: Policy) -> bool:
 
 
 def _element(system: System, block: Block, element: int) -> str:
-    x, y = system.X[block.cells[element]].mean(axis=0)[:2]
-    return f"element {element} of {block.body} (initially near {x:.4g}, {y:.4g})"
+    return f"element {element} of {block.body} (initially near {coordinates(system.X[block.cells[element]].mean(axis=0))})"
 
 
 def _friction_bound(c: Context, number: int, f: ContactForces) -> Array | None:

@@ -18,6 +18,7 @@ from prensa.kernels.compiled import njit
 from prensa.layout import DofMap
 from prensa.materials.laws import At, Material
 from prensa.materials.protocol import Flowing
+from prensa.mesh.bricks import SOLID_CORNERS
 from prensa.mesh.mesh import corner_cells
 from prensa.types import Array, Flags, Index, Ints
 
@@ -301,8 +302,9 @@ class Block:
 
     @property
     def corners(self) -> Index:
-        """Corner nodes (m, 3|4) of the elements."""
-        return corner_cells(self.cells)
+        """Corner nodes (m, 3|4) of the elements, (m, 4|8) in space."""
+        solid = self.element.layout.dimension == 3
+        return self.cells[:, : SOLID_CORNERS[self.cells.shape[1]]] if solid else corner_cells(self.cells)
 
     @property
     def undeformed(self) -> Array:

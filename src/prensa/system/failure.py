@@ -7,23 +7,46 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from prensa.elements.element import Why
+from prensa.errors import coordinates
+
+
+class Placed(Protocol):
+    """What has a place: (x, y), in space with ``z``, which is not a number in the plane."""
+
+    @property
+    def x(self) -> float:
+        """Coordinate along x."""
+
+    @property
+    def y(self) -> float:
+        """Coordinate along y."""
+
+    @property
+    def z(self) -> float:
+        """Coordinate along z."""
+
+
+def spot(at: Placed) -> str:
+    """A place in words."""
+    return coordinates(v for v in (at.x, at.y, at.z) if not math.isnan(v))
 
 
 @dataclass(frozen=True)
 class ElementFailed:
-    """An element that could not be evaluated; ``x``, ``y``: its centre in the initial configuration."""
+    """An element that could not be evaluated; ``x``, ``y``, ``z``: its centre in the initial configuration."""
 
     element: int
     body: str
     x: float
     y: float
     why: Why
+    z: float = math.nan
 
     def __str__(self) -> str:
-        return f"element {self.element} of {self.body} (initially near {self.x:.4g}, {self.y:.4g}) {self.why.value}"
+        return f"element {self.element} of {self.body} (initially near {spot(self)}) {self.why.value}"
 
 
 @dataclass(frozen=True)
@@ -108,11 +131,12 @@ class Inside(NamedTuple):
     depth: float
     other: int = -1
     through: str = ""
+    z: float = math.nan
 
     def __str__(self) -> str:
         what = f"node {self.node}" if self.other < 0 else f"the edge between nodes {self.node} and {self.other}"
         return (
-            f"{what} of {self.side!r} at ({self.x:.4g}, {self.y:.4g}) lies {self.depth:.3g} inside tool "
+            f"{what} of {self.side!r} at ({spot(self)}) lies {self.depth:.3g} inside tool "
             f"{self.tool!r}, which "
             + ("has penetrated the adjacent surface" if self.through else "no contact of that side is against")
         )
@@ -219,13 +243,14 @@ class TipsOver:
 
 @dataclass(frozen=True)
 class Tunnelled:
-    """A contact node (its number in the body; x, y at the start) on the far side of a tool after one increment."""
+    """A contact node (its number in the body; its place at the start) on the far side of a tool after one increment."""
 
     tool: str
     node: int
     body: str
     x: float
     y: float
+    z: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -250,23 +275,25 @@ class BeyondSmall:
 
 @dataclass(frozen=True)
 class CornerInverted:
-    """An element (x, y: its initial centre) a corner of which jumped beyond 180°."""
+    """An element (its initial centre) a corner of which jumped beyond 180°, of a brick to a negative Jacobian."""
 
     element: int
     body: str
     x: float
     y: float
+    z: float = math.nan
 
 
 @dataclass(frozen=True)
 class Collapsed:
-    """An element (x, y: its initial centre) that flowed by too large a ``strain`` in one increment."""
+    """An element (its initial centre) that flowed by too large a ``strain`` in one increment."""
 
     element: int
     body: str
     x: float
     y: float
     strain: float
+    z: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -299,7 +326,7 @@ class Folded:
 
 @dataclass(frozen=True)
 class Distorted:
-    """An element (x, y: its centre now) on which attempts fail again and again; ``shape``: its scaled Jacobian.
+    """An element (its centre now) on which attempts fail again and again; ``shape``: its scaled Jacobian.
 
     ``attempts``: how many failed, ``sides`` that it lies at, ``contacts`` that it is part of; ``past``: a side of it that has
     slid past a support, and that support.
@@ -314,6 +341,7 @@ class Distorted:
     sides: tuple[str, ...]
     contacts: tuple[str, ...]
     past: Past | None = None
+    z: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -388,8 +416,8 @@ def sentence(failure: Failure) -> str:
                 f"the tool of {contact} is driven into the point at ({x:.4g}, {y:.4g}), which a support holds: exact "
                 "enforcement has no compliance; release that point, leave it out of the contact surface, or use 'penalty'"
             )
-        case Tunnelled(tool, node, body, x, y):
-            return f"tool {tool!r} passed through node {node} of {body!r} at ({x:.4g}, {y:.4g}) in one increment"
+        case Tunnelled(tool, node, body):
+            return f"tool {tool!r} passed through node {node} of {body!r} at ({spot(failure)}) in one increment"
         case TurnedThrough(tool, body, angle):
             return f"tool {tool!r} turned by {in_degrees(angle)} in one increment, right through {body!r}"
         case BeyondSmall():
@@ -440,7 +468,7 @@ def _distorted(failure: Distorted) -> str:
     past = f"; side {failure.past.side!r} has slid past the support {failure.past.support!r}" if failure.past else ""
     contact = f", in contact {' and '.join(failure.contacts)}" if failure.contacts else ", which is in no contact"
     return (
-        f"element {failure.element} of {failure.body}, now near ({failure.x:.4g}, {failure.y:.4g}){at}{contact * bool(at)}, is "
+        f"element {failure.element} of {failure.body}, now near ({spot(failure)}){at}{contact * bool(at)}, is "
         f"too distorted: {failure.attempts} attempts failed there, and its scaled Jacobian is {failure.shape:.2g} (1 is a "
         f"rectangle, 0 a corner of 180°){past}"
     )
@@ -491,4 +519,4 @@ def in_degrees(angle: float) -> str:
 
 def place_of(failure: CornerInverted | Collapsed) -> str:
     """The element of a failure in words."""
-    return f"element {failure.element} of {failure.body} (initially near {failure.x:.4g}, {failure.y:.4g})"
+    return f"element {failure.element} of {failure.body} (initially near {spot(failure)})"

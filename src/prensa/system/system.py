@@ -556,8 +556,8 @@ class System:
             here = At(c.rule.seconds(block, c.seconds), now, data is not None, secant, held, begun)
             out = sweep(block, c.x_n, du, old, here, r, data, self.pattern, c.threads)
             if out.failed:
-                x, y = self.X[block.cells[out.failed.element]].mean(axis=0)[:2].tolist()
-                return Bulk(scale, floor, (), ElementFailed(out.failed.element, block.body, x, y, out.failed.why))
+                x, y, *z = self.X[block.cells[out.failed.element]].mean(axis=0).tolist()
+                return Bulk(scale, floor, (), ElementFailed(out.failed.element, block.body, x, y, out.failed.why, *z))
             history.append(out.history)
             scale += out.force_scale
         return Bulk(scale, floor, tuple(history))

@@ -77,6 +77,10 @@ class _Swept(Analytic):
         unit = known[0] if known else limit
         return marched_along(lambda x: self.closest(x).g, lambda x: self.closest(x).n, unit, xi, direction, limit)
 
+    def across(self, direction: Array, depth: float) -> tuple[float, float]:
+        """Widths of the section in a unit direction (2,) of its plane; see `Tool.across`."""
+        return self.section.across(direction, depth)
+
 
 @dataclass(frozen=True)
 class Prism(_Swept):

@@ -225,8 +225,8 @@ def _plate(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float]:
     if body.fixed["body.bottom"] != "xyz" or "body.left" in body.fixed or rng.random() < 0.5:
         return "plate", plate((0.0, body.high, 0.0), (0.0, -1.0, 0.0)), 0.3 * body.high
     a, b = rng.uniform(-0.05, 0.05, 2)
-    up = abs(a) * body.wide + abs(b) * body.deep
-    return "tilted plate", plate((0.0, body.high + up, 0.0), (a, -1.0, b)), 0.2 * body.high + up
+    up = 1.2 * (abs(a) * body.wide + abs(b) * body.deep)  # the right side of a warped box leans out by 20 % at most
+    return "tilted plate", plate((0.0, body.high + up, 0.0), (a, -1.0, b)), 0.2 * body.high + 3.0 * up
 
 
 def _ball(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float]:
@@ -243,7 +243,8 @@ def _punch(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float]:
     """Round or a bar, with a fillet of an element about."""
     least = min(body.wide, body.deep)
     width = number(rng, 0.8, 1.4) * least
-    return "punch", punch((0.0, body.high, 0.0), width, number(rng, 0.2, 0.4) * width, str(rng.choice(["x", "y", "z"]))), 0.08 * body.high
+    fillet, axis = number(rng, 0.2, 0.4) * width, str(rng.choice(["x", "y", "z"]))
+    return "punch", punch((0.0, body.high, 0.0), width, fillet, axis), 0.08 * body.high
 
 
 def _cone(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float]:

@@ -10,9 +10,10 @@ import numpy as np
 from prensa.checks.check import Committed, warning
 from prensa.checks.during.penetration import ON_EDGE
 from prensa.checks.thresholds import NOTABLE_DEPTH
+from prensa.contact.faces import FacePoints
 from prensa.contact.forces import ContactForces
 from prensa.contact.surface import Surface
-from prensa.errors import Finding
+from prensa.errors import Finding, coordinates
 from prensa.mesh.mesh import segments
 from prensa.model.remeshing import remeshing_of
 from prensa.system.system import System
@@ -20,10 +21,20 @@ from prensa.types import Array, Index
 
 
 class Dip(NamedTuple):
-    """An edge (2,) and its length, behind which a tool reaches, between its nodes, by a notable share of that length."""
+    """Nodes (2,) of an edge, (4,) of a face, and its length, behind which a tool reaches by a notable share of that."""
 
-    edge: Index
+    nodes: Index
     length: float
+
+
+def _inside(dimension: int) -> tuple[Array, Array]:
+    """Shape values (p, 2|4) of an edge or a face at places inside, and the parabola s (1 − s) (p, 1|2) along its sides."""
+    s = ON_EDGE
+    if dimension == 2:
+        return np.stack([1.0 - s, s], axis=1), (s * (1.0 - s))[:, None]
+    a, b = (v.ravel() for v in np.meshgrid(s, s, indexing="ij"))
+    N = np.stack([(1.0 - a) * (1.0 - b), a * (1.0 - b), a * b, (1.0 - a) * b], axis=1)
+    return N, np.stack([a * (1.0 - a), b * (1.0 - b)], axis=1)
 
 
 class BetweenNodes:
@@ -35,12 +46,12 @@ class BetweenNodes:
     def __init__(self, system: System) -> None:
         self.system = system
         # Meshes that are made anew follow their tools, and what one of them shows is soon gone.
-        none = system.dofs.dimension != 2 or system.on_undeformed or remeshing_of(system.problem) is not None
+        none = system.on_undeformed or remeshing_of(system.problem) is not None
         self.contacts = [] if none else [(i, s) for i, s in enumerate(system.tool_contacts) if not s.sharp]
-        self.edges = {s.name: segments(s.points.edges) for _, s in self.contacts}
-        # chords of quadratic edges are not where these lie, and other rules have points between nodes
-        self.nodal = {s.name for _, s in self.contacts if s.points.are_nodes and (s.points.shares.factor == 0.5).all()}
-        self.hollow = {s.name: _hollow(system.X[self.edges[s.name]]) for _, s in self.contacts}
+        self.pieces = {s.name: _pieces(s) for _, s in self.contacts}
+        self.N, self.parabola = _inside(system.dofs.dimension)
+        self.nodal = {s.name for _, s in self.contacts if _by_nodes(s)}
+        self.hollow = {s.name: _hollow(system.X[self.pieces[s.name]]) for _, s in self.contacts}
         self.reported: set[str] = set()
 
     def __call__(self, given: Committed) -> Iterator[Finding]:
@@ -63,12 +74,12 @@ class BetweenNodes:
         dip = self._deepest(s, x, u)
         if dip is None:
             return ""
-        a, b = (dip.edge - self.system.offsets[s.body]).tolist()
-        at, up = x[dip.edge].mean(axis=0).tolist()
+        *nodes, last = (dip.nodes - self.system.offsets[s.body]).tolist()
+        at = coordinates(x[dip.nodes].mean(axis=0))
         return (
             f"tool {s.against!r} lies more than {NOTABLE_DEPTH * dip.length:.3g} inside {'+'.join(s.description.surface)!r} "
-            f"between nodes {a} and {b}, at ({at:.4g}, {up:.4g}), and touches neither as deep: its edge or fillet is finer than "
-            "the elements, and forces are too small; shorten the elements there, or enlarge the fillet"
+            f"between nodes {', '.join(map(str, nodes))} and {last}, at ({at}), and touches none as deep: its edge or fillet is "
+            "finer than the elements, and forces are too small; shorten the elements there, or enlarge the fillet"
         )
 
     def _falls_short(self, s: Surface, f: ContactForces, x: Array, u: Array) -> str:
@@ -93,7 +104,7 @@ class BetweenNodes:
         largest of them on all dips, since the tool covers edges beside the last node that it presses, too. Nodes on a parabola of
         radius R miss L²/(12 R) at edges of length L. 0 where nodes have gone with the tool rather than before it.
         """
-        master, edges = self.system.tool_masters[s.against], self.edges[s.name]
+        master, pieces = self.system.tool_masters[s.against], self.pieces[s.name]
         push = s.points.to_nodes(f.weight * np.maximum(f.p, 0.0))
         first = self.system.offsets[s.body]
         moved = self.system.displacement(u)
@@ -102,44 +113,84 @@ class BetweenNodes:
         work = float((push * (way * master.seen(x[s.points.nodes], u).n).sum(axis=1))[push > 0.0].sum())
         if not work > 0.0:
             return 0.0
-        ends = x[edges]
-        sunk = np.minimum(np.asarray(master.shape.closest(master.local(ends.reshape(-1, 2), u)).g).reshape(-1, 2), 0.0)
-        places = ends[:, 0, None] + ON_EDGE[:, None] * (ends[:, 1] - ends[:, 0])[:, None]
-        g = np.asarray(master.shape.closest(master.local(places.reshape(-1, 2), u)).g).reshape(len(edges), -1)
-        between = sunk[:, :1] * (1.0 - ON_EDGE) + sunk[:, 1:] * ON_EDGE
+        ends = x[pieces]
+        sunk = np.minimum(self._gaps(s, ends, u), 0.0)
+        g = self._gaps(s, self.N @ ends, u)
         # a belt on its pulley: chords of a hollow side lie in a tool that the side itself goes along
-        length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
-        between -= 0.5 * (length * self.hollow[s.name])[:, None] * ON_EDGE * (1.0 - ON_EDGE)
+        between = sunk @ self.N.T - 0.5 * (_sides(ends) * self.hollow[s.name]) @ self.parabola.T
         # trapezoids: at the nodes themselves there is no dip
-        dips = np.maximum(np.where(np.isfinite(g), between - g, 0.0), 0.0).sum(axis=1) / (len(ON_EDGE) + 1)
-        return float(push.max() * dips.sum()) / work
+        dips = np.maximum(np.where(np.isfinite(g), between - g, 0.0), 0.0).sum(axis=1)
+        return float(push.max() * dips.sum()) / (len(ON_EDGE) + 1) ** self.parabola.shape[1] / work
+
+    def _gaps(self, s: Surface, x: Array, u: Array) -> Array:
+        """Gaps (m, k) of places x (m, k, d) to the tool of a contact."""
+        master = self.system.tool_masters[s.against]
+        return np.asarray(master.shape.closest(master.local(x.reshape(-1, x.shape[-1]), u)).g).reshape(x.shape[:2])
 
     def _deepest(self, s: Surface, x: Array, u: Array) -> Dip | None:
-        """The deepest dip over the length of its edge, for nodes at x (n, 2) of degrees of freedom u (ndof,)."""
-        master, edges = self.system.tool_masters[s.against], self.edges[s.name]
-        ends = x[edges]
-        length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+        """The deepest dip over the length of its piece, for nodes at x (n, d) of degrees of freedom u (ndof,)."""
+        pieces = self.pieces[s.name]
+        ends = x[pieces]
+        length = _sides(ends).max(axis=1)
         # an arc of radius R over a chord L rises by L²/(8 R), which is no notable share of L where R is larger than this
-        if float(length.max()) < 8.0 * NOTABLE_DEPTH * master.shape.radius:
+        if float(length.max()) < 8.0 * NOTABLE_DEPTH * self.system.tool_masters[s.against].shape.radius:
             return None
-        g = np.asarray(master.shape.closest(master.local(ends.reshape(-1, 2), u)).g).reshape(-1, 2)
+        g = self._gaps(s, ends, u)
         # gaps change by no more than the way
         near = np.flatnonzero(np.isfinite(g).all(axis=1) & (g.min(axis=1) < length))
         if not len(near):
             return None
-        way = ends[near, 1] - ends[near, 0]
-        places = ends[near, 0, None] + ON_EDGE[:, None] * way[:, None]
-        inwards = np.column_stack([-way[:, 1], way[:, 0]])[:, None]
         sunk = np.maximum(-g[near].min(axis=1), 0.0) / length[near]
-        # A narrow tool is nowhere deeper than half its width: it is looked for behind the edge, not for its depth in it.
-        behind = places + (NOTABLE_DEPTH + sunk)[:, None, None] * inwards
-        gaps = np.asarray(master.shape.closest(master.local(behind.reshape(-1, 2), u)).g).reshape(len(near), -1).min(axis=1)
+        # A narrow tool is nowhere deeper than half its width: it is looked for behind the piece, not for its depth in it.
+        into = -(NOTABLE_DEPTH + sunk)[:, None] * _outward(ends[near])
+        gaps = self._gaps(s, self.N @ ends[near] + into[:, None], u).min(axis=1)
         k = int(np.argmin(gaps))
-        return Dip(edges[near[k]], float(length[near[k]])) if gaps[k] < 0.0 else None
+        return Dip(pieces[near[k]], float(length[near[k]])) if gaps[k] < 0.0 else None
+
+
+def _pieces(s: Surface) -> Index:
+    """Straight edges (m, 2) or faces (m, 4) of a contact surface."""
+    return s.points.faces if isinstance(s.points, FacePoints) else segments(s.points.edges)
+
+
+def _by_nodes(s: Surface) -> bool:
+    """Whether points are nodes of straight pieces: chords of quadratic edges are not where these lie."""
+    p = s.points
+    return isinstance(p, FacePoints) or (p.are_nodes and bool((p.shares.factor == 0.5).all()))
+
+
+def _sides(x: Array) -> Array:
+    """Lengths (m, 1) of edges x (m, 2, 2), or mean lengths (m, 2) of the opposite sides of faces x (m, 4, 3)."""
+    length = np.linalg.norm(np.roll(x, -1, axis=1) - x, axis=2)
+    return length[:, :1] if x.shape[1] == 2 else 0.5 * (length[:, :2] + length[:, 2:])
+
+
+def _outward(x: Array) -> Array:
+    """Normals (m, d), as long as their longest side, of edges x (m, 2, 2) or faces x (m, 4, 3)."""
+    if x.shape[1] == 2:
+        t = x[:, 1] - x[:, 0]
+        return np.stack([t[:, 1], -t[:, 0]], axis=1)
+    n = np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
+    return np.asarray(n * (_sides(x).max(axis=1) / np.linalg.norm(n, axis=1))[:, None])
 
 
 def _hollow(ends: Array) -> Array:
-    """Sines (m,) by which a side turns inwards along its edges, ends (m, 2, 2) with the body on the left; 0 where it bulges."""
+    """Sines (m, 1|2) by which a side turns inwards along its edges (m, 2, 2), body on the left, or faces (m, 4, 3); else 0."""
+    return _hollow_faces(ends) if ends.shape[1] == 4 else _hollow_edges(ends)[:, None]
+
+
+def _hollow_faces(x: Array) -> Array:
+    """Along the two pairs of sides of a face: changes of the normals at nodes, which are means of those of faces."""
+    flat, place = np.unique(x.reshape(-1, 3), axis=0, return_inverse=True)
+    n = np.zeros_like(flat)
+    np.add.at(n, place.reshape(x.shape[:2]), _outward(x)[:, None])
+    at = (n / np.linalg.norm(n, axis=1)[:, None])[place.reshape(x.shape[:2])]
+    t, change = (np.roll(v, -1, axis=1) - v for v in (x, at))
+    inwards = -(t * change).sum(axis=2) / np.linalg.norm(t, axis=2)
+    return np.asarray(np.maximum(inwards, 0.0).reshape(-1, 2, 2).max(axis=1))
+
+
+def _hollow_edges(ends: Array) -> Array:
     t = ends[:, 1] - ends[:, 0]
     t = t / np.hypot(*t.T)[:, None]
     turn = t[:-1, 1] * t[1:, 0] - t[:-1, 0] * t[1:, 1]

@@ -10,7 +10,7 @@ from prensa.checks.check import Committed, Failed, Finished, warning
 from prensa.checks.thresholds import NOTABLE_DEPTH, SLIGHT
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.record import magnitude
-from prensa.errors import Finding
+from prensa.errors import Finding, coordinates
 from prensa.model.problem import Problem, Step
 from prensa.system.system import System
 
@@ -27,7 +27,7 @@ def penetrations(system: System, given: Committed) -> Iterator[Finding]:
             x, node = s.X[k], s.points.support[k, np.argmax(s.points.N[k])]
             into, other = ("the tool", ", or use 'augmented'") if s.opposite is None else (repr(s.against), "")
             yield warning(
-                f"contact {s.name}: node {node - system.offsets[s.body]} (initially at {x[0]:.4g}, {x[1]:.4g}) lies "
+                f"contact {s.name}: node {node - system.offsets[s.body]} (initially at {coordinates(x)}) lies "
                 f"{-f.g[k]:.3g} inside {into}, {depth[k]:.2g} of an element: raise its stiffness 'beta'{other}"
             )
 

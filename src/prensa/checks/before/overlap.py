@@ -105,6 +105,21 @@ def within(x: Array, a: Array, b: Array) -> Flags:
     return np.asarray((across & (crossing > x[:, :1])).sum(axis=1) % 2 == 1)
 
 
+def within_faces(x: Array, points: Array, faces: Index) -> Flags:
+    """Whether places x (n, 3) lie in a body of closed ``faces`` (k, 4): they see all of it around them, or nothing on balance.
+
+    Solid angles of two triangles a face (van Oosterom and Strackee 1983).
+    """
+    angle = np.zeros(len(x))
+    for corners in (faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]):
+        a, b, c = (points[corners[:, k]] - x[:, None] for k in range(3))
+        la, lb, lc = (np.linalg.norm(v, axis=2) for v in (a, b, c))
+        volume = (a * np.cross(b, c)).sum(axis=2)
+        below = la * lb * lc + (a * b).sum(axis=2) * lc + (b * c).sum(axis=2) * la + (c * a).sum(axis=2) * lb
+        angle += 2.0 * np.arctan2(volume, below).sum(axis=1)
+    return np.asarray(angle > 2.0 * np.pi)
+
+
 def overlapping_bodies(system: System) -> Iterator[Finding]:
     """Bodies that lie in one another, or on one another without a tie."""
     for o in overlaps(system):

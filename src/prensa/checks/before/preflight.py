@@ -39,8 +39,6 @@ from prensa.model.remeshing import remeshing_of
 from prensa.system.moments import moments
 from prensa.system.system import System
 
-IN_ANY_SPACE: tuple[Check[System], ...] = (obsolete_keys,)
-"""Those that know bodies in space."""
 AT_REST: tuple[Check[System], ...] = (tool_sizes, surface_corners, starting_places, overlapping_bodies)
 """Those of where things are before anything moves."""
 CHECKS: tuple[Check[System], ...] = (
@@ -48,7 +46,9 @@ CHECKS: tuple[Check[System], ...] = (
     standstills, travels, small_strain, feeding, new_sizes, mounts, turns, off_centre, thick_sheets, *AT_REST, tools_inside,
     tool_paths, rigid_motions, joint_motions, tied_gaps, measured_places, closed_dies,
 )  # fmt: skip
-"""In the plane, in the order in which they are reported."""
+"""In the order in which they are reported."""
+OF_THE_PLANE: tuple[Check[System], ...] = (mesh_shapes, tool_sizes, rigid_motions, joint_motions)
+"""Those of them that know nothing of bodies in space."""
 AFTER: dict[Check[System], tuple[Check[System], ...]] = {tools_inside: AT_REST, tool_paths: (*AT_REST, tools_inside)}
 """Check → those after which it has nothing to say if one of them refuses the problem."""
 
@@ -57,7 +57,8 @@ def preflight(system: System) -> list[Finding]:
     """All findings on a discretised problem, the fatal ones first."""
     found: list[Finding] = []
     refused: set[Check[System]] = set()
-    for check in CHECKS if system.dofs.dimension == 2 else IN_ANY_SPACE:
+    solid = system.dofs.dimension == 3
+    for check in (c for c in CHECKS if not (solid and c in OF_THE_PLANE)):
         if refused.isdisjoint(AFTER.get(check, ())):
             own = list(check(system))
             found += own

@@ -50,7 +50,7 @@ def pressed_far(system: System, stage: Stage) -> Iterator[tuple[str, float, floa
 def _reach(system: System, s: Surface, plan: StepPlan, u: Array, way: Array) -> tuple[float, float] | None:
     """How deep a tool presses a node in by a way (d,) from dofs u, and how far that is from what holds it against that."""
     pairs = system.nodes_seen(s, u)
-    # Supports hold along x or y: only what is pressed along one of them is held against it.
+    # Supports hold along axes: only what is pressed along one of them is held against it.
     k = int(np.argmin(np.where(np.abs(pairs.n).max(axis=1) > ALONG, pairs.g, np.inf)))
     depth, axis = float(way @ pairs.n[k] - pairs.g[k]), int(np.argmax(np.abs(pairs.n[k])))
     if not depth > 0 or abs(pairs.n[k, axis]) < ALONG:
@@ -59,7 +59,7 @@ def _reach(system: System, s: Surface, plan: StepPlan, u: Array, way: Array) -> 
     first = system.offsets[s.body]
     mine = (along == axis) & (nodes >= first) & (nodes < first + len(system.meshes[s.body].points))
     x = system.positions(u)
-    far = float(np.hypot(*(x[nodes[mine]] - x[s.points.nodes[k]]).T).min()) if mine.any() else 0.0
+    far = float(np.linalg.norm(x[nodes[mine]] - x[s.points.nodes[k]], axis=1).min()) if mine.any() else 0.0
     return (depth, far) if far > float(s.points.depth.min()) else None
 
 
@@ -77,7 +77,7 @@ def driven_apart(system: System, stage: Stage) -> Iterator[tuple[str, float, flo
         nodes, _ = field.split(g.dofs)
         here = (name.partition(".")[0], axis, system.X[nodes].mean(axis=0), float(u[g.dofs].mean()))
         for body, along, middle, value in held:
-            far = float(np.hypot(*(here[2] - middle)))
+            far = float(np.linalg.norm(here[2] - middle))
             if (body, along) == here[:2] and far > 0 and here[3] != value:
                 yield body, abs(here[3] - value), far
         held.append(here)

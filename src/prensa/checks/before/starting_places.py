@@ -9,7 +9,7 @@ import numpy as np
 from prensa.checks.thresholds import NO_DIFFERENCE, NOTABLE_DEPTH, TOWARDS
 from prensa.contact.pairing import Pairs
 from prensa.contact.surface import Surface
-from prensa.errors import Finding, Severity
+from prensa.errors import Finding, Severity, coordinates
 from prensa.linear.rigid_modes import CLOSED
 from prensa.model.interference import interference_of
 from prensa.system.system import System
@@ -54,11 +54,10 @@ def starting_places(system: System) -> Iterator[Finding]:
         behind = np.where(facing > TOWARDS, depth, 0.0)
         k = int(np.argmax(behind))
         if behind[k] > NOTABLE_DEPTH and not start.contact.closed[s.rows].any():
-            x, y = system.X[nodes[k]]
-            to_touch = _to_touch(system, s, int(nodes[k]))
+            to_touch, at = _to_touch(system, s, int(nodes[k])), coordinates(system.X[nodes[k]])
             yield Finding(
                 f"tools.{name}",
-                f"it starts so deep inside {surface!r} that node {nodes[k] - system.offsets[s.body]} ({x:.4g}, {y:.4g}) is "
+                f"it starts so deep inside {surface!r} that node {nodes[k] - system.offsets[s.body]} ({at}) is "
                 "nearer to its far side, through which it would be pulled: move the tool "
                 f"out{to_touch}{tool.description.hint()}",
                 Severity.REFUSE,
@@ -72,18 +71,17 @@ def _inside(system: System, s: Surface, pairs: Pairs, depth: Array) -> Finding:
     """What to say of a tool that starts inside a surface; its nodes are as deep as ``depth`` (n,) over an element."""
     nodes, tool, surface = s.points.nodes, system.tool_masters[s.against].tool, "+".join(s.description.surface)
     k = int(np.argmax(depth))
-    x, y = system.X[nodes[k]]
-    n, unit = pairs.n[k], system.problem.units.length
+    # Adding 0.0 turns a minus zero into a zero.
+    way, unit = pairs.g[k] * pairs.n[k] + 0.0, system.problem.units.length
     plastic = system.problem.bodies[s.body].material.plastic
     return Finding(
         f"tools.{tool.name}",
         f"it starts {-pairs.g[k]:.4g} inside {surface!r}, deepest at node {nodes[k] - system.offsets[s.body]} "
-        f"({x:.4g}, {y:.4g}): the first increment has to push it out; "
+        f"({coordinates(system.X[nodes[k]])}): the first increment has to push it out; "
         + (
             _along_axis(system, s)
             if system.axisymmetric
-            # Adding 0.0 turns a minus zero into a zero.
-            else f"move the tool by ({pairs.g[k] * n[0] + 0.0:.4g}, {pairs.g[k] * n[1] + 0.0:.4g}) {unit}"
+            else f"move the tool by ({coordinates(way)}) {unit}"
             + _to_touch(system, s, int(nodes[k]))
         )
         + (tool.description.hint() if depth[k] > SUNK else "")

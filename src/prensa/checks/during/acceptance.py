@@ -43,6 +43,12 @@ MAX_TOOL_ROTATION = 0.8
 SWEPT_DEPTH_RATIO = 0.5
 """Penetration over element depth, beyond that at the end, with which a turning tool went through a body."""
 
+EDGES_AT = {
+    4: ((1, 2, 3), (2, 0, 3), (0, 1, 3), (1, 0, 2)),
+    8: ((1, 3, 4), (2, 0, 5), (3, 1, 6), (0, 2, 7), (7, 5, 0), (4, 6, 1), (5, 7, 2), (6, 4, 3)),
+}
+"""Ends of the three edges at each corner of tetrahedra and bricks, counter-clockwise seen from outside."""
+
 
 class Corners:
     """Least corners of the elements of a system (see `least_corner`). Two ask for them: they are kept from one to the other."""
@@ -98,18 +104,17 @@ def _deformed(system: System, policy: Policy, corners: Corners, c: Context, resu
             yield cut_by(inverted)
         if growth is not None and growth.max() > COLLAPSE_STRAIN:
             worst = int(np.argmax(growth)) // growth.shape[1]  # of (elements, points)
-            yield cut_by(Collapsed(worst, block.body, *_centre(system, block, worst), float(growth.max())))
+            x, y, *z = _centre(system, block, worst)
+            yield cut_by(Collapsed(worst, block.body, x, y, float(growth.max()), *z))
 
 
 def _corner(system: System, policy: Policy, corners: Corners, block: Block, c: Context, u: Array) -> Failure | None:
-    """A corner that jumped beyond 180°; None if there is none.
+    """A corner that jumped beyond 180°, of a brick to a negative Jacobian; None if there is none.
 
     A corner of 180° is no fold: a free side that rolls onto a die makes such elements, and they answer well. One that
     passes 180° little by little is reported (`Folding`). One that jumps there in a single increment belongs to another,
     impossible solution.
     """
-    if system.dofs.dimension != 2:  # bricks have det f > 0 at their points, and no more is asked of them yet
-        return None
     corner = corners.least(block, u)
     worst = int(np.argmin(corner))
     if not corner[worst] < policy.inverted_corner_ratio:
@@ -119,14 +124,19 @@ def _corner(system: System, policy: Policy, corners: Corners, block: Block, c: C
     return CornerInverted(worst, block.body, *_centre(system, block, worst))
 
 
-def _centre(system: System, block: Block, element: int) -> tuple[float, float]:
-    """Centre of an element in the initial configuration."""
-    x, y = system.X[block.cells[element]].mean(axis=0)[:2].tolist()
-    return x, y
+def _centre(system: System, block: Block, element: int) -> list[float]:
+    """Centre of an element in the initial configuration, two coordinates or three."""
+    out: list[float] = system.X[block.cells[element]].mean(axis=0).tolist()
+    return out
 
 
 def least_corner(x: Array) -> Array:
-    """Least corner triangle of polygons x (3|4, e, 2) over the mean of all: 0 at 180°, negative beyond → (e,)."""
+    """Least corner of elements over the mean of all their corners (e,): 0 at 180°, negative beyond.
+
+    Of polygons x (3|4, e, 2) the triangles at their corners, of solids x (4|8, e, 3) the tetrahedra of the three edges there.
+    """
+    if x.shape[2] == 3:
+        return _least_tetrahedron(x)
     along = np.empty_like(x)  # to the next corner
     np.subtract(x[1:], x[:-1], out=along[:-1])
     np.subtract(x[0], x[-1], out=along[-1])
@@ -138,29 +148,35 @@ def least_corner(x: Array) -> Array:
     return np.asarray(area.min(axis=0) / np.maximum(np.abs(area.mean(axis=0)), SMALLEST))
 
 
+def _least_tetrahedron(x: Array) -> Array:
+    volume = np.empty(x.shape[:2])
+    for corner, (a, b, c) in enumerate(EDGES_AT[len(x)]):
+        volume[corner] = np.einsum("ei,ei->e", np.cross(x[a] - x[corner], x[b] - x[corner]), x[c] - x[corner])
+    return np.asarray(volume.min(axis=0) / np.maximum(np.abs(volume.mean(axis=0)), SMALLEST))
+
+
 def tunnelled(system: System, state: State, u: Array, policy: Policy = DEFAULT) -> Tunnelled | None:
     """A contact point that got from one side of a tool to another in a single increment; None if none did.
 
     Both ends of the increment are free of contact, so no residual can tell. Ways are straight in the frame of the tool.
     """
     for s in system.tool_contacts:
-        if system.dofs.dimension != 2 or system.tool_masters[s.against].shape.half_space:  # nothing gets through a half-space
+        if system.tool_masters[s.against].shape.half_space:  # nothing gets through a half-space
             continue
         start, end = (_in_tool(system, s, v) for v in (state.u, u))
         through = _through(system, s, start, end, policy)
         if through.any():
             k = int(np.flatnonzero(through)[0])
             node = s.points.nodes[k]
-            x, y = system.positions(state.u)[node].tolist()
-            return Tunnelled(s.against, int(node - system.offsets[s.body]), s.body, x, y)
+            return Tunnelled(s.against, int(node - system.offsets[s.body]), s.body, *system.positions(state.u)[node].tolist())
     return None
 
 
 def _through(system: System, s: Surface, start: Array, end: Array, policy: Policy) -> Flags:
-    """Nodes (k,) of a surface whose straight ways (k, 2) in the frame of the tool lead through it."""
+    """Nodes (k,) of a surface whose straight ways (k, d) in the frame of the tool lead through it."""
     tool = system.tool_masters[s.against].tool
     h = min(float(s.points.depth.min()), tool.thickness)
-    length = np.hypot(*(end - start).T)
+    length = np.linalg.norm(end - start, axis=1)
     if length.max() < TUNNEL_MIN_RATIO * h:
         return np.zeros(len(start), dtype=bool)
     # only what is outside at both ends and goes farther than to the tool and back may have got through (twice as far: shapes of
@@ -212,7 +228,7 @@ def _turns(angles: Array) -> Array:
 
 
 def _in_tool(system: System, s: Surface, u: Array) -> Array:
-    """Places (k, 2) of the nodes of a surface in the frame of its tool."""
+    """Places (k, d) of the nodes of a surface in the frame of its tool."""
     return system.tool_masters[s.against].local(system.positions(u)[s.points.nodes], u)
 
 

@@ -37,21 +37,24 @@ class Folding:
 
     def __call__(self, given: Solved) -> Iterator[Finding]:
         """Inside condensed bodies, which are linear, nothing folds."""
-        if given.complete:
+        if given.complete and self.system.dofs.dimension == 3:
+            yield from self._bricks(self.folded(given.result.u))
+        elif given.complete:
             yield from self.look(given.context, given.result.u, self.folded(given.result.u))
         elif given.context.ends_step:
             self.since.clear()
 
     def folded(self, u: Array) -> list[tuple[Block, int]]:
         """Elements that fold over themselves, the worst of each body first, for degrees of freedom u (ndof,)."""
-        if self.system.dofs.dimension != 2 or self.system.problem.kinematics == "small":
+        if self.system.problem.kinematics == "small":
             return []
         if self._at is u:  # another check has asked
             return self._folded
         x, out = self.system.positions(u), list[tuple[Block, int]]()
         for block in self.system.blocks:
             shape, least = self.corners.least(block, u), self.policy.inverted_corner_ratio
-            if block.cells.shape[1] > block.corners.shape[1] and not shape.min() < least:
+            quadratic = block.cells.shape[1] > block.corners.shape[1] and self.system.dofs.dimension == 2
+            if quadratic and not shape.min() < least:
                 # Sides of quadratic elements can fold between healthy corners; they are only looked at where the corners say
                 # nothing.
                 shape = least_on_sides(x.take(block.cells.T, axis=0))
@@ -62,12 +65,19 @@ class Folding:
 
     def creased(self, c: Context, folded: list[tuple[Block, int]]) -> Index | None:
         """Nodes of ``folded`` elements on sides that are in no contact and that nothing supports; None without such elements."""
+        if self.system.dofs.dimension == 3:
+            return None
         nodes = [
             np.intersect1d(block.cells[element], side_nodes(self.system, side))
             for block, element in folded
             for side in free_sides(self.system, c.plan.fixed, block.body, block.cells[element])
         ]
         return np.unique(np.concatenate(nodes)) if nodes else None
+
+    def _bricks(self, folded: list[tuple[Block, int]]) -> Iterator[Finding]:
+        """In space the worst of the elements with a corner that is turned inside out is reported once, whatever made it so."""
+        if folded and not self.reported:
+            yield self._reported(*folded[0], "", "stresses there are unreliable; use a finer mesh, or a larger fillet of the tool")
 
     def look(self, c: Context, u: Array, folded: list[tuple[Block, int]]) -> Iterator[Finding]:
         """What there is to say of the worst of the ``folded`` elements of a converged increment, or why the run ends with it."""
@@ -97,8 +107,8 @@ class Folding:
     def _reported(self, block: Block, element: int, support: str, words: str) -> Finding:
         """A warning of an element; notes the support that its side is past, '' for none."""
         self.reported.add(support)
-        x, y = self.system.X[block.cells[element]].mean(axis=0)[:2].tolist()
-        return warning(f"{place_of(CornerInverted(element, block.body, x, y))} folds over itself: {words}")
+        place = self.system.X[block.cells[element]].mean(axis=0).tolist()
+        return warning(f"{place_of(CornerInverted(element, block.body, *place))} folds over itself: {words}")
 
     def _cause(self, c: Context, block: Block, element: int) -> str:
         """What makes an element fold that is past no support, and what to do."""

@@ -6,22 +6,24 @@ them that a narrow tool reaches between its nodes.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.before.overlap import within
+from prensa.checks.before.overlap import within, within_faces
 from prensa.checks.check import Solved, ended_by
 from prensa.checks.during.folding import Folding
 from prensa.checks.thresholds import SLIGHT, TOUCHING_DEPTH
 from prensa.contact.integration import depth_of
 from prensa.errors import Finding
-from prensa.mesh.mesh import segments
+from prensa.mesh.bricks import FACES, BrickMesh
+from prensa.mesh.mesh import Mesh, segments
 from prensa.system.contact_surfaces import named_edges, symmetric
 from prensa.system.failure import Inside, MetalInside
 from prensa.system.system import System
-from prensa.types import Array, Index
+from prensa.types import Array, Flags, Index
 
 NARROW = 0.02
 """Depth over element size between nodes that counts as none: a narrow tool is no deeper there than half its width."""
@@ -67,7 +69,7 @@ class Penetration:
 
 def watches(system: System) -> list[Watch]:
     """What to look at in a system: for each tool the nodes of outlines that neither a contact nor ``no_contact`` names."""
-    if system.dofs.dimension != 2 or system.gone:
+    if system.gone:
         return []
     nodes, size, pieces = _outlines(system)
     out = []
@@ -85,9 +87,18 @@ def watches(system: System) -> list[Watch]:
 
 
 def _outlines(system: System) -> tuple[Index, Array, Index]:
-    """Nodes (n,) of all outlines in order, the least length or depth (n,) of the elements at them, straight pieces (k, 2)."""
+    """Nodes (n,) of all outlines in order, the least length or depth (n,) of the elements at them, straight pieces (k, 2).
+
+    Of bodies in space the nodes and edges of their faces.
+    """
     nodes, sizes, pieces = [], [], []
     for body, mesh in system.meshes.items():
+        if isinstance(mesh, BrickMesh):
+            own, size, edges = _skin(mesh)
+            nodes.append(own + system.offsets[body])
+            sizes.append(size)
+            pieces.append(edges + system.offsets[body])
+            continue
         edges = mesh.boundary
         length = np.hypot(*(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]]).T)
         h = np.minimum(length, depth_of(edges, mesh.cells, mesh.points))
@@ -100,8 +111,20 @@ def _outlines(system: System) -> tuple[Index, Array, Index]:
     return np.concatenate(nodes), np.concatenate(sizes), np.concatenate(pieces)
 
 
+def _skin(mesh: BrickMesh) -> tuple[Index, Array, Index]:
+    """Nodes (n,) on the faces of a body, the shortest edge (n,) of the elements there, and the edges (k, 2) of its faces."""
+    edges, inner = (
+        np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
+        for faces in (mesh.boundary, mesh.cells[:, FACES].reshape(-1, 4))
+    )
+    size = np.full(len(mesh.points), np.inf)
+    np.minimum.at(size, inner, np.linalg.norm(mesh.points[inner[:, 1]] - mesh.points[inner[:, 0]], axis=1)[:, None])
+    own = np.unique(mesh.boundary)
+    return own, size[own], np.unique(np.sort(edges, axis=1), axis=0)
+
+
 def _before(system: System, w: Watch, u: Array) -> Array:
-    """The nodes (n, 2) of a watch in the frame of its tool, for degrees of freedom u (ndof,)."""
+    """The nodes (n, d) of a watch in the frame of its tool, for degrees of freedom u (ndof,)."""
     return system.tool_masters[system.tools[w.tool].name].local(system.positions(u)[w.nodes], u)
 
 
@@ -145,14 +168,14 @@ def inside(
 
 
 def _between(system: System, w: Watch, x: Array, g: Array) -> tuple[Array, Index, Index]:
-    """Gaps (m,) of the nodes at x (n, 2), whose gaps are g (n,), and of places on edges that a tool may reach between its nodes.
+    """Gaps (m,) of the nodes at x (n, d), whose gaps are g (n,), and of places on edges that a tool may reach between its nodes.
 
     With the node (m,) of each, and its edge (m,), -1 of the nodes themselves. A place has a gap that is no less than that of a
     node, less the way to it: edges with longer ones are out of reach.
     """
     nodes, none = np.arange(len(g)), np.full(len(g), -1)
     a, b = w.edges.T
-    near = (g[a] > 0) & (g[b] > 0) & (g[a] + g[b] < np.hypot(*(x[b] - x[a]).T))
+    near = (g[a] > 0) & (g[b] > 0) & (g[a] + g[b] < np.linalg.norm(x[b] - x[a], axis=1))
     if not near.any():
         return g, nodes, none
     edge = np.repeat(np.flatnonzero(near), len(ON_EDGE))
@@ -166,11 +189,11 @@ def _between(system: System, w: Watch, x: Array, g: Array) -> tuple[Array, Index
 def _on_edge(system: System, w: Watch, found: Inside, edge: int, u: Array) -> Inside:
     """What was found at a node of an edge of a watch, reported for the edge and its middle."""
     ends = w.nodes[w.edges[edge]]
-    x, y = (system.X[ends] + system.displacement(u)[ends]).mean(axis=0)
+    x, y, *z = (system.X[ends] + system.displacement(u)[ends]).mean(axis=0).tolist()
     first, edges = system.offsets[found.body], system.meshes[found.body].edges
     sides = [name for name, e in edges.items() if any(set(ends - first) <= set(piece) for piece in e.tolist())]
     side = f"{found.body}.{sides[0]}" if sides else found.side
-    return found._replace(node=int(ends[0] - first), other=int(ends[1] - first), x=float(x), y=float(y), side=side)
+    return found._replace(node=int(ends[0] - first), other=int(ends[1] - first), x=x, y=y, side=side, z=z[0] if z else math.nan)
 
 
 def engulfed(system: System) -> list[tuple[str, str]]:
@@ -185,10 +208,17 @@ def engulfed(system: System) -> list[tuple[str, str]]:
         place = middle + tool.at + system.place_of(t, u)[: system.dofs.dimension]
         meant = {name for entry in system.problem.no_contact if entry.against == tool.name for name in entry.surface}
         for body, mesh in system.meshes.items():
-            own, edges = x[system.offsets[body] :][: len(mesh.points)], segments(mesh.boundary)
-            if body not in meant and within(place, own[edges[:, 0]], own[edges[:, 1]]).all():
+            if body not in meant and _within_body(place, mesh, x[system.offsets[body] :][: len(mesh.points)]).all():
                 out.append((tool.name, body))
     return out
+
+
+def _within_body(x: Array, mesh: Mesh, points: Array) -> Flags:
+    """Whether places x (n, d) lie in a body whose nodes are at ``points``."""
+    if isinstance(mesh, BrickMesh):
+        return within_faces(x, points, mesh.boundary)
+    edges = segments(mesh.boundary)
+    return within(x, points[edges[:, 0]], points[edges[:, 1]])
 
 
 def _described(system: System, w: Watch, k: int, deep: Index, u: Array, depth: float) -> Inside:
@@ -198,11 +228,11 @@ def _described(system: System, w: Watch, k: int, deep: Index, u: Array, depth: f
     first, edges = system.offsets[body], system.meshes[body].edges
     sides = [name for name, e in edges.items() if node - first in e]
     side = max(sides, key=lambda name: int(np.isin(deep - first, edges[name]).sum()), default="")
-    x, y = system.X[node] + system.displacement(u)[node]
+    x, y, *z = (system.X[node] + system.displacement(u)[node]).tolist()
     name = f"{body}.{side}" if side else body
     met = any(s.body == body for s in system.against(system.tools[w.tool].name))
     through = ""
-    if met and side and symmetric(system.problem, body, system.meshes[body], edges[side]).all():
+    if met and side and system.dofs.dimension == 2 and symmetric(system.problem, body, system.meshes[body], edges[side]).all():
         again = ", or 'remesh: auto'" if system.problem.bodies[body].material.plastic else ""
         through = f"a finer mesh where the tool presses, a larger radius or 'fillet' of it{again}"
-    return Inside(system.tools[w.tool].name, node - first, body, name, float(x), float(y), depth, through=through)
+    return Inside(system.tools[w.tool].name, node - first, body, name, x, y, depth, -1, through, *z)

@@ -56,7 +56,7 @@ class Validity:
     def __init__(self, system: System, policy: Policy) -> None:
         self.system, self.policy = system, policy
         p = system.problem
-        self.small = system.dofs.dimension == 2 and p.kinematics == "small" and not p.allow_large_strain
+        self.small = p.kinematics == "small" and not p.allow_large_strain
         self.metals = dict(metals_of(p))
         self.seen: dict[str, Deformation] = {}
         self.used_to: dict[str, float] = {}
@@ -68,7 +68,7 @@ class Validity:
         self._slopes: dict[str, Array] = {}
         self._areas: dict[str, Array] = {}
         self._volumes: dict[str, Array] = {}
-        self.finite = system.dofs.dimension == 2 and p.kinematics == "finite" and p.remesh == "off"
+        self.finite = p.kinematics == "finite" and p.remesh == "off"
 
     def __call__(self, given: Committed) -> Iterator[Finding]:
         """Note a committed increment, and end the run with one in which small-strain kinematics does not hold."""
@@ -185,34 +185,42 @@ class Validity:
             if self.system.problem.space != "plane stress":
                 self._note_volume(block, moved)
             return
-        if block.body not in self._slopes:
-            self._slopes[block.body] = slopes(self.system.X[block.corners])
-        u, N = moved.take(block.corners, axis=0), self._slopes[block.body]
-        f11, f22 = 1.0 + np.einsum("ma,ma->m", u[..., 0], N[..., 0]), 1.0 + np.einsum("ma,ma->m", u[..., 1], N[..., 1])
-        f12, f21 = np.einsum("ma,ma->m", u[..., 0], N[..., 1]), np.einsum("ma,ma->m", u[..., 1], N[..., 0])
-        # mean square of the two principal stretches, whose product is det F
-        det, middle = f11 * f22 - f12 * f21, 0.5 * (f11**2 + f12**2 + f21**2 + f22**2)
-        apart = np.sqrt(np.maximum(middle**2 - det**2, 0.0))
-        stretch = np.sqrt(np.maximum(np.array([middle - apart, middle + apart]), SMALLEST))
-        strain = _exceeded(np.abs(np.log(stretch)).max(axis=0), block.volume.sum(axis=1), VOLUME_SHARE)
+        F = np.eye(moved.shape[1]) + self._gradients(block, moved)
+        square = np.maximum(principal(np.swapaxes(F, 1, 2) @ F), SMALLEST)  # of the principal stretches
+        strain = _exceeded(0.5 * np.abs(np.log(square)).max(axis=1), block.volume.sum(axis=1), VOLUME_SHARE)
         if strain > max(STRAIN_WARNING, self.stretched.get(block.body, 0.0)):
             self.stretched[block.body] = strain
 
     def _note_volume(self, block: Block, moved: Array) -> None:
         """Note the loss of volume of a body that flows, at the centres of its elements, where a share exceeds it."""
-        corners, X = block.corners.T, self.system.X
-        if block.body not in self._areas:
-            self._areas[block.body], self._volumes[block.body] = _area(X, corners), block.volume.sum(axis=1)
-        # of bilinear elements too, det F at the centre is what the area of the corners became
-        det, volume = _area(X + moved, corners) / self._areas[block.body], self._volumes[block.body]
-        if self.system.axisymmetric:
-            det *= 1.0 + moved[:, 0].take(corners).sum(axis=0) / X[:, 0].take(corners).sum(axis=0)
+        if block.body not in self._volumes:
+            self._volumes[block.body] = block.volume.sum(axis=1)
+        det, volume = self._determinants(block, moved), self._volumes[block.body]
         known = max(STRAIN_LIMIT, self.squeezed.get(block.body, 0.0))
         kept = float(volume[1.0 - det <= known].sum())
         if kept < (1.0 - VOLUME_SHARE) * float(volume.sum()):  # most increments need no sorting
             lost = _exceeded(1.0 - det, volume, VOLUME_SHARE)
             if lost > known:
                 self.squeezed[block.body] = lost
+
+    def _determinants(self, block: Block, moved: Array) -> Array:
+        """Determinants (m,) of the deformation gradients at the centres of elements whose nodes are ``moved`` (n, d)."""
+        if self.system.dofs.dimension == 3:
+            return np.asarray(np.linalg.det(np.eye(3) + self._gradients(block, moved)))
+        corners, X = block.corners.T, self.system.X
+        if block.body not in self._areas:
+            self._areas[block.body] = _area(X, corners)
+        # of bilinear elements too, det F at the centre is what the area of the corners became
+        det = _area(X + moved, corners) / self._areas[block.body]
+        if self.system.axisymmetric:
+            det *= 1.0 + moved[:, 0].take(corners).sum(axis=0) / X[:, 0].take(corners).sum(axis=0)
+        return det
+
+    def _gradients(self, block: Block, moved: Array) -> Array:
+        """Displacement gradients (m, d, d) at the centres of elements whose nodes are ``moved`` (n, d)."""
+        if block.body not in self._slopes:
+            self._slopes[block.body] = slopes(self.system.X[block.corners])
+        return np.asarray(np.einsum("mai,maj->mij", moved.take(block.corners, axis=0), self._slopes[block.body]))
 
     def _gpa(self) -> float:
         """One GPa in the units of the problem."""
@@ -234,17 +242,15 @@ class Validity:
                     noted[block.body] = max(strain, noted.get(block.body, 0.0))
 
     def _deformation(self, block: Block, moved: Array) -> Deformation:
-        """Of a body with nodes ``moved`` (n, 2) from their initial places."""
-        if block.body not in self._slopes:
-            self._slopes[block.body] = slopes(self.system.X[block.corners])
-        u = moved[block.corners]
-        H = np.einsum("mai,maj->mij", u, self._slopes[block.body])
-        middle, across = 0.5 * (H[:, 0, 0] + H[:, 1, 1]), 0.5 * (H[:, 0, 1] + H[:, 1, 0])
-        # The larger principal strain in size, from Mohr's circle.
-        strain = np.abs(middle) + np.hypot(0.5 * (H[:, 0, 0] - H[:, 1, 1]), across)
+        """Of a body with nodes ``moved`` (n, d) from their initial places."""
+        H = self._gradients(block, moved)
+        turned = np.swapaxes(H, 1, 2)
+        strain = np.abs(principal(0.5 * (H + turned))).max(axis=1)
         if self.system.axisymmetric:
-            strain = np.maximum(strain, np.abs(u[..., 0].sum(axis=1) / self.system.X[block.corners, 0].sum(axis=1)))
-        rotation = np.arctan(0.5 * np.abs(H[:, 1, 0] - H[:, 0, 1]))
+            hoop = moved[block.corners, 0].sum(axis=1) / self.system.X[block.corners, 0].sum(axis=1)
+            strain = np.maximum(strain, np.abs(hoop))
+        # half the curl, whose square is half that of the skew part
+        rotation = np.arctan(np.sqrt(0.125 * ((H - turned) ** 2).sum(axis=(1, 2))))
         volume = block.volume.sum(axis=1)
         much, far = (_exceeded(v, volume, VOLUME_SHARE) for v in (strain, rotation))
         return Deformation(much, far, float(strain.max()), float(rotation.max()))
@@ -258,10 +264,22 @@ def _area(x: Array, corners: Index) -> Array:
 
 
 def slopes(x: Array) -> Array:
-    """Derivatives ∂N_a/∂x_j (m, a, 2) of the shape functions of polygons x (m, 3|4, 2) at their centres."""
-    signs = np.array([[-1, -1], [1, 0], [0, 1]] if x.shape[1] == 3 else [[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    g = signs / (1.0 if x.shape[1] == 3 else 4.0)
+    """Derivatives ∂N_a/∂x_j (m, a, d) of the shape functions of elements x (m, a, d) with a corners at their centres."""
+    d = x.shape[2]
+    if x.shape[1] == d + 1:
+        g = np.vstack([-np.ones((1, d)), np.eye(d)])
+    else:
+        ring = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2**d
+        g = ring if d == 2 else np.vstack([np.insert(ring, 2, end, axis=1) for end in (-0.125, 0.125)])
     return np.asarray(g @ np.linalg.inv(np.einsum("maj,ak->mjk", x, g)))
+
+
+def principal(S: Array) -> Array:
+    """Principal values (m, d) of symmetric tensors (m, d, d), in the plane from Mohr's circle."""
+    if S.shape[1] == 3:
+        return np.asarray(np.linalg.eigvalsh(S))
+    middle, radius = 0.5 * (S[:, 0, 0] + S[:, 1, 1]), np.hypot(0.5 * (S[:, 0, 0] - S[:, 1, 1]), S[:, 0, 1])
+    return np.stack([middle - radius, middle + radius], axis=1)
 
 
 def _exceeded(values: Array, volume: Array, share: float) -> float:

@@ -44,9 +44,14 @@ class Ball(Analytic):
         """Radius."""
         return self.radius
 
+    @property
+    def centre(self) -> Array:
+        """The reference point."""
+        return np.zeros(3)
+
     def closest(self, xi: Array) -> Closest:
         """Points (k, 3) → `Closest`; the centre itself counts as below it."""
         r = np.linalg.norm(xi, axis=1)
         away = np.where(r > 0, r, self.radius)[:, None]
-        n = np.where((r > 0)[:, None], xi / away, -np.eye(3)[1])
+        n = np.where((r > 0)[:, None], xi / away, -np.eye(3)[[1]])
         return Closest(r - self.radius, n, (np.eye(3) - n[:, :, None] * n[:, None]) / away[:, :, None])

@@ -1,0 +1,123 @@
+"""Checks before and during runs in space: places have three coordinates, and what the plane is warned of is warned of here."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.checks.before.preflight import preflight
+from prensa.checks.during.acceptance import least_corner, tunnelled
+from prensa.checks.during.validity import Validity
+from prensa.errors import SolveError
+from prensa.policy import Policy
+from prensa.system.failure import MetalInside
+
+STEEL = pr.J2(210e3, 0.3, pr.Linear(300.0, 500.0))
+
+
+def block(tool: pr.ToolShape, *moves: pr.Motion, n: tuple[int, int, int] = (4, 2, 4), **given: object) -> pr.Problem:
+    """A box of 8 × 4 × 8 on its bottom, a tool and its motions, a step each."""
+    settings: dict[str, object] = {
+        "bodies": {"b": pr.Body(pr.Box((8.0, 4.0, 8.0), n, (-4.0, 0.0, -4.0)), STEEL)},
+        "tools": {"t": tool}, "contacts": (pr.Contact(("b.top",), "t"),), "fixed": {"b.bottom": "xyz"},
+        "steps": tuple(pr.Step(f"step {k}", move={"t": m}, increments=4) for k, m in enumerate(moves)), **given,
+    }  # fmt: skip
+    return pr.Problem("block", space="solid", **settings)  # type: ignore[arg-type]
+
+
+def ball(x: float, y: float, z: float, radius: float = 2.0) -> pr.ToolShape:
+    """A ball in its place."""
+    return pr.Sphere(radius=radius, at=(x, y, z))
+
+
+def test_metal_inside_a_tool_is_named_with_its_side_and_place():
+    """A ball that comes from the right meets a side that has no contact: the run ends there."""
+    p = block(ball(7.0, 2.0, 2.0), pr.Motion(x=-2.0))
+    with pytest.raises(SolveError, match=re.escape("of 'b.right' at (4, 2, 2) lies")) as caught:
+        list(pr.solve(p))
+    assert isinstance(caught.value.reason, MetalInside)
+    assert "surface: b.right, against: t" in str(caught.value)
+
+
+def test_a_narrow_tool_between_nodes_is_seen_on_the_edges_of_faces():
+    """A ball thinner than an element touches an edge of a face in its middle, and no node."""
+    p = block(ball(4.5, 1.5, 2.0, radius=0.4), pr.Motion(x=-0.2), n=(4, 4, 4))
+    with pytest.raises(SolveError, match=r"the edge between nodes \d+ and \d+ of 'b.right' at \(4, 1.5, 2\)"):
+        list(pr.solve(p))
+
+
+def test_a_node_that_gets_through_a_tool_is_seen():
+    """Both ends of the way are free of contact, and the way leads through the ball."""
+    system = pr.discretise(block(ball(0.0, 7.0, 0.0), pr.Motion(y=-1.0)))
+    state = system.initial()
+    there = state.u.copy()
+    for y, through in ((-1.5, False), (-12.0, True)):
+        there[system.tool_dof(0) + 1] = y
+        found = tunnelled(system, state, there)
+        assert bool(found) == through
+    assert found is not None
+    assert (found.x, found.y, found.z) == (0.0, 4.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("tool", "words"),
+    [
+        (ball(0.0, 5.5, 0.0), r"starts 0\.5 inside 'b\.top', deepest at node \d+ \(0, 4, 0\).*move the tool by \(0, 0\.5, 0\)"),
+        (pr.Plane(normal=(0.0, 1.0, 0.0), at=(0.0, 4.0, 0.0)), "its normal points the same way"),
+        (ball(0.0, 8.0, 0.0), "never touches 'b.top' in any step: it never comes nearer than 1"),
+        (ball(0.0, 2.0, 0.0, radius=0.5), "lies inside body 'b'"),
+    ],
+)
+def test_where_tools_stand_is_looked_at_before_anything_is_solved(tool, words):
+    """Overlap at the start, a plane that looks the wrong way, a tool that meets nothing, one inside the body."""
+    found = preflight(pr.discretise(block(tool, pr.Motion(y=-1.0))))
+    assert any(re.search(words, f.message) for f in found), [f.message for f in found]
+
+
+def test_a_block_that_is_right_gets_no_findings():
+    """A ball on it that presses and slides."""
+    found = preflight(pr.discretise(block(ball(0.0, 6.0, 0.0), pr.Motion(y=-0.1), pr.Motion(x=0.5, z=0.5))))
+    assert [f.message for f in found] == []
+
+
+@pytest.mark.parametrize(("tool", "reported"), [(ball(0.45, 4.8, 0.45, radius=0.8), True), (ball(0.0, 16.0, 0.0, 12.0), False)])
+def test_a_tool_finer_than_the_faces_is_reported_after_the_step(tool, reported, caplog):
+    """A ball of an element beside a node lies deeper in the middle of a face than at its nodes; a large one does not."""
+    list(pr.solve(block(tool, pr.Motion(y=-0.5), n=(8, 4, 8))))
+    assert any("between nodes" in words for words in caplog.messages) == reported
+
+
+def test_the_least_corner_of_a_brick_is_that_of_its_edges():
+    """1 of a cube; 0 where three edges of a corner lie in a plane; negative where it is turned inside out."""
+    cube = np.array([(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], dtype=float)
+    assert least_corner(cube[:, None]) == pytest.approx(1.0)
+    for lift, sign in ((0.5, 0), (0.75, -1)):
+        pushed = cube.copy()
+        pushed[6] = cube[6] - lift * np.array([2 / 3, 2 / 3, 2 / 3])
+        assert np.sign(np.round(least_corner(pushed[:, None])[0], 12)) == sign
+
+
+def test_small_strain_ends_where_a_body_in_space_turns_or_is_strained_too_far():
+    """A cube that is sheared in space is strained by half the shear, and turned by its arc tangent."""
+    system = pr.discretise(block(ball(0.0, 9.0, 0.0), pr.Motion(y=-1.0), kinematics="small"))
+    look = Validity(system, Policy())
+    u = np.zeros(system.ndof)
+    shear = 0.4 * system.X[:, 1]
+    moved = np.stack([shear, 0.0 * shear, 0.0 * shear], axis=1)
+    u[: moved.size] = moved.ravel()
+    found = look.look(u, ())
+    assert found is not None
+    assert (found.strain, found.rotation) == pytest.approx((0.2, np.arctan(0.2)))
+
+
+def test_metal_that_loses_volume_in_space_is_noticed():
+    """A body squeezed to 0.8 of its volume."""
+    system = pr.discretise(block(ball(0.0, 9.0, 0.0), pr.Motion(y=-1.0)))
+    look = Validity(system, Policy())
+    u = np.zeros(system.ndof)
+    u[: system.X.size] = (-0.2 * system.X * [0.0, 1.0, 0.0]).ravel()
+    look.look(u, [b.undeformed for b in system.blocks])
+    assert look.squeezed == {"b": pytest.approx(0.2)}
