@@ -75,9 +75,10 @@ class Folding:
         return np.unique(np.concatenate(nodes)) if nodes else None
 
     def _bricks(self, folded: list[tuple[Block, int]]) -> Iterator[Finding]:
-        """In space the worst of the elements with a corner that is turned inside out is reported once, whatever made it so."""
+        """In space the worst of the elements with a corner that is turned inside out is reported once."""
         if folded and not self.reported:
-            yield self._reported(*folded[0], "", "stresses there are unreliable; use a finer mesh, or a larger fillet of the tool")
+            words = "stresses there are unreliable; use a finer mesh, or a larger fillet of the tool"
+            yield self._reported(*folded[0], "", words)
 
     def look(self, c: Context, u: Array, folded: list[tuple[Block, int]]) -> Iterator[Finding]:
         """What there is to say of the worst of the ``folded`` elements of a converged increment, or why the run ends with it."""
