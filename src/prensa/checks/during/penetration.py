@@ -203,7 +203,7 @@ def engulfed(system: System) -> list[tuple[str, str]]:
     out = []
     for t, tool in enumerate(system.tools):
         middle = np.asarray(tool.shape.centre)[None]
-        if not float(tool.shape.closest(middle).g[0]) < 0.0:  # cavities, and what is endless
+        if tool.shape.half_space or not float(tool.shape.closest(middle).g[0]) < 0.0:  # cavities, and what is endless
             continue
         place = middle + tool.at + system.place_of(t, u)[: system.dofs.dimension]
         meant = {name for entry in system.problem.no_contact if entry.against == tool.name for name in entry.surface}
