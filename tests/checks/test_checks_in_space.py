@@ -67,7 +67,7 @@ def test_a_node_that_gets_through_a_tool_is_seen():
     [
         (ball(0.0, 5.5, 0.0), r"starts 0\.5 inside 'b\.top', deepest at node \d+ \(0, 4, 0\).*move the tool by \(0, 0\.5, 0\)"),
         (pr.Plane(normal=(0.0, 1.0, 0.0), at=(0.0, 4.0, 0.0)), "its normal points the same way"),
-        (pr.Plane(normal=(0.0, -1.0, 0.0), at=(0.0, 6.0, 0.0)), "never touches 'b.top' in any step: it never comes nearer than 1"),
+        (pr.Plane(normal=(0.0, -1.0, 0.0), at=(0.0, 6.0, 0.0)), "never touches 'b.top'.*never comes nearer than 1"),
         (ball(0.0, 8.0, 0.0), "never touches 'b.top' in any step: it never comes nearer than 1"),
         (ball(0.0, 2.0, 0.0, radius=0.5), "lies inside body 'b'"),
     ],
