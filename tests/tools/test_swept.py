@@ -131,3 +131,11 @@ def test_sections_are_checked(change, words):
     text = CASE.replace("touching: b.top, at", f"touching: b.top{by}, at") if what == "axis" else CASE.replace(what, by)
     with pytest.raises(pr.CaseError, match=words):
         loads(text)
+
+
+def test_a_torus_on_its_axis_has_a_distance_without_a_tip():
+    """It does not meet its axis: from the middle all of its inner equator is equally far."""
+    torus = pr.Revolved(pr.Circle(5.0, at=(15.0, 0.0))).shape(np.array([0.0, -1.0, 0.0]))
+    found = torus.closest(np.array([[0.0, 0.0, 0.0], [0.0, 3.0, 0.0]]))
+    assert found.g == pytest.approx([10.0, np.hypot(15.0, 3.0) - 5.0])
+    assert np.linalg.norm(found.n, axis=1) == pytest.approx([1.0, 1.0])

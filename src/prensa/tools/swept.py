@@ -130,20 +130,26 @@ class Revolution(_Swept):
         middle = on_axis & ~beyond & (np.abs(n_rho) > NEGLIGIBLE)
         rows = np.flatnonzero(beyond | middle)
         if len(rows):
-            g[rows], n[rows], H[rows] = self._at_tip(xi[rows], zeta[rows], g[rows] < 0.0)
+            of_tip = self._at_tip(xi[rows], zeta[rows], g[rows] < 0.0)
+            meets = np.isfinite(of_tip[0])  # a torus does not meet its axis: any of its closest points will do there
+            g[rows[meets]], n[rows[meets]], H[rows[meets]] = (v[meets] for v in of_tip)
             H[middle] = 0.0
         return Closest(g, n, H)
 
     def _at_tip(self, xi: Array, zeta: Array, inside: Flags) -> tuple[Array, Array, Array]:
-        """Gaps (k,), normals (k, 3) and their derivatives of points whose closest point is where the surface meets its axis."""
+        """Gaps (k,), normals (k, 3) and their derivatives of points whose closest point is where the surface meets its axis.
+
+        Gaps are infinite where it does not.
+        """
         k, start = self._axis, np.stack([np.zeros_like(zeta), zeta], axis=1) - np.array(self.at)
         limit = 10.0 * (np.abs(xi).max(initial=0.0) + self.extent) + math.hypot(*self.at)
         up, down = (self.section.along(start, np.array([0.0, way]), limit) * way for way in (1.0, -1.0))
         way = np.where(np.abs(up) <= np.abs(down), up, down)
-        d = xi - (zeta + way)[:, None] * k
+        meets = np.isfinite(way)
+        d = xi - (zeta + np.where(meets, way, 0.0))[:, None] * k
         r = np.linalg.norm(d, axis=1)
         sign = np.where(inside, -1.0, 1.0)
         safe = np.where(r > 0.0, r, 1.0)
         n = np.where((r > 0.0)[:, None], sign[:, None] * d / safe[:, None], -np.sign(way)[:, None] * k)
         H = sign[:, None, None] * (np.eye(3) - n[:, :, None] * n[:, None]) / safe[:, None, None]
-        return sign * r, n, np.where((r > NEGLIGIBLE * limit)[:, None, None], H, 0.0)
+        return np.where(meets, sign * r, np.inf), n, np.where((r > NEGLIGIBLE * limit)[:, None, None], H, 0.0)
