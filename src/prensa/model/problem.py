@@ -21,12 +21,13 @@ from prensa.model.doors import name_of, union
 from prensa.model.feed import Feed
 from prensa.model.fields import (
     AngleValue,
-    BodyForceValue,
     DisplacementValue,
+    ForceDensity,
     ForceValue,
     MomentValue,
     PressureValue,
     Springs,
+    Traction,
     as_names,
     as_table,
     described,
@@ -384,6 +385,8 @@ class Push:
 class Load:
     """Load on a boundary: ``traction`` (dead: fixed direction, per undeformed area) or ``pressure`` and ``shear``.
 
+    A traction has two components, in space three; there is no ``shear`` in space, where a side has no direction of its own.
+
     ``pressure`` pushes into the body, ``shear`` acts along the boundary (body on the left when walking along +).
     With ``follower`` (default ``true``) both turn with the surface and act on its current area; without, on the undeformed
     one. A later load on the boundary that does not say ``follower`` keeps what an earlier one said. A later traction replaces
@@ -392,7 +395,7 @@ class Load:
 
     pressure: PressureValue | None = None
     shear: PressureValue | None = None
-    traction: tuple[PressureValue, PressureValue] | None = None
+    traction: Traction | None = None
     follower: bool | None = None
 
     @model_validator(mode="after")
@@ -436,7 +439,7 @@ class Step:
     push: Mapping[str, Push] = field(default_factory=dict)
     fixed: Mapping[str, FixedValue] = field(default_factory=dict)
     loads: Mapping[str, Load] = field(default_factory=dict)
-    body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
+    body_force: Mapping[str, ForceDensity] = field(default_factory=dict)
     friction: Mapping[str, Friction | None] = field(default_factory=dict)
     remove_tools: bool = False
     duration: Annotated[Seconds, Field(gt=0)] | None = None
@@ -484,7 +487,7 @@ class Problem:
     ties: tuple[Tie, ...] = ()
     fixed: Mapping[str, FixedValue] = field(default_factory=dict)
     loads: Mapping[str, Load] = field(default_factory=dict)
-    body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
+    body_force: Mapping[str, ForceDensity] = field(default_factory=dict)
     friction: Friction | None = None
     space: Literal["plane strain", "plane stress", "axisymmetric", "solid"] = "plane strain"
     kinematics: Literal["finite", "small"] = "finite"

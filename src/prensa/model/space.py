@@ -11,9 +11,9 @@ from prensa.registry import DOORS
 BRICKS = ("box", "extruded", "revolved", "bricks")
 """Meshes of bodies in space."""
 NOT_IN_SPACE = {
-    "problem": ("no_contact", "ties", "loads", "body_force", "stabilise", "remesh", "start"),
+    "problem": ("no_contact", "ties", "stabilise", "remesh", "start"),
     "tools": ("spring",),
-    "steps": ("crank", "feed", "push", "loads", "body_force", "control", "stabilise", "until", "remove_tools"),
+    "steps": ("crank", "push", "control", "stabilise"),
 }
 """Keys that mean nothing in space yet, where they are given."""
 _NOTHING = (None, False, "off")
@@ -29,7 +29,8 @@ def findings(p: Any) -> Iterator[Finding]:
     owners: list[tuple[tuple[str | int, ...], Any]] = [((), p)]
     owners += [(("steps", i), step) for i, step in enumerate(p.steps) if step is not None]
     for path, owner in owners:
-        for kind in ("fixed", "move", "by", "velocity"):
+        yield from _loads(owner, path, p.space, 3 if solid else 2)
+        for kind in ("fixed", "move", "by", "velocity", "feed"):
             for name, given in getattr(owner, kind, {}).items():
                 axis = "rz" if solid else "z"
                 if getattr(given, axis, None) is not None:
@@ -42,6 +43,20 @@ def findings(p: Any) -> Iterator[Finding]:
     if p.thickness not in (None, 1.0):
         yield Finding(("thickness",), "bodies in space have no thickness; leave it out", at_key=True)
     yield from _contacts(p)
+
+
+def _loads(owner: Any, path: tuple[str | int, ...], space: str, dimension: int) -> Iterator[Finding]:
+    """Loads with other components than the space has."""
+    for name, load in owner.loads.items():
+        if dimension == 3 and getattr(load, "shear", None) is not None:
+            words = "a side in space has no direction along which a shear could act; give a 'traction' of three components"
+            yield Finding((*path, "loads", name, "shear"), words, at_key=True)
+    given: list[tuple[tuple[str, ...], Any]] = [(("body_force", name), force) for name, force in owner.body_force.items()]
+    given += [(("loads", name, "traction"), getattr(load, "traction", None)) for name, load in owner.loads.items()]
+    for place, components in given:
+        if components is not None and len(components) != dimension:
+            what = place[0].replace("_", " ") if len(place) == 2 else place[-1]
+            yield Finding((*path, *place), f"the {what} has {dimension} components in {space}, not {len(components)}")
 
 
 def _no_z(p: Any, kind: str) -> str:

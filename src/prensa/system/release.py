@@ -84,8 +84,8 @@ def minimal_supports_in_words(system: System, plan: StepPlan) -> str:
         if g.found:
             node, axis = (int(v) for v in field.split(g.dofs[0]))
             body = next(b for b in reversed(list(system.offsets)) if system.offsets[b] <= node)
-            x, y = system.X[node]
-            parts.append(f"{body!r} along {'xy'[axis]} at node {node - system.offsets[body]} (initially at {x:.4g}, {y:.4g})")
+            place = ", ".join(f"{c:.4g}" for c in system.X[node])
+            parts.append(f"{body!r} along {'xyz'[axis]} at node {node - system.offsets[body]} (initially at {place})")
     if not parts:
         return ""
     return f"step {plan.name!r} holds {', '.join(parts)}: against rigid-body motions; the reactions there are zero"
