@@ -15,6 +15,7 @@ from prensa.contact.recovery import at_free_edges, borne, mises_of, recover, smo
 from prensa.contact.surface import Surface
 from prensa.errors import PrensaError, take
 from prensa.materials.damage_law import DamageLaw
+from prensa.mesh.faces import face_expansion
 from prensa.mesh.mesh import boundary_edges
 from prensa.mesh.surfaces import surface_expansion
 from prensa.model.problem import support_names
@@ -30,6 +31,7 @@ from prensa.result.increment import (
     ContactState,
     Force,
     Increment,
+    Moment,
     More,
     Parse,
     Place,
@@ -79,6 +81,7 @@ def increment_of(
         lambda: body_states(system, whole(), e, plan, old, seconds),
         remeshings=0 if state.remeshed is None else state.remeshed.count,
         seconds=elapsed(system.problem, state.clock.time, state.ends),
+        support_moments=support_moments(system, e, plan, state),
         _more=More(system.problem, parse, lambda: shapes(system, whole(), start),
                    lambda: plastic_power(system, old, state.history, seconds),
                    None if context is None else lambda: assembled(system, context, whole().u, lam),
@@ -148,6 +151,20 @@ def support_forces(system: System, e: Evaluation, plan: StepPlan, state: State) 
             name, axis = group.support
             total[name]["xyz".index(axis)] += float(r[group.dofs].sum())
     return {name: REACTION[system.dofs.dimension](*v) for name, v in total.items()}
+
+
+def support_moments(system: System, e: Evaluation, plan: StepPlan, state: State) -> dict[str, Moment]:
+    """Moments of the supports on the bodies about the origin, of the forces of `support_forces`; none in the plane."""
+    if system.dofs.dimension == 2:
+        return {}
+    x = system.positions(state.u) if system.problem.kinematics == "finite" else system.X
+    r, field = reactions(system, e, plan, state), system.dofs.displacement
+    total = {name: np.zeros(3) for name in support_names(system.problem)}
+    for group in [*plan.groups, *plan.released]:
+        if group.support is not None:
+            nodes, axes = field.split(group.dofs)
+            total[group.support[0]] += np.cross(x[nodes], np.eye(3)[axes] * r[group.dofs, None]).sum(axis=0)
+    return {name: Moment(*map(float, v)) for name, v in total.items()}
 
 
 def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolState]:
@@ -487,7 +504,7 @@ def body_states(
             system.X[own], x[own], b.cells - own.start, reaction[own], sig, mises_of(sig), plastic,
             None if thickness is None else thickness[own],
             nodal_damage(system.problem.bodies[b.body].damage, where, b, state.damage[number], h) if state.damage else {},
-            faster, _expansion(system, b, x) if flat else None,
+            faster, _expansion(system, b, x),
         )  # fmt: skip
     return out
 
@@ -511,6 +528,8 @@ def nodal_damage(
 def _expansion(system: System, b: Block, x: Array) -> Array:
     """Surface now over that at the beginning at the nodes of a body, for all nodes at x (n, 2); nan inside."""
     own = _own(b)
+    if x.shape[1] == 3:
+        return face_expansion(system.X[own], x[own], system.meshes[b.body].boundary)
     edges = boundary_edges(b.cells - own.start)
     return surface_expansion(system.X[own], x[own], edges, system.problem.space == "axisymmetric")
 
