@@ -206,3 +206,71 @@ def test_a_slab_is_fed_to_a_roll():
     assert fed.force("roll").x == pytest.approx(fed.supports["b.left"].x, rel=1e-6)
     assert fed.bodies["b"].displacement[:, 0].max() == pytest.approx(2.0, abs=0.1)
     assert abs(last.supports["b.left"].x) < 1e-6 * fed.supports["b.left"].x
+
+
+def test_an_arch_snaps_as_in_plane_strain():
+    """Carried over its limit point by viscous forces: their work, and where it ends, to 1e-6 per thickness."""
+    ends = []
+    section = pr.Annulus(inner=20.0, outer=20.5, n=(8, 1), angles=(np.radians(70.0), np.pi / 2))
+    for solid in (False, True):
+        mesh, element = (pr.Extrusion(section, LAYER, 1), "h8") if solid else (section, "q4")
+        sides = {"b.base": "z", "b.cap": "z"} if solid else {}
+        *_, last = pr.solve(pr.Problem(
+            "arch", space="solid" if solid else "plane strain", bodies={"b": pr.Body(mesh, pr.NeoHooke(1000.0, 0.3), element)},
+            fixed={"b.start": "xy", "b.end": "x", **sides}, loads={"b.outer": pr.Load(pressure=2.0, follower=False)},
+            stabilise="auto", steps=(pr.Step("s"),),
+        ))  # fmt: skip
+        thick = LAYER if solid else 1.0
+        down = last.bodies["b"].displacement[:, 1].min()
+        ends.append([last.supports["b.start"].x / thick, last.energy["viscous"] / thick, down])
+    assert np.allclose(ends[1], ends[0], rtol=1e-6)
+    assert ends[0][2] < -2.5
+
+
+def rolled(*steps, **more):
+    """A ball pressed into a corner of a block of steel."""
+    tools = {"t": pr.Revolved(pr.Circle(3.0), touching="b.top", at=(2.0, 0.0, 1.0), press=more.pop("press", None))}
+    bodies = {"b": pr.Body(pr.Box((4.0, 2.0, 3.0), (4, 2, 3)), STEEL)}
+    given = {"tools": tools, "bodies": bodies, "fixed": {"b.bottom": "xyz"}, "friction": pr.Coulomb(0.2), "steps": steps}
+    return loaded_box(**PRESSED | given | more)
+
+
+PRESS = pr.Step("press", move={"t": pr.Motion(y=-0.3)}, increments=2)
+
+
+def test_a_case_starts_where_a_run_ended(tmp_path):
+    """A second case goes on from the first as a second step does, bit for bit."""
+    on = pr.Step("on", by={"t": pr.Motion(x=0.1, y=-0.05)}, increments=1)
+    *_, whole = pr.solve(rolled(PRESS, on))
+    pr.run(pr.Case(rolled(PRESS), output=pr.Output(pictures=False, report=False, fields=0)), tmp_path / "a", quiet=True)
+    *_, again = pr.solve(rolled(on, start=pr.Start(str(tmp_path / "a"))))
+    assert again.force("t") == whole.force("t")
+    assert again.energy == whole.energy
+    assert np.array_equal(again.bodies["b"].x, whole.bodies["b"].x)
+
+
+def test_a_press_bears_the_whole_part():
+    """Of a quarter four times the force; a step ends at its capacity; a crank drives along any axis of space."""
+    press = pr.Press(8000.0, mirror=("left", "back"))
+    step = pr.Step("press", move={"t": pr.Motion(y=-0.3)}, increments=3, until=pr.Until(press="t"))
+    *_, last = pr.solve(rolled(step, press=press))
+    assert last.force("t").y == pytest.approx(2000.0, rel=1e-3)
+    assert last.measure("t.press_utilisation") == pytest.approx(1.0, rel=1e-3)
+    crank = pr.Crank(stroke=10.0, height=0.2, toward="front")
+    table = {"t": pr.Plane(normal=(0.0, 0.0, 1.0), at=(0.0, 0.0, -0.1))}
+    contacts = (pr.Contact("b.back", "t"),)
+    *_, last = pr.solve(rolled(pr.Step("turn", crank={"t": crank}, increments=3), tools=table, contacts=contacts))
+    assert last.tools["t"].place.z == pytest.approx(0.2)
+    assert last.force("t").z < -100.0
+
+
+def test_sides_of_presses_in_space_are_refused_in_the_plane():
+    """Mirrors and cranks along z."""
+    for more, words in (
+        ({"tools": {"t": pr.Plane(touching="b.top", press=pr.Press(10.0, mirror="back"))}}, "are sides of 'space: solid'"),
+        ({"steps": (pr.Step("s", crank={"t": pr.Crank(stroke=1.0, height=0.5, toward="back")}),)}, "direction of 'space: solid'"),
+    ):
+        given = {"tools": {"t": pr.Plane(touching="b.top")}} | more
+        steps = given.pop("steps", (pr.Step("s", move={"t": pr.Motion(y=-0.1)}),))
+        with pytest.raises(pr.PrensaError, match=words):
+            layer(False, {}, steps, **given)

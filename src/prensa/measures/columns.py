@@ -109,7 +109,8 @@ def _work(tool: str, unit: str) -> Column:
 def _utilisation(use: Use) -> Column:
     def value(increment: Increment) -> float:
         tool = increment.tools[use.tool]
-        force, place = tool.force[:2], tool.place[:2]
+        d = len(tool.at)
+        force, place = tool.force[:d], tool.place[:d]
         return use.utilisation(force, place, tool.work, increment.time, increment.step_number - 1)
 
     return Column("", value)

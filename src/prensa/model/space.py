@@ -11,9 +11,9 @@ from prensa.registry import DOORS
 BRICKS = ("box", "extruded", "revolved", "bricks")
 """Meshes of bodies in space."""
 NOT_IN_SPACE = {
-    "problem": ("no_contact", "ties", "stabilise", "remesh", "start"),
+    "problem": ("no_contact", "ties", "remesh"),
     "tools": ("spring",),
-    "steps": ("crank", "push", "control", "stabilise"),
+    "steps": ("push", "control"),
 }
 """Keys that mean nothing in space yet, where they are given."""
 _NOTHING = (None, False, "off")
