@@ -11,7 +11,7 @@ from prensa.registry import DOORS
 BRICKS = ("box", "extruded", "revolved", "bricks")
 """Meshes of bodies in space."""
 NOT_IN_SPACE = {
-    "problem": ("no_contact", "ties", "remesh"),
+    "problem": ("no_contact", "remesh"),
     "tools": ("spring",),
     "steps": ("push", "control"),
 }

@@ -16,7 +16,8 @@ from prensa.mesh.mesh import Mesh, MeshError
 from prensa.model import problem as model
 from prensa.model.interference import Interference, interference_of
 from prensa.precision import DRAWN
-from prensa.system.mortar import APART, Side, combinations, integrals
+from prensa.system.mortar import APART, Integrals, Side, combinations, integrals
+from prensa.system.mortar_faces import face_integrals
 from prensa.system.tie_gaps import normals, overlaps
 from prensa.types import Array, Flags, Index
 
@@ -102,18 +103,18 @@ def make_ties(
         if one:
             continue
         s, m = Side(slave.name, owner[slave.edges]), Side(master.name, owner[master.edges])
-        apart = 1.0 if given is not None and given.by == "geometry" else APART
-        between = integrals(X, s, m, problem.space == "axisymmetric", apart)
+        between = _between(X, s, m, given, problem.space == "axisymmetric")
         if given is not None:
             into.append(np.zeros(X.shape))
+        joined = 0
         for axis, component in enumerate(field.components):
             free = ~held[:, axis] & ~taken[:, axis]
             free[m.nodes] = False  # a corner that another tie has made one with the master side
             r, c, v = combinations(between, free)
-            if not len(r):
-                raise MeshError(
-                    f"tie of {s.name} to {m.name}: supports or other ties hold all of its slave side; swap them"
-                )
+            joined += len(r)
+            # a body in space of one layer may be held across it at all of its nodes: one direction is enough there
+            if (axis == 2 and not joined) if field.width == 3 else not len(r):
+                raise MeshError(f"tie of {s.name} to {m.name}: supports or other ties hold all of its slave side; swap them")
             rows.append(field.dof(r, component))
             cols.append(field.dof(c, component))
             values.append(v)
@@ -132,6 +133,13 @@ def make_ties(
         return Ties(matrix, own), placed
     jump = _carried(-np.stack([way.ravel() for way in into], axis=1), *triplets)
     return Ties(matrix, own, csr_matrix(jump)), placed - jump.sum(axis=1).reshape(X.shape)
+
+
+def _between(X: Array, slave: Side, master: Side, given: Interference | None, revolved: bool) -> Integrals:
+    """Integrals between two sides of edges, in space of faces."""
+    if X.shape[1] == 3:
+        return face_integrals(X, slave, master)
+    return integrals(X, slave, master, revolved, 1.0 if given is not None and given.by == "geometry" else APART)
 
 
 def _meant(X: Array, slave: Side, master: Side, given: Interference) -> Array:
