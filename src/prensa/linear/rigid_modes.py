@@ -105,7 +105,12 @@ def support_rows(system: System, frame: Frame, plan: StepPlan) -> Array:
     field = system.dofs.displacement
     nodes, axis = field.split(plan.fixed[field.owns(plan.fixed)])
     mine = np.isin(nodes, frame.nodes)
-    return rows_of(frame, system.X[nodes[mine]], np.eye(field.width)[axis[mine]])
+    rows = rows_of(frame, system.X[nodes[mine]], np.eye(field.width)[axis[mine]])
+    if system.ties is None or system.ties.inclined is None:
+        return rows
+    inclined = system.ties.inclined
+    own = np.isin(inclined.nodes, frame.nodes)
+    return np.concatenate([rows, rows_of(frame, system.X[inclined.nodes[own]], inclined.normals[own])])
 
 
 def free_motions(system: System, rows: Array) -> Array:

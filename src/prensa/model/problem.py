@@ -314,22 +314,26 @@ SPATIAL_AXES = ("x", "y", "z")
 class Fixed:
     """Support of a boundary along ``x``, ``y`` and in space ``z``: ``held``, a displacement, a table of it, or none.
 
-    ``free`` releases what earlier entries prescribed there: its force goes linearly to zero over the step.
+    ``normal: held`` holds a flat side in space along its normal, whatever the axes, in all steps: a plane of symmetry of a
+    sector. ``free`` releases what earlier entries prescribed there: its force goes linearly to zero over the step.
     """
 
     x: SupportValue | None = None
     y: SupportValue | None = None
     free: bool = False
     z: SupportValue | None = None
+    normal: Literal["held"] | None = None
 
 
 def _as_fixed(value: Any) -> Any:
-    """'x', 'y', 'xy', in space also 'z', 'xz', 'yz' and 'xyz', are short for held components, 'free' for a release."""
+    """'x', 'y', 'xy', in space also 'z', 'xz', 'yz', 'xyz', 'normal', are short for held components, 'free' for a release."""
     if isinstance(value, list | tuple | bool):
         raise ValueError("write 'x', 'y', 'xy', 'free' or a mapping of x and y to values")
     if isinstance(value, str):
         if value == "free":
             return {"free": True}
+        if value == "normal":
+            return {"normal": "held"}
         if value not in ("x", "y", "xy", "z", "xz", "yz", "xyz"):
             raise ValueError(f"{value!r} is not 'x', 'y', 'xy', 'free' or a mapping of x and y to values")
         return dict.fromkeys(value, "held")

@@ -29,6 +29,7 @@ def findings(p: Any) -> Iterator[Finding]:
     owners: list[tuple[tuple[str | int, ...], Any]] = [((), p)]
     owners += [(("steps", i), step) for i, step in enumerate(p.steps) if step is not None]
     for path, owner in owners:
+        yield from _normals(p, owner, path, solid)
         yield from _loads(owner, path, p.space, 3 if solid else 2)
         for kind in ("fixed", "move", "by", "velocity", "feed"):
             for name, given in getattr(owner, kind, {}).items():
@@ -43,6 +44,17 @@ def findings(p: Any) -> Iterator[Finding]:
     if p.thickness not in (None, 1.0):
         yield Finding(("thickness",), "bodies in space have no thickness; leave it out", at_key=True)
     yield from _contacts(p)
+
+
+def _normals(p: Any, owner: Any, path: tuple[str | int, ...], solid: bool) -> Iterator[Finding]:
+    """Sides held along their normals: in space, by the problem, in all steps."""
+    for name, support in owner.fixed.items():
+        if getattr(support, "normal", None) is not None and (path or not solid):
+            words = "a side is held along its normal in all steps: write it under 'fixed' of the problem"
+            words = words if solid else "'normal' is for sides in 'space: solid'; hold the side along x or y"
+            yield Finding((*path, "fixed", name), words)
+        if path and getattr(support, "free", False) and getattr(p.fixed.get(name), "normal", None) is not None:
+            yield Finding((*path, "fixed", name), f"{name!r} is held along its normal in all steps and cannot be released")
 
 
 def _loads(owner: Any, path: tuple[str | int, ...], space: str, dimension: int) -> Iterator[Finding]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Any, NamedTuple
@@ -150,7 +150,18 @@ def support_forces(system: System, e: Evaluation, plan: StepPlan, state: State) 
         if group.support is not None:
             name, axis = group.support
             total[name]["xyz".index(axis)] += float(r[group.dofs].sum())
+    for name, _, force in _along_normals(system, e):
+        total[name] = [a + b for a, b in zip(total[name], force.sum(axis=0).tolist())]
     return {name: REACTION[system.dofs.dimension](*v) for name, v in total.items()}
+
+
+def _along_normals(system: System, e: Evaluation) -> Iterator[tuple[str, Index, Array]]:
+    """Sides that are held along their normals: name, nodes (k,) and the forces (k, 3) on them."""
+    if system.ties is None or system.ties.inclined is None:
+        return
+    own, force = system.ties.inclined, system.ties.support_forces(e.r)
+    for k, name in enumerate(own.names):
+        yield name, own.nodes[own.sides == k], force[own.sides == k]
 
 
 def support_moments(system: System, e: Evaluation, plan: StepPlan, state: State) -> dict[str, Moment]:
@@ -164,6 +175,8 @@ def support_moments(system: System, e: Evaluation, plan: StepPlan, state: State)
         if group.support is not None:
             nodes, axes = field.split(group.dofs)
             total[group.support[0]] += np.cross(x[nodes], np.eye(3)[axes] * r[group.dofs, None]).sum(axis=0)
+    for name, nodes, force in _along_normals(system, e):
+        total[name] += np.cross(x[nodes], force).sum(axis=0)
     return {name: Moment(*map(float, v)) for name, v in total.items()}
 
 
@@ -488,6 +501,8 @@ def body_states(
     flat = system.dofs.dimension == 2
     stress = skin_stress(system, state, e, plan) if flat else stress_in_space(system, e)
     reaction = system.displacement(reactions(system, e, plan, state))
+    for _, nodes, force in _along_normals(system, e):
+        np.add.at(reaction, nodes, force)
     thickness = system.depth_in(e.history) if system.problem.space == "plane stress" else None
     out = {}
     for number, (b, h) in enumerate(zip(system.blocks, e.history)):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from prensa.system.rigid import displacements
+from prensa.system.rigid import displacements, seen_along
 from prensa.system.schedule import Prescribed
 from prensa.system.system import System
 from prensa.types import Array, Index
@@ -45,6 +45,11 @@ def _chosen(system: System, body: str, held: Index, slaves: Index, u: Array) -> 
     if system.ties is not None:  # nodes that a tie has made one
         dofs = system.ties.owner[dofs]
     rows = seen[np.isin(dofs, held)]
+    if system.ties is not None and (inclined := system.ties.inclined) is not None:
+        place = np.full(system.nodes, -1)
+        place[nodes] = np.arange(len(nodes))
+        own = place[inclined.nodes] >= 0
+        rows = np.vstack([rows, seen_along(arm[place[inclined.nodes[own]]], inclined.normals[own])])
     _, values, ways = np.linalg.svd(np.vstack([rows, np.zeros((seen.shape[1],) * 2)]), full_matrices=False)
     left = ways[values <= LEFT * max(float(values[0]), 1.0)]
     if system.axisymmetric:

@@ -108,12 +108,14 @@ def _example(system: System, body: str, frame: Frame, plan: StepPlan, rows: Arra
         mesh = system.meshes[name]
         for side, faces in mesh.edges.items():
             x = mesh.points[np.unique(faces)]
-            # a plane of symmetry holds a flat side along its normal
-            for axis in np.flatnonzero(np.ptp(x, axis=0) <= NO_DIFFERENCE * frame.size):
-                sight = rows_of(frame, x, np.broadcast_to(np.eye(3)[axis], x.shape)) @ left.T
-                taken = int((np.linalg.svd(sight, compute_uv=False) > NO_DIFFERENCE).sum())
-                if taken > most:
-                    best, most = f", like '{name}.{side}: {'xyz'[axis]}'", taken
+            n = np.linalg.svd(x - x.mean(axis=0))[2][2]
+            if np.abs((x - x[0]) @ n).max() > NO_DIFFERENCE * frame.size:
+                continue  # a plane of symmetry holds a flat side along its normal
+            sight = rows_of(frame, x, np.broadcast_to(n, x.shape)) @ left.T
+            taken = int((np.linalg.svd(sight, compute_uv=False) > NO_DIFFERENCE).sum())
+            if taken > most:
+                axis = np.flatnonzero(np.abs(n) > 1.0 - NO_DIFFERENCE)
+                best, most = f", like '{name}.{side}: {'xyz'[axis[0]] if len(axis) else 'normal'}'", taken
     return best
 
 
