@@ -11,6 +11,7 @@ import prensa as pr
 from prensa.checks.before.preflight import preflight
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import MeshError
+from prensa.model.schema import dump, loads
 from prensa.system.discretise import discretise
 
 STEEL = pr.J2(200000.0, 0.3, pr.Swift(K=500.0, e0=0.01, n=0.2))
@@ -96,3 +97,10 @@ def test_normals_are_of_space_and_of_the_whole_run():
     for given, words in (({"b.cap": "normal"}, "under 'fixed' of the problem"), ({"b.cap": "free"}, "cannot be released")):
         with pytest.raises(pr.PrensaError, match=words):
             replace(sector(3, "normal"), steps=(pr.Step("s", fixed=given),))
+
+
+def test_a_normal_is_written_as_it_was_read():
+    """Alone and beside an axis, so that a run is resumed with it."""
+    for cap in ("normal", pr.Fixed(normal="held", y="held")):
+        problem = sector(3, cap)
+        assert loads(dump(pr.Case(problem))).problem == problem
