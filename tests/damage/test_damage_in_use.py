@@ -137,7 +137,7 @@ def test_what_makes_no_sense_is_refused_in_a_line(tmp_path: Path, damage: str, u
 
 
 def test_other_refusals() -> None:
-    """A target of another unit, measures of bodies without a law, three dimensions."""
+    """A target of another unit, measures of bodies without a law, a law that the material cannot have."""
     until = [pr.Step("s", increments=2, until=pr.Until(damage={"b": "3 mm"}))]
     with pytest.raises(pr.PrensaError, match=r"steps.0.until.damage.b: '3 mm' has the wrong unit.*or write 'limit'"):
         list(pr.solve(replace_body(pr.Ayada(), steps=until)))
@@ -147,9 +147,6 @@ def test_other_refusals() -> None:
         parse("b.max.damage.ayda", replace_body(pr.Ayada()))
     with pytest.raises(pr.CaseError, match="elastic has none"):
         replace_body(pr.Ayada(), material=Elastic(1.0, 0.3))
-    with pytest.raises(pr.CaseError, match="not evaluated in three dimensions"):
-        body = pr.Body(pr.Box((1.0, 1.0, 1.0), (1, 1, 1)), STEEL, damage=pr.Ayada())
-        pr.Problem("box", space="solid", bodies={"b": body}, steps=[pr.Step("s")])
 
 
 def test_a_step_that_begins_beyond_its_damage_is_refused() -> None:

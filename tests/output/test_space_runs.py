@@ -164,7 +164,7 @@ def test_a_section_on_the_axis_is_refused():
 @pytest.mark.parametrize(
     ("measure", "words"),
     [
-        ("block.max.mises", "of bodies in space"),
+        ("block.top.barrel", "bodies in space have no outline"),
         ("block.top-ball.length", "along a line"),
         ("block.top-ball.neutral.x", "along a line"),
     ],

@@ -1,7 +1,7 @@
 """Rigid-body motions of the bodies that neither supports nor contacts resist.
 
 A support contributes the row of its direction to the matrix of rigid-body modes, a contact point that of its normal and, with
-friction, of its tangent; what is left of the three modes is free.
+friction, of its tangents; what is left of the three modes, in space of the six, is free.
 """
 
 from __future__ import annotations
@@ -10,7 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.linear.motions_in_words import in_words
 from prensa.system.interaction import Context
+from prensa.system.rigid import seen_along
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array, Index
@@ -23,8 +25,6 @@ def free_to_move(system: System, body: str, c: Context, contacts: bool = True) -
 
     Without ``contacts`` supports count alone.
     """
-    if system.dofs.dimension != 2:  # rigid motions in space are not looked for yet
-        return ""
     frame = Frame.of(system, body)
     rows = [support_rows(system, frame, c.plan)]
     for s, law in zip(c.surfaces, c.laws):
@@ -33,8 +33,8 @@ def free_to_move(system: System, body: str, c: Context, contacts: bool = True) -
             pairs = system.stencils(s, c.state.u)
             x = s.X[closed]
             rows.append(rows_of(frame, x, pairs.n[closed]))
-            if law is not None:
-                rows.append(rows_of(frame, x, pairs.e[closed, 0]))
+            for k in range(pairs.e.shape[1] if law is not None else 0):
+                rows.append(rows_of(frame, x, pairs.e[closed, k]))
     return free_in_words(system, frame, np.concatenate(rows))
 
 
@@ -57,7 +57,7 @@ def loose_bodies(system: System, plan: StepPlan) -> list[Loose]:
     out = []
     for bodies in dict.fromkeys(tuple(system.tied_bodies(b)) for b in system.problem.bodies):
         frame = Frame.of(system, bodies[0])
-        motions = _left(system, support_rows(system, frame, plan))
+        motions = free_motions(system, support_rows(system, frame, plan))
         if len(motions):
             out.append(Loose(list(bodies), frame.nodes, frame.size, motions))
     return out
@@ -71,7 +71,7 @@ def _nodes(system: System, body: str) -> Index:
 
 
 class Frame(NamedTuple):
-    """A body with those tied to it: its ``nodes``, their ``centre`` (2,) and ``size``, by which turns are reported."""
+    """A body with those tied to it: its ``nodes``, their ``centre`` (d,) and ``size``, by which turns are reported."""
 
     nodes: Index
     centre: Array
@@ -91,34 +91,46 @@ class Frame(NamedTuple):
 
 
 def rows_of(frame: Frame, x: Array, n: Array) -> Array:
-    """Rigid-body modes (k, 3) seen at points x along directions n, each (k, 2): translations, turn over the size."""
-    arm = (x - frame.centre) / frame.size
-    return np.column_stack([n, arm[:, 0] * n[:, 1] - arm[:, 1] * n[:, 0]])
+    """Rigid-body modes (k, 3|6) seen at points x along directions n, each (k, d): translations, turns over the size."""
+    return seen_along((x - frame.centre) / frame.size, n)
+
+
+def along_all(frame: Frame, x: Array) -> Array:
+    """Rows of points x (k, d) along all axes: of what sticks in any direction."""
+    return np.concatenate([rows_of(frame, x, np.broadcast_to(axis, x.shape)) for axis in np.eye(x.shape[1])])
 
 
 def support_rows(system: System, frame: Frame, plan: StepPlan) -> Array:
-    """Rows (k, 3) of the supports of a body in a step (see `rows_of`)."""
+    """Rows (k, 3|6) of the supports of a body in a step (see `rows_of`)."""
     field = system.dofs.displacement
     nodes, axis = field.split(plan.fixed[field.owns(plan.fixed)])
     mine = np.isin(nodes, frame.nodes)
-    return rows_of(frame, system.X[nodes[mine]], np.eye(field.width)[axis[mine]])
+    rows = rows_of(frame, system.X[nodes[mine]], np.eye(field.width)[axis[mine]])
+    if system.ties is None or system.ties.inclined is None:
+        return rows
+    inclined = system.ties.inclined
+    own = np.isin(inclined.nodes, frame.nodes)
+    return np.concatenate([rows, rows_of(frame, system.X[inclined.nodes[own]], inclined.normals[own])])
 
 
-def _left(system: System, rows: Array) -> Array:
-    """Rigid-body motions (m, 3) outside the span of the rows (k, 3): along x, along y, turn times the size."""
+def free_motions(system: System, rows: Array) -> Array:
+    """Rigid-body motions (m, 3|6) outside the span of the rows (k, 3|6): along the axes, turns times the size."""
     if system.axisymmetric:
         # About an axis of revolution the motion along it is the only rigid one: a radial one stretches hoops.
         return np.zeros((0, 3)) if (np.abs(rows[:, 1]) > 1e-6).any() else np.array([[0.0, 1.0, 0.0]])
-    # Rows of zeros, so that there are three singular values however few supports there are.
-    _, values, v = np.linalg.svd(np.concatenate([rows, np.zeros((3, 3))]), full_matrices=False)
-    return np.asarray(v[values <= 1e-6 * max(float(values[0]), 1e-300)] if values[0] > 0 else np.eye(3))
+    # Rows of zeros, so that there are as many singular values as motions however few supports there are.
+    whole = np.eye(rows.shape[1])
+    _, values, v = np.linalg.svd(np.concatenate([rows, 0.0 * whole]), full_matrices=False)
+    return np.asarray(v[values <= 1e-6 * max(float(values[0]), 1e-300)] if values[0] > 0 else whole)
 
 
 def free_in_words(system: System, frame: Frame, rows: Array) -> str:
     """The rigid-body motions outside the span of the rows, in words; '' if there is none."""
-    null = _left(system, rows)
+    null = free_motions(system, rows)
     if system.axisymmetric:
         return "move along the axis y" if len(null) else ""
+    if rows.shape[1] == 6:
+        return in_words(null, frame.centre, frame.size) if len(null) else ""
     if len(null) == 3:
         return "move along x and y and to turn"
     centre, size = frame.centre, frame.size

@@ -70,7 +70,10 @@ class StressState(NamedTuple):
 
     @classmethod
     def at(cls, stress: Array, equivalent: Array, strain: Array) -> StressState:
-        """Of Cauchy stresses (n, 4) xx, yy, zz, xy, in any plane that zz is normal to."""
+        """Of Cauchy stresses (n, 4) xx, yy, zz, xy, in any plane that zz is normal to, or (n, 6) xx, yy, zz, xy, xz, yz."""
+        if stress.shape[1] == 6:
+            tensor = stress[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
+            return cls(np.linalg.eigvalsh(tensor)[:, ::-1].astype(np.float64), equivalent, strain)
         middle, half = 0.5 * (stress[:, 0] + stress[:, 1]), np.hypot(0.5 * (stress[:, 0] - stress[:, 1]), stress[:, 3])
         return cls(-np.sort(-np.stack([middle + half, middle - half, stress[:, 2]], axis=1), axis=1), equivalent, strain)
 

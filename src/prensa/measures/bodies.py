@@ -26,16 +26,19 @@ from prensa.measures.outline import (
     node,
     on_level,
 )
+from prensa.mesh.bricks import outside
+from prensa.mesh.faces import enclosed_volume, face_expansion
 from prensa.mesh.mesh import boundary_edges
-from prensa.mesh.surfaces import edge_areas, surface_expansion
+from prensa.mesh.surfaces import section_volume, surface_areas, surface_expansion
 from prensa.types import Array, Index
 
 if TYPE_CHECKING:
+    from prensa.model.problem import Problem
     from prensa.result.increment import BodyState, Increment, Shape
 
 
-AXIS_NUMBER = {"x": 0, "y": 1}
-STRESS_PARTS = ("xx", "yy", "zz", "xy")
+AXIS_NUMBER = {"x": 0, "y": 1, "z": 2}
+STRESS_PARTS = ("xx", "yy", "zz", "xy", "yz", "xz")
 
 
 class Linear(NamedTuple):
@@ -57,12 +60,12 @@ class Outline:
         return f"{self.body}.{self.boundary}" if self.boundary else self.body
 
     def edges(self, shape: Shape) -> Index:
-        """Edges (k, 2|3) in walking order."""
-        if not self.boundary:
-            return in_order(boundary_edges(shape.cells))
-        if self.boundary not in shape.edges:
+        """Edges (k, 2|3) in walking order; of a body in space faces (k, 4)."""
+        if self.boundary and self.boundary not in shape.edges:
             raise MeasureError(f"the mesh of {self.body!r} has no boundary {self.boundary!r}; it has {_listed(shape.edges)}")
-        return in_order(shape.edges[self.boundary])
+        if shape.X.shape[1] == 3:
+            return shape.edges[self.boundary] if self.boundary else outside(shape.cells)
+        return in_order(shape.edges[self.boundary] if self.boundary else boundary_edges(shape.cells))
 
 
 def _listed(names: Mapping[str, object]) -> str:
@@ -81,7 +84,7 @@ class Place:
     point: str = ""
     axis: str = ""
     level: float = 0.0
-    near: tuple[float, float] | None = None
+    near: tuple[float, ...] | None = None
     unit: str = attribute(default="", compare=False)
 
     def __str__(self) -> str:
@@ -96,10 +99,10 @@ class Place:
                 raise MeasureError(
                     f"the mesh of {self.outline.body!r} has no point {self.point!r}; it has {_listed(shape.corners)}"
                 )
-            return [node(shape.corners[self.point])]
+            return [node(shape.corners[self.point], shape.X.shape[1])]
         if self.near is not None:
             some = np.unique(self.outline.edges(shape)) if self.outline.boundary else np.arange(len(shape.X))
-            return [node(int(some[np.argmin(np.hypot(*(shape.X[some] - self.near).T))]))]
+            return [node(int(some[np.argmin(np.hypot.reduce(shape.X[some] - self.near, axis=1))]), shape.X.shape[1])]
         material = self.axis.isupper()
         k = AXIS_NUMBER[self.axis.lower()]
         values = (shape.X if material else x)[:, k]
@@ -188,7 +191,7 @@ def end(outline: Outline, axis: str, sign: float, displacement: bool = False) ->
     def value(shape: Shape, x: Array) -> Linear:
         values = (x - shape.X if displacement else x)[:, k]
         spot = extreme(outline.edges(shape), values, sign)
-        slopes = np.zeros((len(spot.nodes), 2))
+        slopes = np.zeros((len(spot.nodes), x.shape[1]))
         slopes[:, k] = spot.N
         return Linear(float(spot.of(values)), spot.nodes, slopes)
 
@@ -233,7 +236,7 @@ def _two(a: Place, b: Place, shape: Shape, x: Array) -> tuple[Array, Index, Arra
     """Way (2,) from a to b, nodes (k,), and derivatives (2, k, 2) of the way."""
     p, q = a.spot(shape, x), b.spot(shape, x)
     way = q.of(x) - p.of(x)
-    if not np.hypot(*way) > 0.0:
+    if not np.hypot.reduce(way) > 0.0:
         raise MeasureError(f"{a} and {b} are the same place")
     return way, np.concatenate([p.nodes, q.nodes]), np.concatenate([-p.slopes(x), q.slopes(x)], axis=1), p.of(x)
 
@@ -243,7 +246,7 @@ def distance(a: Place, b: Place) -> Geometry:
 
     def value(shape: Shape, x: Array) -> Linear:
         way, nodes, slopes, _ = _two(a, b, shape, x)
-        size = float(np.hypot(*way))
+        size = float(np.hypot.reduce(way))
         return Linear(size, nodes, np.einsum("i,ikj->kj", way / size, slopes))
 
     return value
@@ -357,7 +360,7 @@ def field(body: BodyState, name: str) -> Array:
     if kind == "stress":
         return body.stress[:, STRESS_PARTS.index(component)]
     if kind == "displacement":
-        return np.asarray(np.hypot(*body.displacement.T))
+        return np.asarray(np.hypot.reduce(body.displacement, axis=1))
     if kind == "damage":
         return body.damage[component or next(iter(body.damage))]
     values: Any = getattr(body, kind)
@@ -371,10 +374,25 @@ def expansion(outline: Outline, revolved: bool) -> Plain:
 
     def value(shape: Shape, x: Array) -> float:
         edges = outline.edges(shape)
-        now, then = (float(edge_areas(p, edges, revolved).sum()) for p in (x, shape.X))
+        now, then = (float(surface_areas(p, edges, revolved).sum()) for p in (x, shape.X))
         if not then > 0.0:
             raise MeasureError(f"{outline} lies on the axis and has no surface")
         return now / then
+
+    return value
+
+
+def volume(body: str, problem: Problem) -> Plain:
+    """Volume of a body by its outline: in plane strain of the thickness, in axisymmetry of the whole circumference."""
+    outline = Outline(body)
+
+    def value(shape: Shape, x: Array) -> float:
+        edges = outline.edges(shape)
+        if x.shape[1] == 3:
+            return enclosed_volume(x, edges)
+        if problem.space == "axisymmetric":
+            return section_volume(x, edges, True)
+        return problem.thickness * section_volume(x, edges, False)
 
     return value
 
@@ -384,7 +402,10 @@ def _on_outline(increment: Increment, outline: Outline, name: str) -> Array:
     if name != "surface_expansion" or not outline.boundary:
         return field(increment.bodies[outline.body], name)
     shape = increment.shapes[outline.body]
-    return surface_expansion(shape.X, shape.x, outline.edges(shape), increment.problem.space == "axisymmetric")
+    faces = outline.edges(shape)
+    if shape.X.shape[1] == 3:
+        return face_expansion(shape.X, shape.x, faces)
+    return surface_expansion(shape.X, shape.x, faces, increment.problem.space == "axisymmetric")
 
 
 def field_at(place: Place, name: str) -> Callable[[Increment], float]:

@@ -65,8 +65,8 @@ def columns(problem: Problem) -> dict[str, Column]:
         out[f"{body}.thickness.min"] = _thickness(body, "min", length_unit(problem))
         out[f"{body}.thickness.max"] = _thickness(body, "max", length_unit(problem))
     for body, law in damage.laws(problem):
-        units = (damage.unit_of(problem, law), length_unit(problem), length_unit(problem))
-        for key, c, unit in zip(("", ".x", ".y"), damage.Largest._fields, units):
+        units = (damage.unit_of(problem, law), *(length_unit(problem),) * d)
+        for key, c, unit in zip(("", ".x", ".y", ".z"), damage.Largest._fields, units):
             out[f"{body}.damage.{law.name}{key}"] = _damage(body, law.name, c, unit)
     for name in energies_of(problem):
         out[f"energy.{name}"] = _energy(name, energy_unit(problem))
@@ -76,6 +76,8 @@ def columns(problem: Problem) -> dict[str, Column]:
         out["remeshings"] = Column("", lambda i: i.remeshings)
     for name in support_names(problem):
         out |= {f"fixed.{name}.{c}": _support(name, k, forces[k]) for k, c in enumerate(force_columns(problem)[:d])}
+        if problem.space == "solid":
+            out |= {f"fixed.{name}.{c}": _turning(name, c, moment_unit(problem)) for c in force_columns(problem)[d:]}
     working = works(problem)
     for tool, description in problem.tools.items():
         for k, (key, c) in enumerate(zip(("x", "y", "rz"), force_columns(problem))):
@@ -107,7 +109,8 @@ def _work(tool: str, unit: str) -> Column:
 def _utilisation(use: Use) -> Column:
     def value(increment: Increment) -> float:
         tool = increment.tools[use.tool]
-        force, place = tool.force[:2], tool.place[:2]
+        d = len(tool.at)
+        force, place = tool.force[:d], tool.place[:d]
         return use.utilisation(force, place, tool.work, increment.time, increment.step_number - 1)
 
     return Column("", value)
@@ -127,6 +130,10 @@ def _energy(name: str, unit: str) -> Column:
 
 def _support(name: str, k: int, unit: str) -> Column:
     return Column(unit, lambda i: i.supports[name][k])
+
+
+def _turning(name: str, c: str, unit: str) -> Column:
+    return Column(unit, lambda i: getattr(i.support_moments[name], c))
 
 
 def _thickness(body: str, which: str, unit: str) -> Column:

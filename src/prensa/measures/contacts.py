@@ -9,8 +9,9 @@ import numpy as np
 
 from prensa.measures.measure import MeasureError
 from prensa.measures.outline import length
+from prensa.mesh.bricks import outside
 from prensa.mesh.mesh import beyond_corners, boundary_edges, edges_between
-from prensa.mesh.surfaces import edge_areas
+from prensa.mesh.surfaces import surface_areas
 from prensa.types import Array, Index
 
 if TYPE_CHECKING:
@@ -46,7 +47,11 @@ def contact_length(names: Names) -> Value:
 
 
 def _touching(c: ContactState, shape: Shape) -> tuple[Index, Array]:
-    """Edges (k, 2|3) of a contact, and the shares (k,) of them that are closed: half for each closed end."""
+    """Edges (k, 2|3) or faces (k, 4) of a contact, and the shares (k,) of them that are closed: the same for each end."""
+    if shape.X.shape[1] == 3:
+        outer = outside(shape.cells)
+        faces = outer[np.isin(outer, c.node).all(axis=1)]
+        return faces, np.isin(faces, c.node[c.status != OPEN]).mean(axis=1)
     edges = edges_between(boundary_edges(shape.cells), c.node)
     touching = np.isin(np.arange(len(shape.x)), c.node[c.status != OPEN])
     closed = np.where(beyond_corners(shape.x, edges[:, :2], touching), 0, touching[edges[:, :2]].sum(axis=1))
@@ -61,8 +66,8 @@ def expansion(names: Names, revolved: bool) -> Value:
         for c in _states(increment, names):
             shape = increment.shapes[c.body]
             edges, closed = _touching(c, shape)
-            now += float(edge_areas(shape.x, edges, revolved) @ closed)
-            then += float(edge_areas(shape.X, edges, revolved) @ closed)
+            now += float(surface_areas(shape.x, edges, revolved) @ closed)
+            then += float(surface_areas(shape.X, edges, revolved) @ closed)
         if not then > 0.0:
             raise MeasureError("nothing is in contact, so that no surface there has grown")
         return now / then

@@ -23,6 +23,7 @@ class Largest(NamedTuple):
     value: float
     x: float
     y: float
+    z: float = 0.0
 
 
 def laws(problem: Problem) -> Iterator[tuple[str, DamageLaw]]:
@@ -65,4 +66,4 @@ def largest(increment: Increment, body: str, law: str) -> Largest:
     """The largest damage of a body by a law in an increment."""
     state = increment.bodies[body]
     k = int(np.argmax(state.damage[law]))
-    return Largest(float(state.damage[law][k]), float(state.x[k, 0]), float(state.x[k, 1]))
+    return Largest(float(state.damage[law][k]), *map(float, state.x[k]))

@@ -16,6 +16,7 @@ from prensa.measures import bodies, contacts, damage, filling
 from prensa.measures.bodies import Outline, Place
 from prensa.measures.columns import columns, directions, force_columns, place_columns
 from prensa.measures.measure import Gradient, Measure, MeasureError, Slope, Value
+from prensa.measures.places_in_space import PlaceInSpace
 from prensa.measures.units import area_unit, force_unit, length_unit, moment_unit, pressure_unit, volume_unit
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh
@@ -28,7 +29,12 @@ if TYPE_CHECKING:
 
 GUIDE = "docs/guide/measures.md lists them all"
 POSITIONS = ("x", "y", "ux", "uy")
-"""Of a place: coordinates and displacements."""
+"""Of a place: coordinates and displacements; in space `SPATIAL_POSITIONS`."""
+SPATIAL_POSITIONS = ("x", "y", "z", "ux", "uy", "uz")
+EXTENTS = {2: {"height": "y", "width": "x"}, 3: {"height": "y", "width": "x", "depth": "z"}}
+"""Names of the extents of a body, and along which axis they are."""
+OF_OUTLINES = ("barrel", "angle", "curvature", "radius", "folding_angle", "folds", *filling.FILL, *filling.POCKETS)
+"""What is measured along an outline, a line: bodies in space have none."""
 NODAL_FIELDS = (
     "mises", "plastic_strain", "displacement", "stress.xx", "stress.yy", "stress.zz", "stress.xy", "mean_stress", "triaxiality",
     "lode", "strain_rate", "surface_expansion",
@@ -113,17 +119,24 @@ def names(problem: Problem) -> Iterator[str]:
         yield from (f"{tool}.{q}" for q in (*TOOL_QUANTITIES, *_contact_quantities()))
     for contact in problem.all_contacts:
         yield from (f"{contact.name}.{q}" for q in (*_contact_quantities(), "passages", "elements") if q != "area")
-    for name in problem.bodies if problem.space != "solid" else ():
-        corners, edges = _boundaries(problem, name)
-        yield from (f"{name}.{q}" for q in ("plastic_power", "max.plastic_power", "folding_angle", "folds"))
+    yield from (name for body in problem.bodies for name in _names_of_body(problem, body))
+
+
+def _names_of_body(problem: Problem, name: str) -> Iterator[str]:
+    """The same of one body."""
+    (corners, edges), d = _boundaries(problem, name), directions(problem)
+    positions = SPATIAL_POSITIONS if d == 3 else POSITIONS
+    yield from (f"{name}.{q}" for q in ("plastic_power", "max.plastic_power", "volume"))
+    if d == 2:
+        yield from (f"{name}.{q}" for q in ("folding_angle", "folds"))
         yield from (f"{name}.{q}" for q in (*filling.FILL, *filling.POCKETS) if problem.tools)
-        yield from (f"{name}.{p}.{q}" for p in corners for q in (*POSITIONS, *_fields(problem)))
-        for outline in (name, *(f"{name}.{e}" for e in edges)):
-            extremes = [f"{m}.{q}" for m in ("max", "min") for q in (*POSITIONS, *_fields(problem))]
-            extremes += [f"{m}.{q}.place.{c}" for m in ("max", "min") for q in _fields(problem) for c in "xy"]
-            yield from (f"{outline}.{q}" for q in (*extremes, "height", "width"))
-        yield from (f"{name}.{e}.surface_expansion" for e in edges)
-        yield from (f"{name}.{e}.barrel" for e in edges)
+    yield from (f"{name}.{p}.{q}" for p in corners for q in (*positions, *_fields(problem)))
+    for outline in (name, *(f"{name}.{e}" for e in edges)):
+        extremes = [f"{m}.{q}" for m in ("max", "min") for q in (*positions, *_fields(problem))]
+        extremes += [f"{m}.{q}.place.{c}" for m in ("max", "min") for q in _fields(problem) for c in "xyz"[:d]]
+        yield from (f"{outline}.{q}" for q in (*extremes, *EXTENTS[d]))
+    yield from (f"{name}.{e}.surface_expansion" for e in edges)
+    yield from (f"{name}.{e}.barrel" for e in edges if d == 2)
 
 
 def _contact_quantities() -> Iterator[str]:
@@ -132,8 +145,8 @@ def _contact_quantities() -> Iterator[str]:
 
 
 def _fields(problem: Problem) -> tuple[str, ...]:
-    thin = ("thickness",) if problem.space == "plane stress" else ()
-    return (*NODAL_FIELDS, *thin, *damage.fields(problem))
+    more = {"plane stress": ("thickness",), "solid": ("stress.yz", "stress.xz")}.get(problem.space, ())
+    return (*NODAL_FIELDS, *more, *damage.fields(problem))
 
 
 def _boundaries(problem: Problem, body: str) -> tuple[list[str], list[str]]:
@@ -169,6 +182,8 @@ class _Reader:
         self.problem = problem
         self.columns = columns(problem)
         self.forces, self.places = force_columns(problem), place_columns(problem)
+        self.solid = problem.space == "solid"
+        self.positions = SPATIAL_POSITIONS if self.solid else POSITIONS
         self.shapes: dict[str, Shape] = dict(shapes or {})
         self.passing: list[Place] = []  # that material flows past and that are to be single ones, of all that was read
 
@@ -219,7 +234,7 @@ class _Reader:
         known = []
         for body in self.problem.bodies:
             for outline in (body, *(f"{body}.{edge}" for edge in self._known(body)[1])):
-                known += [f"{outline}.{q}" for q in (*POSITIONS, "angle", *_fields(self.problem))]
+                known += [f"{outline}.{q}" for q in (*self.positions, "angle", *_fields(self.problem))]
         near = difflib.get_close_matches(head, known, n=1, cutoff=0.5)
         remedy = f"did you mean '{near[0]}{text[len(head) :]}'?" if near else GUIDE
         return MeasureError(f"unknown measure {text!r}; {remedy}")
@@ -272,7 +287,7 @@ class _Reader:
         units |= dict(zip(SLIDING_FIELDS, ("s", length_unit(p), f"{length_unit(p)}/s")))
         if quantity == "area":
             return _Part(area_unit(p), contacts.area(of))
-        if p.space == "solid" and (quantity in ("length", "surface_expansion") or head == "neutral"):
+        if self.solid and (quantity == "length" or head == "neutral"):
             raise MeasureError(f"{quantity!r} of a contact is along a line; in space take 'area', 'max.pressure' or 'count.slip'")
         if quantity == "surface_expansion":
             return _Part("", contacts.expansion(of, p.space == "axisymmetric"))
@@ -311,9 +326,11 @@ class _Reader:
             return _Part(f"{moment_unit(p)}/s", lambda i: float(np.vdot(*i.plastic_power[body])))
         if quantity == "max.plastic_power" and not where:
             return _Part(f"{pressure_unit(p)}/s", lambda i: float(i.plastic_power[body][0].max()))
-        if p.space == "solid":
-            known = "of bodies in space there is the measure 'plastic_power' alone so far; take one of a tool or a contact"
-            raise MeasureError(f"'{body}.{rest}': {known}")
+        if quantity == "volume" and not where and p.space != "plane stress":
+            size = bodies.volume(body, p)
+            return _Part(volume_unit(p), bodies.plain(body, size), None, body, size)
+        if self.solid and quantity.rpartition(".")[2] in OF_OUTLINES:
+            raise MeasureError(f"'{body}.{rest}' is along a line, and bodies in space have no outline; take positions at places")
         if quantity == "folding_angle" and not where:
             return _Part("deg", lambda i: float(i.folding[body].angle))
         if quantity == "folds" and not where:
@@ -336,15 +353,16 @@ class _Reader:
             return self._at_place(self._place(owner, where, choose), name, choose)
         if choose:
             return self._extreme(owner, name, 1.0 if choose == "max" else -1.0)
-        if quantity in ("height", "width"):
-            return self._geometric(body, length_unit(p), bodies.extent(owner, "y" if quantity == "height" else "x"))
+        if (axis := EXTENTS[directions(p)].get(quantity)) is not None:
+            return self._geometric(body, length_unit(p), bodies.extent(owner, axis))
         if quantity == "barrel" and owner.boundary:
             return self._geometric(body, length_unit(p), bodies.barrel(owner))
         if quantity == "surface_expansion" and owner.boundary:
             grown = bodies.expansion(owner, p.space == "axisymmetric")
             return _Part("", bodies.plain(body, grown), None, body, grown)
-        if name in (*POSITIONS, *_fields(p), "angle"):
-            other = f"'{owner}.{name} at y=…'" + (f" or '{owner}.max.{name}'" if name != "angle" else "")
+        if name in (*self.positions, *_fields(p), "angle"):
+            at = "x=…, z=…" if self.solid else "y=…"
+            other = f"'{owner}.{name} at {at}'" + (f" or '{owner}.max.{name}'" if name != "angle" else "")
             raise MeasureError(f"'{body}.{rest}' says of no place on {owner}: write {other}")
         return None
 
@@ -354,7 +372,7 @@ class _Reader:
         name = _longest(text, [*corners, *edges])
         rest = text[len(name) :].removeprefix(".") if name else text
         if name in corners and name not in edges:
-            return Place(Outline(body), point=name), rest
+            return (PlaceInSpace if self.solid else Place)(Outline(body), point=name), rest
         return Outline(body, name), rest
 
     def _place(self, outline: Outline, where: Mapping[str, str], choose: str = "") -> Place:
@@ -362,14 +380,48 @@ class _Reader:
 
         A place of the undeformed body stays with the material, so it is looked for here, before anything is solved.
         """
+        if self.solid:
+            return self._place_in_space(outline, where, choose)
         if not where["axis"]:
-            return Place(outline, near=(self._length(where["x"]), self._length(where["y"])))
+            near = [self._length(text) for text in where["near"].split(",")]
+            if len(near) != 2:
+                raise MeasureError(f"'near ({where['near']})': a place in the plane has two coordinates")
+            return Place(outline, near=tuple(near))
+        if where["axis"].lower() == "z":
+            raise MeasureError(f"'{outline} at {where['axis']}={where['level']}': z is an axis of 'space: solid'")
+        if "," in where["level"]:
+            raise MeasureError(f"'{outline} at {where['axis']}={where['level']}': one coordinate names a place on an outline")
         place = Place(outline, axis=where["axis"], level=self._length(where["level"]), unit=length_unit(self.problem))
         if where["axis"].isupper():
             shape = self._shape(outline.body)
             (place.spots if choose else place.spot)(shape, shape.X)
         elif not choose:
             self.passing.append(place)
+        return place
+
+    def _place_in_space(self, outline: Outline, where: Mapping[str, str], choose: str) -> Place:
+        """The place of a body in space, by two coordinates on its sides or three in it; one is a cut, of which one is chosen."""
+        unit = length_unit(self.problem)
+        if not where["axis"]:
+            near = tuple(self._length(text) for text in where["near"].split(","))
+            if len(near) != 3:
+                raise MeasureError(f"'near ({where['near']})': a place in space has three coordinates")
+            return PlaceInSpace(outline, near=near, unit=unit)
+        given = [part.partition("=") for part in f"{where['axis']}={where['level']}".split(",")]
+        levels = tuple((axis.strip(), self._length(level)) for axis, _, level in given)
+        axes = "".join(axis for axis, _ in levels)
+        written = f"'{outline} at {axes[0]}={where['level']}'"
+        if len({a.lower() for a in axes}) < len(axes) or not (axes.isupper() or axes.islower()):
+            bodies_ = "all of the deformed (x, y, z) or of the undeformed body (X, Y, Z)"
+            raise MeasureError(f"{written}: give different coordinates, {bodies_}")
+        if len(levels) == 1 and not choose:
+            raise MeasureError(f"{written} is a line in space: give two coordinates, or 'max.y' or 'min.y' of what lies there")
+        if len(levels) == 3 and outline.boundary:
+            raise MeasureError(f"{written}: three coordinates are a place in the body; leave out {outline.boundary!r}")
+        place = PlaceInSpace(outline, axis=axes, unit=unit, levels=levels)
+        if axes.isupper():
+            shape = self._shape(outline.body)
+            (place.spots if choose else place.spot)(shape, shape.X)
         return place
 
     def _length(self, text: str) -> float:
@@ -384,25 +436,25 @@ class _Reader:
 
     def _at_place(self, place: Place, name: str, choose: str) -> _Part | None:
         body = place.outline.body
-        if name in POSITIONS and not (choose and not place.axis):
+        if name in self.positions and not (choose and not place.axis):
             geometry = bodies.coordinate(place, name[-1], displacement=name.startswith("u"), choose=choose)
             return self._geometric(body, length_unit(self.problem), geometry)
         if choose:
             return None
-        if name == "angle" and place.axis:
+        if name == "angle" and place.axis and not self.solid:
             return self._geometric(body, "deg", bodies.inclination(place), turn=180.0)
         if name in _fields(self.problem):
             return _Part(self._field_unit(body, name), bodies.field_at(place, name))
         return None
 
     def _extreme(self, outline: Outline, name: str, sign: float) -> _Part | None:
-        if name in POSITIONS:
+        if name in self.positions:
             geometry = bodies.end(outline, name[-1], sign, displacement=name.startswith("u"))
             return self._geometric(outline.body, length_unit(self.problem), geometry)
         if name in _fields(self.problem):
             return _Part(self._field_unit(outline.body, name), bodies.field_extreme(outline, name, sign))
         field, _, axis = name.partition(".place.")
-        if field in _fields(self.problem) and axis in ("x", "y"):
+        if field in _fields(self.problem) and axis and axis in "xyz"[: directions(self.problem)]:
             return _Part(length_unit(self.problem), bodies.extreme_place(outline, field, sign, axis))
         return None
 
@@ -417,7 +469,8 @@ class _Reader:
 
     def _geometric(self, body: str, unit: str, geometry: bodies.Geometry, turn: float = math.inf) -> _Part:
         value, slope = bodies.geometric(body, geometry)
-        return _Part(unit, value, slope, body, lambda shape, x: geometry(shape, x).value, turn)
+        # in space how a place slides over its face when nodes move is not known: there are no derivatives there
+        return _Part(unit, value, None if self.solid else slope, body, lambda shape, x: geometry(shape, x).value, turn)
 
     # --------------------------------------------------------------------------------------------------------- functions
     def _function(self, name: str, given: list[str], text: str) -> _Part:
@@ -430,6 +483,8 @@ class _Reader:
             near = difflib.get_close_matches(name, FUNCTIONS, n=1)
             remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(FUNCTIONS)}"
             raise MeasureError(f"unknown function {name!r} in {text!r}; {remedy}")
+        if self.solid and name in OF_OUTLINES:
+            raise MeasureError(f"{text!r} is along a line, and bodies in space have no outline; take positions at places")
         wanted = 1 if name in ("change", "mean", "ripple") else 2
         if len(given) != wanted:
             raise MeasureError(f"{name} takes {wanted} argument{'s' * (wanted > 1)}, {text!r} has {len(given)}; {GUIDE}")
@@ -512,21 +567,22 @@ class _Reader:
 
 # ------------------------------------------------------------------------------------------------------------- details
 _WRITTEN = r"[^=,()]+?"
-_AT_LEVEL = re.compile(rf"(?P<head>.*?)\s+at\s+(?P<axis>[xyXY])\s*=\s*(?P<level>{_WRITTEN})")
-_NEAR_POINT = re.compile(rf"(?P<head>.*?)\s+near\s*\(\s*(?P<x>{_WRITTEN})\s*,\s*(?P<y>{_WRITTEN})\s*\)")
+_AXIS = "[xyzXYZ]"
+_AT_LEVEL = re.compile(rf"(?P<head>.*?)\s+at\s+(?P<axis>{_AXIS})\s*=\s*(?P<level>{_WRITTEN}(?:,\s*{_AXIS}\s*=\s*{_WRITTEN})*)")
+_NEAR_POINT = re.compile(r"(?P<head>.*?)\s+near\s*\((?P<near>[^=()]+,[^=()]+)\)")
 
 
 def _at(text: str) -> tuple[str, dict[str, str]]:
-    """What stands before ``at x=…`` or ``near (x, y)``, and these."""
+    """What stands before ``at x=…``, in space ``at x=…, z=…``, or ``near (x, y)``, and these."""
     if match := _AT_LEVEL.fullmatch(text):
         return match["head"], {"axis": match["axis"], "level": match["level"]}
     if match := _NEAR_POINT.fullmatch(text):
-        return match["head"], {"axis": "", "x": match["x"], "y": match["y"]}
+        return match["head"], {"axis": "", "near": match["near"]}
     return text, {}
 
 
 def _arguments(text: str) -> list[str]:
-    """Arguments between commas that stand in no bracket of their own."""
+    """Arguments between commas that stand in no bracket of their own, and not before a further coordinate of a place."""
     parts, depth = [""], 0
     for c in text:
         depth += (c == "(") - (c == ")")
@@ -534,7 +590,13 @@ def _arguments(text: str) -> list[str]:
             parts.append("")
         else:
             parts[-1] += c
-    return [p.strip() for p in parts]
+    joined = parts[:1]
+    for part in parts[1:]:
+        if re.match(rf"\s*{_AXIS}\s*=", part):
+            joined[-1] += f",{part}"
+        else:
+            joined.append(part)
+    return [p.strip() for p in joined]
 
 
 def _longest(text: str, known: list[str]) -> str:

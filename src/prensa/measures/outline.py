@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.measures.measure import MeasureError
+from prensa.mesh.faces import nearest_on_faces
 from prensa.precision import EPS, NEGLIGIBLE, SMALLEST
 from prensa.types import Array, Flags, Index
 
@@ -35,7 +36,7 @@ class Spot(NamedTuple):
     def slopes(self, x: Array) -> Array:
         """∂(position)/∂x (2, k, 2) of nodes at x (n, 2)."""
         moving = np.einsum("i,kj->ikj", self.dN @ x[self.nodes], self.slide)
-        return moving + np.einsum("k,ij->ikj", self.N, np.eye(2))
+        return moving + np.einsum("k,ij->ikj", self.N, np.eye(x.shape[1]))
 
     def tangent(self, x: Array) -> tuple[Array, Array]:
         """Tangent (2,) along the edge, not normalised, and its derivative (2, k, 2)."""
@@ -45,10 +46,10 @@ class Spot(NamedTuple):
         return self.dN @ x[self.nodes], moving + np.einsum("k,ij->ikj", self.dN, np.eye(2))
 
 
-def node(number: int) -> Spot:
-    """A node as a place."""
+def node(number: int, dimension: int = 2) -> Spot:
+    """A node as a place, in space of a dimension."""
     zero = np.zeros(1)
-    return Spot(np.array([number], dtype=np.int64), np.ones(1), zero, zero, np.zeros((1, 2)))
+    return Spot(np.array([number], dtype=np.int64), np.ones(1), zero, zero, np.zeros((1, dimension)))
 
 
 def functions(s: float, nodes: int) -> tuple[Array, Array, Array]:
@@ -143,8 +144,12 @@ def _sliding(place: Spot, values: Array, axis: int) -> Spot:
 def extreme(edges: Index, values: Array, sign: float) -> Spot:
     """Where nodal values (n,) along an outline are largest (sign 1) or smallest (−1).
 
-    The place moves along the outline when nodes move, but the value there changes as if it stayed (it is stationary).
+    The place moves along the outline when nodes move, but the value there changes as if it stayed (it is stationary). On
+    bilinear faces it is a node.
     """
+    if edges.shape[1] == 4:
+        nodes = np.unique(edges)
+        return node(int(nodes[np.argmax(sign * values[nodes])]), 3)
     a, b, c = _polynomials(sign * values, edges)
     inside = np.divide(-b, 2.0 * a, out=np.ones(len(a)), where=a < 0.0)
     candidates = np.stack([-np.ones(len(a)), np.clip(inside, -1.0, 1.0), np.ones(len(a))], axis=1)
@@ -194,7 +199,9 @@ def circle_curvature(points: Array) -> float:
 
 
 def nearest(points: Array, x: Array, edges: Index) -> Array:
-    """Distances (m,) of points (m, 2) from an outline of edges (k, 2|3) on nodes x (n, 2)."""
+    """Distances (m,) of points (m, d) from an outline of edges (k, 2|3), in space of faces (k, 4), on nodes x (n, d)."""
+    if edges.shape[1] == 4:
+        return nearest_on_faces(points, x, edges)
     return np.array([_distance(p, x[edges]) for p in points])
 
 

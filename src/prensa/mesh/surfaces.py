@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from prensa.mesh.faces import face_areas
 from prensa.precision import NEGLIGIBLE
 from prensa.types import Array, Flags, Index
 
@@ -29,6 +30,21 @@ def edge_areas(x: Array, edges: Index, revolved: bool) -> Array:
         around = 2.0 * np.pi * (x[edges][..., 0] @ N) if revolved else 1.0
         out += weight * around * np.hypot(way[:, 0], way[:, 1])
     return out
+
+
+def surface_areas(x: Array, edges: Index, revolved: bool) -> Array:
+    """`edge_areas`, and in space the areas (k,) of faces (k, 4) on nodes x (n, 3)."""
+    return face_areas(x, edges) if x.shape[1] == 3 else edge_areas(x, edges, revolved)
+
+
+def section_volume(x: Array, edges: Index, revolved: bool) -> float:
+    """Area within a closed outline of edges (k, 2|3) on nodes x (n, 2), body on the left; volume of a body of revolution."""
+    total = 0.0
+    for s, weight in zip(*GAUSS):
+        N, dN = slopes_at(float(s), edges.shape[1])
+        r, up = x[edges][..., 0] @ N, x[edges][..., 1] @ dN
+        total += float(weight * ((np.pi * r if revolved else 1.0) * r * up).sum())
+    return total
 
 
 def on_axis(X: Array, edges: Index) -> Flags:

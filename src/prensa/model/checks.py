@@ -127,8 +127,6 @@ def _damage(p: Any, key: str, body: Any) -> Iterator[Finding]:
         kind = body.material.type
         why = f"damage grows with plastic strain, and {kind} has none; use 'j2', or leave 'damage' out"
         yield Finding(path, why, at_key=True)
-    if p.space == "solid":
-        yield Finding(path, "damage is not evaluated in three dimensions yet; leave it out", at_key=True)
     names = [law.name for law in body.damage]
     for k, name in enumerate(names):
         if name in names[:k]:
@@ -410,7 +408,7 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
                     message = f"{freedom} of tool {key!r} is given by '{other}' and by '{kind}'; keep one"
                     yield Finding((*here, name), message, at_key=True)
     for key, drive in step.crank.items():
-        axis = None if drive is None else "x" if drive.x is not None else "y"
+        axis = None if drive is None else next(a for a in "xyz" if getattr(drive, a) is not None)
         if axis is not None and (rival := given.get((key, axis))) is not None:
             message = f"{axis} of tool {key!r} is given by '{rival}' and by 'crank'; keep one"
             yield Finding((*path, "crank", key), message, at_key=True)

@@ -13,7 +13,9 @@ from prensa.model.names import Finding, suggest
 from prensa.model.units import Angle, Length, Number
 from prensa.precision import NEGLIGIBLE
 
-AXIS = {"down": ("y", -1.0), "up": ("y", 1.0), "left": ("x", -1.0), "right": ("x", 1.0)}
+AXIS = {
+    "down": ("y", -1.0), "up": ("y", 1.0), "left": ("x", -1.0), "right": ("x", 1.0), "back": ("z", -1.0), "front": ("z", 1.0),
+}  # fmt: skip
 
 
 @described
@@ -24,7 +26,8 @@ class Crank:
     rod so long that the motion is harmonic). The crank turns from ``start``, its angle before bottom dead centre, to ``end``
     (0: bottom dead centre; after it angles are negative); ``height`` in place of ``start``: how high the slide is above bottom
     dead centre when the step begins, on its way down. The tool goes from where it is when the step begins, ``toward`` where
-    the press closes. ``strokes_per_minute`` is how fast the crank turns, and so gives the step its duration.
+    the press closes (``back`` and ``front`` in space). ``strokes_per_minute`` is how fast the crank turns, and so gives the step
+    its duration.
     """
 
     stroke: Annotated[Length, Field(gt=0)]
@@ -33,7 +36,7 @@ class Crank:
     height: Annotated[Length, Field(gt=0)] | None = None
     end: Annotated[Angle, Field(gt=-math.tau, lt=math.tau)] = 0.0
     strokes_per_minute: Annotated[Number, Field(gt=0)] | None = None
-    toward: Literal["down", "up", "left", "right"] = "down"
+    toward: Literal["down", "up", "left", "right", "back", "front"] = "down"
 
     @model_validator(mode="after")
     def _check(self) -> Crank:
@@ -79,6 +82,11 @@ class Crank:
         return self if AXIS[self.toward][0] == "y" else None
 
     @property
+    def z(self) -> Crank | None:
+        """What drives the tool along z."""
+        return self if AXIS[self.toward][0] == "z" else None
+
+    @property
     def dead_centre(self) -> float | None:
         """Share of the turn, inside it, at which the slide is at bottom dead centre; None if it is not."""
         share = self.first / (self.first - self.end)
@@ -115,6 +123,9 @@ def findings(p: Any, step: Any, path: tuple[str | int, ...]) -> Iterator[Finding
             continue
         if p.space == "axisymmetric" and crank.x is not None:
             yield Finding((*here, "toward"), "in axisymmetry a tool moves along y only")
+        if p.space not in (None, "solid") and crank.z is not None:
+            message = f"{crank.toward!r} is a direction of 'space: solid'; in the plane write down, up, left or right"
+            yield Finding((*here, "toward"), message)
         if crank.seconds is None:
             continue
         if step.duration is not None:

@@ -14,7 +14,7 @@ from prensa.model.units import Displacement
 
 @described
 class Feed:
-    """The longest way, ``x`` or ``y``, by which a boundary pushes its body to the tools; to the side it is free.
+    """The longest way, ``x``, ``y`` or in space ``z``, by which a boundary pushes its body to the tools; to the side it is free.
 
     The step ends before that as soon as the tools grip: when the boundary would have to hold the body back, because rolls
     draw it in by friction. In the steps that follow the boundary is free.
@@ -22,22 +22,24 @@ class Feed:
 
     x: Displacement | None = None
     y: Displacement | None = None
+    z: Displacement | None = None
 
     @model_validator(mode="after")
     def _check(self) -> Feed:
-        if (self.x is None) == (self.y is None) or 0.0 in (self.x, self.y):
+        ways = [way for way in (self.x, self.y, self.z) if way is not None]
+        if len(ways) != 1 or ways[0] == 0.0:
             raise ValueError("give the way along x or along y, other than 0, like {x: 8}")
         return self
 
     @property
     def axis(self) -> str:
         """Direction of the way."""
-        return "x" if self.y is None else "y"
+        return next(axis for axis in "xyz" if getattr(self, axis) is not None)
 
     @property
     def way(self) -> float:
         """The way, with its sign."""
-        return float(self.x if self.y is None else self.y)  # type: ignore[arg-type]
+        return float(getattr(self, self.axis))
 
 
 def findings(p: Any, step: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:

@@ -131,14 +131,16 @@ if TYPE_CHECKING:  # a type checker cannot follow the function
     PressureValue: TypeAlias = _Value
     ForceValue: TypeAlias = _Value
     MomentValue: TypeAlias = _Value
-    BodyForceValue: TypeAlias = _Value
+    Traction: TypeAlias = tuple[_Value, _Value] | tuple[_Value, _Value, _Value]
+    ForceDensity: TypeAlias = Traction
 else:
     DisplacementValue = value_of(Displacement)
     AngleValue = value_of(Angle)
     PressureValue = value_of(Pressure)
     ForceValue = value_of(Force)
     MomentValue = value_of(Moment)
-    BodyForceValue = value_of(BodyForce)
+    Traction = vector_of(PressureValue)
+    ForceDensity = vector_of(value_of(BodyForce))
 
 
 # ---------------------------------------------------------------------------------------------------------- mounting

@@ -18,9 +18,10 @@ from prensa.model.tables import DRIVEN, read_columns
 from prensa.model.units import FORCE, LENGTH, Displacement, Energy, Force, Moment
 from prensa.precision import NEGLIGIBLE
 
-IMAGES_BESIDE = {"y": ("left", "right"), "x": ("bottom", "top")}
+OPPOSITE = {"x": ("left", "right"), "y": ("bottom", "top"), "z": ("back", "front")}
+IMAGES_BESIDE = {axis: tuple(s for other, pair in OPPOSITE.items() if other != axis for s in pair) for axis in OPPOSITE}
 """Sides along which an axis lies: a mirror image there doubles the force along it; across it doubles the stroke."""
-Side = Literal["left", "right", "bottom", "top"]
+Side = Literal["left", "right", "bottom", "top", "back", "front"]
 
 
 def _of_file(value: Any, info: ValidationInfo) -> Any:
@@ -68,7 +69,7 @@ class Press:
                 raise ValueError("the strokes of 'capacity' must increase strictly")
             if strokes[0] > 0.0:
                 raise ValueError(f"'capacity' begins at a stroke of {strokes[0]:g}; give it from 0 on, the tool's first place")
-        for pair in IMAGES_BESIDE.values():
+        for pair in OPPOSITE.values():
             if sum(side in pair for side in self.mirror or ()) > 1:
                 raise ValueError(f"'mirror' names one side of {pair[0]!r} and {pair[1]!r} at most, once")
         return self
@@ -98,8 +99,8 @@ PressValue = Annotated[Press, BeforeValidator(_spelled_out)]
 class Use:
     """How the press of a tool is used in a problem.
 
-    ``axis``: along which the steps drive the tool: x, y or xy; ``forces``, ``strokes``, ``energies``: those of the whole part,
-    over those of the model.
+    ``axis``: along which the steps drive the tool: x, y, z or some of them; ``forces``, ``strokes``, ``energies``: those of the
+    whole part, over those of the model.
     """
 
     press: Press
@@ -110,17 +111,17 @@ class Use:
     strokes: int
     energies: int
 
-    def along(self, x: float, y: float) -> float:
-        """Size of a vector along the axis."""
-        return math.hypot(x if "x" in self.axis else 0.0, y if "y" in self.axis else 0.0)
+    def along(self, *vector: float) -> float:
+        """Size of a vector (d,) along the axis."""
+        return math.hypot(*(v if axis in self.axis else 0.0 for axis, v in zip("xyz", vector)))
 
-    def force(self, fx: float, fy: float) -> float:
-        """Force that the press bears when the model's tool does."""
-        return self.forces * self.along(fx, fy)
+    def force(self, *force: float) -> float:
+        """Force that the press bears when the model's tool has one of d components."""
+        return self.forces * self.along(*force)
 
-    def stroke(self, ux: float, uy: float) -> float:
-        """Way of the press from the first place of the tool."""
-        return self.strokes * self.along(ux, uy)
+    def stroke(self, *way: float) -> float:
+        """Way of the press from the first place of the tool, whose displacement has d components."""
+        return self.strokes * self.along(*way)
 
     def capacity(self, stroke: float, time: float, number: int) -> float:
         """Force that the press can bear at a stroke and a time of step *number* (from 0); infinite where nothing limits it.
@@ -142,11 +143,11 @@ class Use:
         return math.inf if given is None else given
 
     def utilisation(
-        self, force: tuple[float, float], place: tuple[float, float], work: float, time: float, number: int
-    ) -> float:
+        self, force: tuple[float, ...], place: tuple[float, ...], work: float, time: float, number: int
+    ) -> float:  # fmt: skip
         """The largest share of its limits that the press bears, at a time of step *number* (from 0).
 
-        ``force`` and ``place`` of the model's tool along x and y, its ``work`` in the step.
+        ``force`` and ``place`` of the model's tool along the axes, its ``work`` in the step.
         """
         of_force = self.force(*force) / self.capacity(self.stroke(*place), time, number)
         # a tool that springs back gives work to the press, which uses nothing of it
@@ -165,8 +166,8 @@ def use_of(problem: Any, tool: str) -> Use | None:
 
 
 def driven_along(p: Any, tool: str) -> str:
-    """Axes along which steps drive a tool: x, y, xy, or nothing; in axisymmetry y, if any."""
-    return "".join(axis for axis in "xy" if any(drives(step, tool, axis) for step in p.steps if step is not None))
+    """Axes along which steps drive a tool: x, y, in space z, some of them, or nothing; in axisymmetry y, if any."""
+    return "".join(axis for axis in "xyz" if any(drives(step, tool, axis) for step in p.steps if step is not None))
 
 
 def drives(step: Any, tool: str, axis: str, kinds: tuple[str, ...] = DRIVEN) -> bool:
@@ -188,9 +189,7 @@ def findings(p: Any) -> Iterator[Finding]:
         if tool is None or tool.press is None:
             continue
         path = ("tools", name, "press")
-        if p.space == "solid":
-            yield Finding(path, "presses are of plane and axisymmetric problems so far; leave it out")
-        elif p.space in ("plane strain", "plane stress") and p.thickness == 1.0:
+        if p.space in ("plane strain", "plane stress") and p.thickness == 1.0:
             message = "a press bears the whole part, and forces here are per length: give 'thickness', how long the part is"
             yield Finding(path, message)
         if whole:
@@ -204,13 +203,17 @@ def _driven(p: Any, path: tuple[str | int, ...], name: str, press: Press) -> Ite
     """What does not go with the motion of the tool."""
     axis = driven_along(p, name)
     if not axis:
-        yield Finding(path, f"no step drives tool {name!r} along x or y: the press belongs to the tool that it drives")
+        along = "x, y or z" if p.space == "solid" else "x or y"
+        yield Finding(path, f"no step drives tool {name!r} along {along}: the press belongs to the tool that it drives")
         return
     if press.mirror and p.space == "axisymmetric" and {"left", "right"} & set(press.mirror):
         yield Finding((*path, "mirror"), "in axisymmetry the axis mirrors, forces are of the whole circumference: leave it out")
     elif press.mirror and len(axis) > 1:
-        message = f"tool {name!r} is driven along x and y: mirror images are of a press along one of them; model the whole part"
+        ways = " and ".join(axis)
+        message = f"tool {name!r} is driven along {ways}: mirror images are of a press along one of them; model the whole part"
         yield Finding((*path, "mirror"), message)
+    elif p.space != "solid" and {"back", "front"} & set(press.mirror or ()):
+        yield Finding((*path, "mirror"), "'back' and 'front' are sides of 'space: solid'")
     if press.torque is not None:
         yield from _turned(p, path, name, press, axis)
     if isinstance(press.capacity, tuple):
@@ -301,8 +304,8 @@ def _awaited(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding
         if tool is not None and tool.press is not None and energy > (tool.press.energy or math.inf):
             has = f"the press of {name!r} has an energy of {tool.press.energy:g}"
             yield Finding(here, f"{has}, and the blow asks for {energy:g}: ask for less, or give several blows")
-        driven = any(drives(step, name, a) for a in ("x", "y", "rz"))
+        driven = any(drives(step, name, a) for a in ("x", "y", "z", "rx", "ry", "rz"))
         if not driven:
             yield Finding(here, f"the step does not move tool {name!r}, which does no work then: move it ('by')", at_key=True)
-        elif (tool is None or tool.press is None) and any(drives(step, name, a, ("push",)) for a in "xy"):
+        elif (tool is None or tool.press is None) and any(drives(step, name, a, ("push",)) for a in "xyz"):
             yield _pushed((*path[:2], "push", name), name)

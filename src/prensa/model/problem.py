@@ -21,12 +21,13 @@ from prensa.model.doors import name_of, union
 from prensa.model.feed import Feed
 from prensa.model.fields import (
     AngleValue,
-    BodyForceValue,
     DisplacementValue,
+    ForceDensity,
     ForceValue,
     MomentValue,
     PressureValue,
     Springs,
+    Traction,
     as_names,
     as_table,
     described,
@@ -313,22 +314,26 @@ SPATIAL_AXES = ("x", "y", "z")
 class Fixed:
     """Support of a boundary along ``x``, ``y`` and in space ``z``: ``held``, a displacement, a table of it, or none.
 
-    ``free`` releases what earlier entries prescribed there: its force goes linearly to zero over the step.
+    ``normal: held`` holds a flat side in space along its normal, whatever the axes, in all steps: a plane of symmetry of a
+    sector. ``free`` releases what earlier entries prescribed there: its force goes linearly to zero over the step.
     """
 
     x: SupportValue | None = None
     y: SupportValue | None = None
     free: bool = False
     z: SupportValue | None = None
+    normal: Literal["held"] | None = None
 
 
 def _as_fixed(value: Any) -> Any:
-    """'x', 'y', 'xy', in space also 'z', 'xz', 'yz' and 'xyz', are short for held components, 'free' for a release."""
+    """'x', 'y', 'xy', in space also 'z', 'xz', 'yz', 'xyz', 'normal', are short for held components, 'free' for a release."""
     if isinstance(value, list | tuple | bool):
         raise ValueError("write 'x', 'y', 'xy', 'free' or a mapping of x and y to values")
     if isinstance(value, str):
         if value == "free":
             return {"free": True}
+        if value == "normal":
+            return {"normal": "held"}
         if value not in ("x", "y", "xy", "z", "xz", "yz", "xyz"):
             raise ValueError(f"{value!r} is not 'x', 'y', 'xy', 'free' or a mapping of x and y to values")
         return dict.fromkeys(value, "held")
@@ -384,6 +389,8 @@ class Push:
 class Load:
     """Load on a boundary: ``traction`` (dead: fixed direction, per undeformed area) or ``pressure`` and ``shear``.
 
+    A traction has two components, in space three; there is no ``shear`` in space, where a side has no direction of its own.
+
     ``pressure`` pushes into the body, ``shear`` acts along the boundary (body on the left when walking along +).
     With ``follower`` (default ``true``) both turn with the surface and act on its current area; without, on the undeformed
     one. A later load on the boundary that does not say ``follower`` keeps what an earlier one said. A later traction replaces
@@ -392,7 +399,7 @@ class Load:
 
     pressure: PressureValue | None = None
     shear: PressureValue | None = None
-    traction: tuple[PressureValue, PressureValue] | None = None
+    traction: Traction | None = None
     follower: bool | None = None
 
     @model_validator(mode="after")
@@ -436,7 +443,7 @@ class Step:
     push: Mapping[str, Push] = field(default_factory=dict)
     fixed: Mapping[str, FixedValue] = field(default_factory=dict)
     loads: Mapping[str, Load] = field(default_factory=dict)
-    body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
+    body_force: Mapping[str, ForceDensity] = field(default_factory=dict)
     friction: Mapping[str, Friction | None] = field(default_factory=dict)
     remove_tools: bool = False
     duration: Annotated[Seconds, Field(gt=0)] | None = None
@@ -484,7 +491,7 @@ class Problem:
     ties: tuple[Tie, ...] = ()
     fixed: Mapping[str, FixedValue] = field(default_factory=dict)
     loads: Mapping[str, Load] = field(default_factory=dict)
-    body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
+    body_force: Mapping[str, ForceDensity] = field(default_factory=dict)
     friction: Friction | None = None
     space: Literal["plane strain", "plane stress", "axisymmetric", "solid"] = "plane strain"
     kinematics: Literal["finite", "small"] = "finite"
@@ -643,6 +650,8 @@ class Case:
             raise ValueError("'output.mirror' cannot name 'left' or 'right' in axisymmetry, whose axis mirrors: leave it out")
         if self.problem.space != "solid" and {"back", "front"} & set(self.output.mirror):
             raise ValueError("'output.mirror' cannot name 'back' or 'front' in the plane: they are sides in 'space: solid'")
+        if self.problem.space == "solid" and self.output.wear:
+            raise ValueError("'output.wear' is along outlines of tools, which tools in space do not have: leave it out")
         for tool in self.output.wear:
             if tool not in self.problem.tools:
                 known = ", ".join(map(repr, self.problem.tools)) or "none"

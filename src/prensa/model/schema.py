@@ -406,11 +406,12 @@ def _entry(name: str, value: Any) -> Any:
 
 
 def _short(support: Fixed) -> Any:
-    """'x', 'y', 'xy', …, or 'free' where that says it all."""
-    given = {c: getattr(support, c) for c in SPATIAL_AXES if getattr(support, c) is not None}
+    """'x', 'y', 'xy', …, 'normal' or 'free' where that says it all."""
+    given = {c: getattr(support, c) for c in (*SPATIAL_AXES, "normal") if getattr(support, c) is not None}
     if support.free and not given:
         return "free"
-    if given and not support.free and all(v == "held" for v in given.values()):
+    together = "normal" not in given or len(given) == 1
+    if given and together and not support.free and all(v == "held" for v in given.values()):
         return "".join(given)
     return {c: _plain(v) for c, v in given.items()} | ({"free": True} if support.free else {})
 

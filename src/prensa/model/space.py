@@ -11,9 +11,9 @@ from prensa.registry import DOORS
 BRICKS = ("box", "extruded", "revolved", "bricks")
 """Meshes of bodies in space."""
 NOT_IN_SPACE = {
-    "problem": ("no_contact", "ties", "loads", "body_force", "stabilise", "remesh", "start"),
+    "problem": ("no_contact", "remesh"),
     "tools": ("spring",),
-    "steps": ("crank", "feed", "push", "loads", "body_force", "control", "stabilise", "until", "remove_tools"),
+    "steps": ("push", "control"),
 }
 """Keys that mean nothing in space yet, where they are given."""
 _NOTHING = (None, False, "off")
@@ -29,7 +29,9 @@ def findings(p: Any) -> Iterator[Finding]:
     owners: list[tuple[tuple[str | int, ...], Any]] = [((), p)]
     owners += [(("steps", i), step) for i, step in enumerate(p.steps) if step is not None]
     for path, owner in owners:
-        for kind in ("fixed", "move", "by", "velocity"):
+        yield from _normals(p, owner, path, solid)
+        yield from _loads(owner, path, p.space, 3 if solid else 2)
+        for kind in ("fixed", "move", "by", "velocity", "feed"):
             for name, given in getattr(owner, kind, {}).items():
                 axis = "rz" if solid else "z"
                 if getattr(given, axis, None) is not None:
@@ -42,6 +44,31 @@ def findings(p: Any) -> Iterator[Finding]:
     if p.thickness not in (None, 1.0):
         yield Finding(("thickness",), "bodies in space have no thickness; leave it out", at_key=True)
     yield from _contacts(p)
+
+
+def _normals(p: Any, owner: Any, path: tuple[str | int, ...], solid: bool) -> Iterator[Finding]:
+    """Sides held along their normals: in space, by the problem, in all steps."""
+    for name, support in owner.fixed.items():
+        if getattr(support, "normal", None) is not None and (path or not solid):
+            words = "a side is held along its normal in all steps: write it under 'fixed' of the problem"
+            words = words if solid else "'normal' is for sides in 'space: solid'; hold the side along x or y"
+            yield Finding((*path, "fixed", name), words)
+        if path and getattr(support, "free", False) and getattr(p.fixed.get(name), "normal", None) is not None:
+            yield Finding((*path, "fixed", name), f"{name!r} is held along its normal in all steps and cannot be released")
+
+
+def _loads(owner: Any, path: tuple[str | int, ...], space: str, dimension: int) -> Iterator[Finding]:
+    """Loads with other components than the space has."""
+    for name, load in owner.loads.items():
+        if dimension == 3 and getattr(load, "shear", None) is not None:
+            words = "a side in space has no direction along which a shear could act; give a 'traction' of three components"
+            yield Finding((*path, "loads", name, "shear"), words, at_key=True)
+    given: list[tuple[tuple[str, ...], Any]] = [(("body_force", name), force) for name, force in owner.body_force.items()]
+    given += [(("loads", name, "traction"), getattr(load, "traction", None)) for name, load in owner.loads.items()]
+    for place, components in given:
+        if components is not None and len(components) != dimension:
+            what = place[0].replace("_", " ") if len(place) == 2 else place[-1]
+            yield Finding((*path, *place), f"the {what} has {dimension} components in {space}, not {len(components)}")
 
 
 def _no_z(p: Any, kind: str) -> str:

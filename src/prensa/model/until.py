@@ -23,7 +23,7 @@ Path: TypeAlias = tuple[str | int, ...]
 
 @described
 class ToolForce:
-    """Force ``x``, ``y`` or moment ``m`` of the bodies on a tool, as in ``history.csv``.
+    """Force ``x``, ``y`` or moment ``m`` of the bodies on a tool, as in ``history.csv``; in space ``z``, ``mx``, ``my``, ``mz``.
 
     A punch that presses down feels a positive ``y``. In plane problems of the whole ``thickness``, in axisymmetry of the
     whole circumference.
@@ -32,15 +32,32 @@ class ToolForce:
     x: Force | None = None
     y: Force | None = None
     m: Moment | None = None
+    z: Force | None = None
+    mx: Moment | None = None
+    my: Moment | None = None
+    mz: Moment | None = None
 
 
 @described
 class ToolTravel:
-    """Displacement ``x``, ``y`` of a tool from its first place, and rotation ``rz``, counter-clockwise, as in ``history.csv``."""
+    """Displacement ``x``, ``y`` of a tool from its first place, and rotation ``rz``, counter-clockwise, as in ``history.csv``.
+
+    In space ``z``, ``rx`` and ``ry`` too.
+    """
 
     x: Displacement | None = None
     y: Displacement | None = None
     rz: Angle | None = None
+    z: Displacement | None = None
+    rx: Angle | None = None
+    ry: Angle | None = None
+
+
+TOOL_COMPONENTS = {
+    "force": {2: ("x", "y", "m"), 3: ("x", "y", "z", "mx", "my", "mz")},
+    "travel": {2: ("x", "y", "rz"), 3: ("x", "y", "z", "rx", "ry", "rz")},
+}
+"""Of a tool's force and displacement by the dimension of space, in the order of its degrees of freedom."""
 
 
 def _spelled_out(value: Any) -> Any:
@@ -90,9 +107,9 @@ class Until:
 
     def criteria(self) -> Iterator[tuple[str, str, str, Any]]:
         """Kind, name, component ('' of a contact) and target of each but measures, in the order of the description."""
-        for kind, keys in (("force", ("x", "y", "m")), ("travel", ("x", "y", "rz"))):
+        for kind in TOOL_COMPONENTS:
             for name, target in getattr(self, kind).items():
-                yield from ((kind, name, key, v) for key in keys if (v := getattr(target, key)) is not None)
+                yield from ((kind, name, key, v) for key, v in vars(target).items() if v is not None)
         yield from (("contact", name, "", word) for name, word in self.contact.items())
         yield from (("energy", name, "", energy) for name, energy in self.energy.items())
         yield from (("press", name, "", 1.0) for name in self.press)
@@ -115,9 +132,11 @@ def findings(p: Any, step: Any, path: Path) -> Iterator[Finding]:
             here = (*path, "until", kind, name)
             if name not in p.tools:
                 yield Finding(here, f"unknown tool {name!r}{suggest(name, p.tools)}", at_key=True)
-            elif target.x is target.y is getattr(target, "m" if kind == "force" else "rz") is None:
+            elif all(value is None for value in vars(target).values()):
                 yield Finding(here, f"{kind} of tool {name!r} has no component; give x, y or a turn")
-            elif p.space == "axisymmetric":
+            else:
+                yield from _other_space(p, target, kind, here)
+            if name in p.tools and p.space == "axisymmetric":
                 for key in ("x", "m", "rz"):
                     if getattr(target, key, None) is not None:
                         yield Finding((*here, key), "in axisymmetry a tool moves along y only", at_key=True)
@@ -129,6 +148,15 @@ def findings(p: Any, step: Any, path: Path) -> Iterator[Finding]:
             yield Finding((*path, "until", "contact", name), message, at_key=True)
         elif name in p.tools and None not in p.contacts and not any(c.against == name for c in p.contacts):
             yield Finding((*path, "until", "contact", name), f"tool {name!r} has no contact that it could make or lose")
+
+
+def _other_space(p: Any, target: Any, kind: str, path: Path) -> Iterator[Finding]:
+    """Components of a tool that it has not in the space of a problem."""
+    known = TOOL_COMPONENTS[kind][3 if p.space == "solid" else 2]
+    for key, value in vars(target).items():
+        if value is not None and key not in known and p.space is not None:
+            where = "space" if p.space == "solid" else "the plane"
+            yield Finding((*path, key), f"in {where} the {kind} of a tool has {', '.join(known)}, not {key!r}", at_key=True)
 
 
 def _damage(p: Any, until: Any, path: Path) -> Iterator[Finding]:
@@ -177,7 +205,7 @@ def _moved_tables(p: Any) -> Iterator[Finding]:
             return
         for kind in ("move", "fixed"):
             for name, motion in getattr(step, kind).items():
-                for key in ("x", "y", "rz"):
+                for key in ("x", "y", "z", "rz"):
                     value = getattr(motion, key, None) if motion is not None else None
                     if isinstance(value, tuple) and (name, key) in anywhere:
                         yield Finding(
@@ -189,7 +217,7 @@ def _moved_tables(p: Any) -> Iterator[Finding]:
             (name, "rz" if key == "m" else key)
             for kind in (*DRIVEN, "fixed")
             for name, motion in getattr(step, kind).items()
-            for key in ("x", "y", "rz", "m")
+            for key in ("x", "y", "z", "rz", "m")
             if motion is not None and getattr(motion, key, None) not in (None, "held")
         }
         if ends_early(step):

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.measures.columns import directions
 from prensa.measures.damage import DamageLaw, laws, unit_of
 from prensa.measures.units import length_unit
 from prensa.model.problem import Problem
@@ -17,7 +18,7 @@ Table = Mapping[str, NDArray[Any]]
 
 
 class Moment(NamedTuple):
-    """When and where: ``step`` and ``increment`` (of the place, the end of what the time lies in), ``time``, ``place`` (x, y).
+    """When and where: ``step`` and ``increment`` (of the place, the end of what the time lies in), ``time``, ``place`` (d,).
 
     ``tool`` that has travelled farthest by then, and its ``travel``; '' and None where none moves.
     """
@@ -25,7 +26,7 @@ class Moment(NamedTuple):
     step: str
     increment: int
     time: float
-    place: tuple[float, float]
+    place: tuple[float, ...]
     tool: str
     travel: float | None
 
@@ -66,7 +67,7 @@ def sentences(table: Table, problem: Problem, shown: Callable[[float, str], str]
     unit = length_unit(problem)
 
     def where(m: Moment) -> str:
-        return f"at ({m.place[0]:.4g}, {m.place[1]:.4g}) {unit}"
+        return f"at ({', '.join(f'{c:.4g}' for c in m.place)}) {unit}"
 
     def when(m: Moment) -> str:
         return f"at time {m.time:.4g}" if m.travel is None else f"after {m.travel:.4g} {unit} of {m.tool}"
@@ -110,9 +111,10 @@ def _moment(table: Table, problem: Problem, column: str, k: int, share: float) -
         before = float(table[name][k - 1]) if k else 0.0
         return before + share * (float(table[name][k]) - before)
 
-    ways = {tool: math.hypot(at(f"{tool}.ux"), at(f"{tool}.uy")) for tool in problem.tools}
+    axes = "xyz"[: directions(problem)]
+    ways = {tool: math.hypot(*(at(f"{tool}.u{axis}") for axis in axes)) for tool in problem.tools}
     tool = max(ways, key=ways.__getitem__, default="")
-    place = float(table[f"{column}.x"][k]), float(table[f"{column}.y"][k])
+    place = tuple(float(table[f"{column}.{axis}"][k]) for axis in axes)
     moved = bool(tool) and ways[tool] > 0.0
     return Moment(
         str(table["step"][k]), int(table["increment"][k]), at("time"), place, tool if moved else "", ways[tool] if moved else None

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.measures.columns import directions
 from prensa.measures.units import force_unit
 from prensa.model.press import Use, use_of, works
 from prensa.model.problem import Problem
@@ -74,9 +75,9 @@ class Course(NamedTuple):
 def course(table: Table, problem: Problem, use: Use) -> Course:
     """What a press did; the rows are those of the table."""
     number = _numbers(table, problem)
-    column = {c: table[f"{use.tool}.{c}"] for c in ("ux", "uy", "fx", "fy")}
-    stroke = np.array([use.stroke(x, y) for x, y in zip(column["ux"], column["uy"])])
-    force = np.array([use.force(x, y) for x, y in zip(column["fx"], column["fy"])])
+    ways, forces = ([table[f"{use.tool}.{kind}{axis}"] for axis in "xyz"[: directions(problem)]] for kind in "uf")
+    stroke = np.array([use.stroke(*way) for way in zip(*ways)])
+    force = np.array([use.force(*f) for f in zip(*forces)])
     most = np.array([use.capacity(*at) for at in zip(stroke, table["time"], number)])
     work = table.get(f"{use.tool}.work", np.zeros(len(stroke)))
     given = np.array([use.energy(n) for n in number])

@@ -30,6 +30,7 @@ from prensa.result.increment import (
     BodyState,
     ContactState,
     Increment,
+    Moment,
     More,
     PointValues,
     Statistics,
@@ -132,6 +133,7 @@ class Stored(Sequence[Increment]):
             cost, bool(self.ends[k]), _absent(_NOT_KEPT.format(self.directory, "committed state")),
             lambda: self._contacts(number, row), lambda: self._bodies(number), int(row.get("remeshings", 0)),
             seconds=float(row.get("seconds", time)),
+            support_moments={s: Moment(*(float(row[f"fixed.{s}.m{c}"]) for c in "xyz")) for s in supports if self._d == 3},
             _more=More(self.problem, parse, _absent(_NOT_KEPT.format(self.directory, "shapes of boundaries")),
                        _absent(_NOT_KEPT.format(self.directory, "plastic power"))),
         )  # fmt: skip

@@ -269,6 +269,14 @@ class SpatialReaction(NamedTuple):
     z: float
 
 
+class Moment(NamedTuple):
+    """Moment of a support on the body about the origin of the coordinates, in three dimensions."""
+
+    mx: float
+    my: float
+    mz: float
+
+
 FORCE_IN: Mapping[int, Any] = {2: Force, 3: SpatialForce}
 PLACE: Mapping[int, Any] = {2: Place, 3: SpatialPlace}
 REACTION: Mapping[int, Any] = {2: Reaction, 3: SpatialReaction}
@@ -388,6 +396,8 @@ class Increment(Drawn):
     """Share of the increment after which forces that drive the run jumped in it, as its work says; nan where they did not."""
     seconds: float = 0.0
     """Since the beginning, by the durations of the steps."""
+    support_moments: Mapping[str, Moment] = field(default_factory=dict)
+    """In space, of the same boundaries about the origin of the coordinates, where the bodies are; empty in the plane."""
     temperatures: Temperatures | None = field(default=None, repr=False, compare=False)
     """Of the bodies, where the problem describes heat."""
     derivatives: Derivatives | None = field(default=None, repr=False, compare=False)

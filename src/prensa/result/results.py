@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Any, NamedTuple
@@ -15,6 +15,7 @@ from prensa.contact.recovery import at_free_edges, borne, mises_of, recover, smo
 from prensa.contact.surface import Surface
 from prensa.errors import PrensaError, take
 from prensa.materials.damage_law import DamageLaw
+from prensa.mesh.faces import face_expansion
 from prensa.mesh.mesh import boundary_edges
 from prensa.mesh.surfaces import surface_expansion
 from prensa.model.problem import support_names
@@ -30,6 +31,7 @@ from prensa.result.increment import (
     ContactState,
     Force,
     Increment,
+    Moment,
     More,
     Parse,
     Place,
@@ -79,6 +81,7 @@ def increment_of(
         lambda: body_states(system, whole(), e, plan, old, seconds),
         remeshings=0 if state.remeshed is None else state.remeshed.count,
         seconds=elapsed(system.problem, state.clock.time, state.ends),
+        support_moments=support_moments(system, e, plan, state),
         _more=More(system.problem, parse, lambda: shapes(system, whole(), start),
                    lambda: plastic_power(system, old, state.history, seconds),
                    None if context is None else lambda: assembled(system, context, whole().u, lam),
@@ -147,7 +150,34 @@ def support_forces(system: System, e: Evaluation, plan: StepPlan, state: State) 
         if group.support is not None:
             name, axis = group.support
             total[name]["xyz".index(axis)] += float(r[group.dofs].sum())
+    for name, _, force in _along_normals(system, e):
+        total[name] = [a + b for a, b in zip(total[name], force.sum(axis=0).tolist())]
     return {name: REACTION[system.dofs.dimension](*v) for name, v in total.items()}
+
+
+def _along_normals(system: System, e: Evaluation) -> Iterator[tuple[str, Index, Array]]:
+    """Sides that are held along their normals: name, nodes (k,) and the forces (k, 3) on them."""
+    if system.ties is None or system.ties.inclined is None:
+        return
+    own, force = system.ties.inclined, system.ties.support_forces(e.r)
+    for k, name in enumerate(own.names):
+        yield name, own.nodes[own.sides == k], force[own.sides == k]
+
+
+def support_moments(system: System, e: Evaluation, plan: StepPlan, state: State) -> dict[str, Moment]:
+    """Moments of the supports on the bodies about the origin, of the forces of `support_forces`; none in the plane."""
+    if system.dofs.dimension == 2:
+        return {}
+    x = system.positions(state.u) if system.problem.kinematics == "finite" else system.X
+    r, field = reactions(system, e, plan, state), system.dofs.displacement
+    total = {name: np.zeros(3) for name in support_names(system.problem)}
+    for group in [*plan.groups, *plan.released]:
+        if group.support is not None:
+            nodes, axes = field.split(group.dofs)
+            total[group.support[0]] += np.cross(x[nodes], np.eye(3)[axes] * r[group.dofs, None]).sum(axis=0)
+    for name, nodes, force in _along_normals(system, e):
+        total[name] += np.cross(x[nodes], force).sum(axis=0)
+    return {name: Moment(*map(float, v)) for name, v in total.items()}
 
 
 def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolState]:
@@ -471,6 +501,8 @@ def body_states(
     flat = system.dofs.dimension == 2
     stress = skin_stress(system, state, e, plan) if flat else stress_in_space(system, e)
     reaction = system.displacement(reactions(system, e, plan, state))
+    for _, nodes, force in _along_normals(system, e):
+        np.add.at(reaction, nodes, force)
     thickness = system.depth_in(e.history) if system.problem.space == "plane stress" else None
     out = {}
     for number, (b, h) in enumerate(zip(system.blocks, e.history)):
@@ -487,7 +519,7 @@ def body_states(
             system.X[own], x[own], b.cells - own.start, reaction[own], sig, mises_of(sig), plastic,
             None if thickness is None else thickness[own],
             nodal_damage(system.problem.bodies[b.body].damage, where, b, state.damage[number], h) if state.damage else {},
-            faster, _expansion(system, b, x) if flat else None,
+            faster, _expansion(system, b, x),
         )  # fmt: skip
     return out
 
@@ -511,6 +543,8 @@ def nodal_damage(
 def _expansion(system: System, b: Block, x: Array) -> Array:
     """Surface now over that at the beginning at the nodes of a body, for all nodes at x (n, 2); nan inside."""
     own = _own(b)
+    if x.shape[1] == 3:
+        return face_expansion(system.X[own], x[own], system.meshes[b.body].boundary)
     edges = boundary_edges(b.cells - own.start)
     return surface_expansion(system.X[own], x[own], edges, system.problem.space == "axisymmetric")
 

@@ -15,7 +15,7 @@ from prensa.measures.damage import largest
 from prensa.measures.targets import damage_targets
 from prensa.model.press import use_of
 from prensa.model.units import powers
-from prensa.model.until import reached
+from prensa.model.until import TOOL_COMPONENTS, reached
 from prensa.policy import Policy
 from prensa.result.increment import Increment
 from prensa.result.results import increment_of, tool_forces
@@ -236,7 +236,7 @@ def _criteria(system: System, number: int, policy: Policy) -> Iterator[Criterion
             yield _of_press(system, path, kind, name, target, policy)
             continue
         t = list(system.problem.tools).index(name)
-        component = ("x", "y", "m" if kind == "force" else "rz").index(key)
+        component = TOOL_COMPONENTS[kind][system.dofs.dimension].index(key)
 
         def value(look: Look, kind: str = kind, t: int = t, component: int = component) -> float:
             if kind == "travel":
@@ -246,7 +246,8 @@ def _criteria(system: System, number: int, policy: Policy) -> Iterator[Criterion
         words = f"{reached(kind, name, key)} {target:.6g}"
         # of nothing the tolerance is that of a small elastic strain, or of the size of the bodies
         unit = {"travel": system.length, "force": policy.until_force_strain * system.stiffness}[kind]
-        unit = {"rz": 1.0, "m": unit * system.length}.get(key, unit)
+        if component >= system.dofs.dimension:  # a turn, or a moment
+            unit = 1.0 if kind == "travel" else unit * system.length
         yield Criterion(path, words, value, float(target), abs(float(target)) or unit)
     for name, (measure, target) in targets(system.problem, number).items():
 

@@ -52,7 +52,7 @@ def damaged(
 
 
 def _equivalent(law: Material, history: Array, stress: Array) -> Array:
-    """σ̄ (n,) of the yield function of a law, von Mises' where it states none, at Cauchy stresses (n, 4)."""
+    """σ̄ (n,) of the yield function of a law, von Mises' where it states none, at Cauchy stresses (n, 4|6)."""
     if isinstance(law, PlaneStress):
         law, history = law.law, np.ascontiguousarray(history[:, :-1])
     return law.equivalent_stress(history) if isinstance(law, Yielding) else mises_of(stress)

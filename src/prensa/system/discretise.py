@@ -150,8 +150,8 @@ def first_way(problem: model.Problem, tool: str) -> Array | None:
     axes = model.SPATIAL_AXES if problem.space == "solid" else model.SPATIAL_AXES[:2]
     for step in problem.steps:
         if (crank := step.crank.get(tool)) is not None:
-            axis, sign = AXIS[crank.toward]
-            return np.array([sign * (axis == "x"), sign * (axis == "y")])
+            along, sign = AXIS[crank.toward]
+            return np.array([sign * (axis == along) for axis in axes])
         for kind in (step.move, step.by, step.velocity, step.push):
             way = np.array([_first_value(getattr(kind.get(tool), axis, None)) for axis in axes])
             if way.any():

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from prensa.system.control import Proportional
+from prensa.system.face_loads import face_force, pressure_stiffness
 from prensa.system.interaction import Context, Discretisation, Interaction, Part, Request, Response
 from prensa.system.schedule import Amplitude, BoundaryLoad, StepPlan
 from prensa.system.self_equilibrated import SelfEquilibrated, per_block
@@ -44,7 +45,7 @@ def _points(x: Array, edges: Index, depth: Array | None) -> list[tuple[float, Ar
 
 def boundary_force(
     x: Array, edges: Index, depth: Array | None, pressure: float = 0.0, shear: float = 0.0,
-    traction: tuple[float, float] = (0.0, 0.0),
+    traction: tuple[float, ...] = (0.0, 0.0),
 ) -> Array:  # fmt: skip
     """Forces (k, 2a) on the nodes of edges (k, a) of the configuration x (n, 2), stresses per area of x.
 
@@ -88,18 +89,29 @@ class EdgeLoad:
         """See `Interaction`."""
         system, load = self.system, self.load
         p, q = load.pressure(c.time), load.shear(c.time)
-        t = (load.tx(c.time), load.ty(c.time))
+        t = tuple(course(c.time) for course in load.traction)
         (dofs,) = self.couplings()
         parts = []
         if load.follower and (p != 0.0 or q != 0.0):
             x = system.positions(ask.u) if system.problem.kinematics == "finite" else system.X
-            K = follower_stiffness(x, load.edges, c.depth, p, q) if ask.stiffness else None
-            parts.append(Part(f"load {self.name}", dofs, boundary_force(x, load.edges, c.depth, p, q), K))
+            K = self._stiffness(x, c.depth, p, q) if ask.stiffness else None
+            parts.append(Part(f"load {self.name}", dofs, self._force(x, c.depth, p, q, (0.0,) * len(t)), K))
             p = q = 0.0
         if p or q or any(t):
-            f = boundary_force(system.X, load.edges, system.depth, p, q, t)
-            parts.append(Part(f"load {self.name}", dofs, f))
+            parts.append(Part(f"load {self.name}", dofs, self._force(system.X, system.depth, p, q, t)))
         return Response(parts, external=True)
+
+    def _force(self, x: Array, depth: Array | None, p: float, q: float, t: tuple[float, ...]) -> Array:
+        """Forces on the nodes of the edges (or, in space, faces) of the configuration x (n, d)."""
+        if len(t) == 3:  # in space there is no shear along the side
+            return face_force(x, self.load.edges, p, t)
+        return boundary_force(x, self.load.edges, depth, p, q, t)
+
+    def _stiffness(self, x: Array, depth: Array | None, p: float, q: float) -> Array:
+        """Tangent of a follower load in the configuration x (n, d)."""
+        if len(self.load.traction) == 3:
+            return pressure_stiffness(x, self.load.edges, p)
+        return follower_stiffness(x, self.load.edges, depth, p, q)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from prensa.system.rigid import displacements, seen_along
 from prensa.system.schedule import Prescribed
 from prensa.system.system import System
 from prensa.types import Array, Index
@@ -37,17 +38,19 @@ def _chosen(system: System, body: str, held: Index, slaves: Index, u: Array) -> 
     x = x / float(np.abs(x).max())  # a sum of places as far away as numbers go is none
     arm = (x - x.mean(axis=0)) / float(np.ptp(x, axis=0).max())
     dofs = system.dofs.displacement.dofs(nodes)
-    n = len(nodes)
-    motions = np.zeros((n, 2, 3))  # of each degree of freedom when the body moves along x, along y, and turns
-    motions[:, 0, 0] = motions[:, 1, 1] = 1.0
-    motions[:, 0, 2], motions[:, 1, 2] = -arm[:, 1], arm[:, 0]
+    motions = displacements(arm)  # of each degree of freedom when the body moves along the axes, and turns
     if system.axisymmetric:
         motions[..., [0, 2]] = 0.0
-    seen, dofs = motions.reshape(2 * n, 3), dofs.ravel()
+    seen, dofs = motions.reshape(-1, motions.shape[2]), dofs.ravel()
     if system.ties is not None:  # nodes that a tie has made one
         dofs = system.ties.owner[dofs]
     rows = seen[np.isin(dofs, held)]
-    _, values, ways = np.linalg.svd(np.vstack([rows, np.zeros((3, 3))]), full_matrices=False)
+    if system.ties is not None and (inclined := system.ties.inclined) is not None:
+        place = np.full(system.nodes, -1)
+        place[nodes] = np.arange(len(nodes))
+        own = place[inclined.nodes] >= 0
+        rows = np.vstack([rows, seen_along(arm[place[inclined.nodes[own]]], inclined.normals[own])])
+    _, values, ways = np.linalg.svd(np.vstack([rows, np.zeros((seen.shape[1],) * 2)]), full_matrices=False)
     left = ways[values <= LEFT * max(float(values[0]), 1.0)]
     if system.axisymmetric:
         left = left[np.abs(left[:, 1]) > LEFT]

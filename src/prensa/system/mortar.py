@@ -23,7 +23,7 @@ PROJECTIONS = 20  # most steps for the foot of a point on an edge
 
 @dataclass(frozen=True)
 class Side:
-    """One side of a tie: edges (k, 2|3) in global node numbers."""
+    """One side of a tie: edges (k, 2|3), in space faces (k, 4), in global node numbers."""
 
     name: str
     edges: Index
@@ -122,6 +122,8 @@ def combinations(of: Integrals, free: Flags) -> tuple[Index, Index, Array]:
 def _extended(nodes: int, kept: Index) -> Array:
     """E (kept, nodes): shape functions Ñ = E N of the kept nodes that still add up to one, and to a linear field if two are."""
     E = np.eye(nodes)[kept]
+    if nodes == 4:
+        return _extended_over_face(E, kept)
     for lost in set(range(nodes)) - set(kept.tolist()):
         if len(kept) == 1:
             E[0, lost] = 1.0
@@ -129,6 +131,21 @@ def _extended(nodes: int, kept: Index) -> Array:
             E[:, lost] = 0.5
         else:  # the value at one end goes on from the other end and the middle
             E[:, lost] = [-1.0, 2.0]
+    return E
+
+
+def _extended_over_face(E: Array, kept: Index) -> Array:
+    """The same of a face: the value at a lost corner goes on from the others, from the next one where two are lost."""
+    lost = sorted(set(range(4)) - set(kept.tolist()))
+    row = {int(k): i for i, k in enumerate(kept)}
+    for k in lost:
+        beside = [row[n] for n in ((k + 1) % 4, (k + 3) % 4) if n in row]
+        if len(lost) == 1:
+            E[beside, k], E[row[(k + 2) % 4], k] = 1.0, -1.0
+        elif beside:
+            E[beside, k] = 1.0 / len(beside)
+        else:
+            E[0, k] = 1.0
     return E
 
 

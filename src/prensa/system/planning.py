@@ -238,27 +238,27 @@ def _loads(system: System, number: int, ends: Ends) -> dict[str, BoundaryLoad]:
         parts: dict[str, list[tuple[int, float | Table | None]]] = {
             "pressure": [(k, 0.0 if ld.traction else ld.pressure) for k, ld in items],
             "shear": [(k, 0.0 if ld.traction else ld.shear) for k, ld in items],
-            "tx": [(k, ld.traction[0] if ld.traction else 0.0) for k, ld in items],
-            "ty": [(k, ld.traction[1] if ld.traction else 0.0) for k, ld in items],
         }
+        along: list[list[tuple[int, float | Table | None]]] = [
+            [(k, ld.traction[axis] if ld.traction else 0.0) for k, ld in items] for axis in range(system.dofs.dimension)
+        ]
         said = [ld.follower for _, ld in items if ld.follower is not None]
         follower = (said[-1] if said else True) and p.kinematics == "finite"
         out[name] = BoundaryLoad(
-            system.boundary_edges(name), follower, **{c: _history(v, number, ends) for c, v in parts.items()}
-        )
+            system.boundary_edges(name), follower, **{c: _history(v, number, ends) for c, v in parts.items()},
+            traction=tuple(_history(v, number, ends) for v in along),
+        )  # fmt: skip
     return out
 
 
-def _body_forces(p: model.Problem, number: int, ends: Ends) -> dict[str, tuple[Amplitude, Amplitude]]:
+def _body_forces(p: model.Problem, number: int, ends: Ends) -> dict[str, tuple[Amplitude, ...]]:
     out = {}
     for body in p.bodies:
         entries = [(-1, p.body_force[body])] if body in p.body_force else []
         entries += [(i, s.body_force[body]) for i, s in enumerate(p.steps[: number + 1]) if body in s.body_force]
         if entries:
-            out[body] = (
-                _history([(k, b[0]) for k, b in entries], number, ends),
-                _history([(k, b[1]) for k, b in entries], number, ends),
-            )
+            axes = range(len(entries[0][1]))
+            out[body] = tuple(_history([(k, b[axis]) for k, b in entries], number, ends) for axis in axes)
     return out
 
 

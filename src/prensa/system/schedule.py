@@ -155,14 +155,19 @@ class Prescribed:
 
 @dataclass(frozen=True)
 class BoundaryLoad:
-    """A load's parts: courses of pressure, shear, tx, ty; and whether it follows the surface."""
+    """A load's parts: courses of pressure, shear and each component of a traction; and whether it follows the surface."""
 
     edges: Index
     follower: bool
     pressure: Amplitude
     shear: Amplitude
-    tx: Amplitude
-    ty: Amplitude
+    traction: tuple[Amplitude, ...]
+
+    @property
+    def courses(self) -> dict[str, Amplitude]:
+        """All of them by name: ``pressure``, ``shear``, ``tx``, ``ty`` and in space ``tz``."""
+        along = {f"t{axis}": course for axis, course in zip("xyz", self.traction)}
+        return {"pressure": self.pressure, "shear": self.shear, **along}
 
 
 @dataclass(frozen=True)
@@ -193,7 +198,7 @@ class StepPlan:
     groups: list[Prescribed]
     push: dict[int, Amplitude]
     loads: dict[str, BoundaryLoad]
-    body_force: dict[str, tuple[Amplitude, Amplitude]]
+    body_force: dict[str, tuple[Amplitude, ...]]
     friction: list[FrictionLaw | None]
     increments: int | None
     springs: dict[int, tuple[float, Amplitude]] = field(default_factory=dict)
@@ -240,7 +245,7 @@ class StepPlan:
     def given(self, t: float) -> Array:
         """Values of all that is given at time t: motions, tool forces, loads, body forces."""
         amplitudes = [*self.push.values()]
-        amplitudes += [c for load in self.loads.values() for c in (load.pressure, load.shear, load.tx, load.ty)]
+        amplitudes += [c for load in self.loads.values() for c in load.courses.values()]
         amplitudes += [c for pair in self.body_force.values() for c in pair]
         return np.append(self.motion(t), [c(t) for c in amplitudes])
 
@@ -261,7 +266,7 @@ class StepPlan:
         times += [c.stops for c in self.push.values()]
         times += [c.stops for _, c in self.springs.values()]
         for load in self.loads.values():
-            times += [c.times for c in (load.pressure, load.shear, load.tx, load.ty)]
+            times += [c.times for c in load.courses.values()]
         times += [c.times for pair in self.body_force.values() for c in pair]
         times += [np.array([self._there])] * any(g.missing(self.t0).any() for g in self.groups)
         t = np.unique(np.concatenate(times)) if times else np.zeros(0)

@@ -3,7 +3,7 @@
 The forces r_a of an element on its nodes have neither resultant nor moment. Strings between its nodes bear them: a symmetric
 matrix K (a, a) without resultant, K 1 = 0, with K x = r, the one of least norm (the symmetric Procrustes problem, Higham 1988).
 On any other shape y the forces K y have no resultant, because K is symmetric and K 1 = 0, and no moment, because it is the same
-along x and y. So the forces of tools that are gone, as the strings of all elements hold them, can go to zero while the body
+along all axes. So the forces of tools that are gone, as the strings of all elements hold them, can go to zero while the body
 turns and springs, and no support has to take part; dead forces would turn it.
 """
 
@@ -44,23 +44,23 @@ def per_block(system: Discretisation, self_equilibrated: Array) -> list[Array]:
 
 
 def _forces(system: Discretisation, block: Block, x: Array, history: Array) -> Array:
-    """Forces (m, a, 2) of the elements on their nodes when nothing moves."""
-    m, a = block.cells.shape
+    """Forces (m, a, d) of the elements on their nodes when nothing moves."""
+    (m, a), d = block.cells.shape, x.shape[1]
     alone = replace(block, cells=np.arange(m * a).reshape(m, a))
-    r, x = np.zeros(2 * m * a), np.ascontiguousarray(x[block.cells].reshape(-1, 2))
+    r, x = np.zeros(d * m * a), np.ascontiguousarray(x[block.cells].reshape(-1, d))
     out = sweep(alone, x, np.zeros_like(x), history, At(1.0, 0.0, False), r, None, system.pattern)
     assert not out.failed, "a committed state can be evaluated"
-    return r.reshape(m, a, 2)
+    return r.reshape(m, a, d)
 
 
 def _matrices(x: Array, r: Array) -> Array:
-    """Symmetric K (m, a, a) of least norm with K x = r, K 1 = 0, for places and self-equilibrated forces, each (m, a, 2)."""
+    """Symmetric K (m, a, a) of least norm with K x = r, K 1 = 0, for places and self-equilibrated forces, each (m, a, d)."""
     ones = np.ones((*x.shape[:2], 1))
     X = np.concatenate([ones, x - x.mean(axis=1, keepdims=True)], axis=2)
     R = np.concatenate([0.0 * ones, r], axis=2)
-    back = np.linalg.pinv(X)  # (m, 3, a)
+    back = np.linalg.pinv(X)  # (m, 1 + d, a)
     half = R @ back
-    along = X @ back  # onto the span of 1, x and y
+    along = X @ back  # onto the span of 1 and the coordinates
     return np.asarray(half + (half - along @ half).transpose(0, 2, 1))
 
 
@@ -85,9 +85,10 @@ class SelfEquilibrated:
         r = left * np.matmul(self.K, self.system.positions(ask.u)[self.block.cells])
         stiffness = None
         if ask.stiffness:
-            m, a = self.block.cells.shape
-            blocks = np.zeros((m, a, 2, a, 2))
-            blocks[:, :, 0, :, 0] = blocks[:, :, 1, :, 1] = -left * self.K
-            stiffness = blocks.reshape(m, 2 * a, 2 * a)
+            (m, a), d = self.block.cells.shape, self.system.dofs.dimension
+            blocks = np.zeros((m, a, d, a, d))
+            for axis in range(d):
+                blocks[:, :, axis, :, axis] = -left * self.K
+            stiffness = blocks.reshape(m, d * a, d * a)
         part = Part(f"strings {self.block.body}", dofs, r.reshape(len(dofs), -1), stiffness)
         return Response([part], external=True)

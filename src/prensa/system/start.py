@@ -19,6 +19,7 @@ from prensa.errors import PrensaError
 from prensa.mesh.mesh import Mesh, displaced
 from prensa.model import problem as model
 from prensa.system.checkpoint import CHECKPOINT, read_checkpoint
+from prensa.system.inclined import held_along_normals
 from prensa.system.interaction import Context
 from prensa.system.mesh_state import Remeshed
 from prensa.system.planning import plan_step
@@ -237,6 +238,11 @@ def earlier_run(
             raise StartError(
                 f"start: body {name!r} has another mesh in the earlier run; give the mesh that it began with"
             )
+    if added := set(held_along_normals(problem)) - set(held_along_normals(before)):
+        raise StartError(
+            f"start: {sorted(added)[0]!r} is held along its normal in this case alone, and may have left its plane in the "
+            "earlier run; hold it there too, or along x, y or z here"
+        )
     if problem.ties != before.ties:
         raise StartError("start: the ties differ from those of the earlier run; bodies are tied from the beginning")
     return Earlier(system, state, bodies)

@@ -11,12 +11,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.sparse import block_diag, coo_matrix, csr_matrix, identity
 
-from prensa.layout import DofMap
+from prensa.layout import DofMap, Field
 from prensa.mesh.mesh import Mesh, MeshError
 from prensa.model import problem as model
 from prensa.model.interference import Interference, interference_of
 from prensa.precision import DRAWN
-from prensa.system.mortar import APART, Side, combinations, integrals
+from prensa.system.inclined import Inclined, held_along_normals, inclined_of
+from prensa.system.mortar import APART, Integrals, Side, combinations, integrals
+from prensa.system.mortar_faces import face_integrals
 from prensa.system.tie_gaps import normals, overlaps
 from prensa.types import Array, Flags, Index
 
@@ -33,6 +35,10 @@ class Ties:
     owner: Index
     jump: csr_matrix | None = None
     shares: slice = field(default_factory=lambda: slice(0))
+    inclined: Inclined | None = None
+    """Sides that are held along their normals, whose conditions are in the matrix too."""
+    joints: csr_matrix | None = None
+    """The matrix without these; None where there are none."""
 
     @property
     def slaves(self) -> Index:
@@ -52,6 +58,11 @@ class Ties:
         if self.jump is not None:
             out[self.shares] += self.jump.T @ r[:n]
         return out
+
+    def support_forces(self, r: Array) -> Array:
+        """Forces (q, 3) of the sides that are held along their normals, for what is out of balance r (ndof,)."""
+        assert self.inclined is not None and self.joints is not None
+        return self.inclined.forces(self.joints.T @ r[: len(self.owner)])
 
     def kept(self, ndof: int, fixed: Index) -> Index:
         """Unknowns that are neither prescribed nor slaves."""
@@ -85,7 +96,7 @@ def make_ties(
         If the two sides of a tie do not lie on each other, or a tie has nothing left to join.
 
     """
-    if not problem.ties:
+    if not (problem.ties or held_along_normals(problem)):
         return None, X
     X = X.copy()
     sides = [(_side(t.slave, meshes, offsets), _side(t.master, meshes, offsets)) for t in problem.ties]
@@ -95,43 +106,66 @@ def make_ties(
     owner = _merged([s for s, one in zip(sides, matching) if one], X)
     X = X[owner]
     field = DofMap(X.shape[1], len(X)).displacement
-    rows, cols, values = [], [], []
     taken = np.repeat((owner != np.arange(len(X)))[:, None], field.width, axis=1)
+    inclined = inclined_of(problem, meshes, offsets, owner, field, held | taken)
+    if inclined is not None:  # as held by supports
+        held = held.copy()
+        held[inclined.nodes, inclined.slaves % field.width] = True
+    left = [
+        (Side(slave.name, owner[slave.edges]), Side(master.name, owner[master.edges]), given)
+        for (slave, master), one, given in zip(sides, matching, meant) if not one
+    ]  # fmt: skip
+    triplets, into = _following(X, field, left, held, taken, problem.space == "axisymmetric")
+    own = field.dofs(owner).ravel()
+    merged = np.flatnonzero(own != np.arange(field.size))
+    one = merged, own[merged], np.ones(len(merged))
+    rows, cols, values = (np.concatenate(parts) for parts in zip(triplets, one))
+    matrix = _closed(field.size, rows, cols, values)
+    placed = np.asarray((matrix @ X.ravel()).reshape(X.shape))
+    if inclined is not None:
+        rows, cols, values = (np.concatenate(parts) for parts in zip((rows, cols, values), inclined.follow))
+        return Ties(_closed(field.size, rows, cols, values, inclined.slaves), own, inclined=inclined, joints=matrix), placed
+    if not into:
+        return Ties(matrix, own), placed
+    jump = _carried(-np.stack([way.ravel() for way in into], axis=1), rows, cols, values)
+    return Ties(matrix, own, csr_matrix(jump)), placed - jump.sum(axis=1).reshape(X.shape)
+
+
+def _following(
+    X: Array, field: Field, pairs: list[tuple[Side, Side, Interference | None]], held: Flags, taken: Flags, revolved: bool
+) -> tuple[tuple[Index, Index, Array], list[Array]]:  # fmt: skip
+    """What slaves of ``pairs`` of sides that do not match follow, as triplets; ways (n, d) by which they are meant to overlap.
+
+    ``held`` and ``taken`` (n, d): components that supports and other ties prescribe; those of slaves are taken from here on.
+    """
+    rows, cols, values = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
     into: list[Array] = []
-    for (slave, master), one, given in zip(sides, matching, meant):
-        if one:
-            continue
-        s, m = Side(slave.name, owner[slave.edges]), Side(master.name, owner[master.edges])
-        apart = 1.0 if given is not None and given.by == "geometry" else APART
-        between = integrals(X, s, m, problem.space == "axisymmetric", apart)
+    for s, m, given in pairs:
+        between, joined = _between(X, s, m, given, revolved), 0
         if given is not None:
             into.append(np.zeros(X.shape))
         for axis, component in enumerate(field.components):
             free = ~held[:, axis] & ~taken[:, axis]
             free[m.nodes] = False  # a corner that another tie has made one with the master side
             r, c, v = combinations(between, free)
-            if not len(r):
-                raise MeshError(
-                    f"tie of {s.name} to {m.name}: supports or other ties hold all of its slave side; swap them"
-                )
+            joined += len(r)
+            # a body in space of one layer may be held across it at all of its nodes: one direction is enough there
+            if (axis == 2 and not joined) if field.width == 3 else not len(r):
+                raise MeshError(f"tie of {s.name} to {m.name}: supports or other ties hold all of its slave side; swap them")
             rows.append(field.dof(r, component))
             cols.append(field.dof(c, component))
             values.append(v)
             taken[np.unique(r), axis] = True
             if given is not None:
                 into[-1][np.unique(r), axis] = _meant(X, s, m, given)[np.unique(r), axis]
-    own = field.dofs(owner).ravel()
-    merged = np.flatnonzero(own != np.arange(field.size))
-    rows.append(merged)
-    cols.append(own[merged])
-    values.append(np.ones(len(merged)))
-    triplets = np.concatenate(rows), np.concatenate(cols), np.concatenate(values)
-    matrix = _closed(field.size, *triplets)
-    placed = np.asarray((matrix @ X.ravel()).reshape(X.shape))
-    if not into:
-        return Ties(matrix, own), placed
-    jump = _carried(-np.stack([way.ravel() for way in into], axis=1), *triplets)
-    return Ties(matrix, own, csr_matrix(jump)), placed - jump.sum(axis=1).reshape(X.shape)
+    return (np.concatenate(rows), np.concatenate(cols), np.concatenate(values)), into
+
+
+def _between(X: Array, slave: Side, master: Side, given: Interference | None, revolved: bool) -> Integrals:
+    """Integrals between two sides of edges, in space of faces."""
+    if X.shape[1] == 3:
+        return face_integrals(X, slave, master)
+    return integrals(X, slave, master, revolved, 1.0 if given is not None and given.by == "geometry" else APART)
 
 
 def _meant(X: Array, slave: Side, master: Side, given: Interference) -> Array:
@@ -177,10 +211,15 @@ def _side(name: str, meshes: dict[str, Mesh], offsets: dict[str, int]) -> Side:
     return Side(name, meshes[body].edges[edge] + offsets[body])
 
 
-def _closed(n: int, rows: Index, cols: Index, values: Array) -> csr_matrix:
-    """Matrix of the combinations, with masters that are slaves themselves replaced by their own masters."""
+def _closed(n: int, rows: Index, cols: Index, values: Array, held: Index | None = None) -> csr_matrix:
+    """Matrix of the combinations, with masters that are slaves themselves replaced by their own masters.
+
+    ``held``: slaves that may follow nothing.
+    """
     keep = np.ones(n)
     keep[rows] = 0.0
+    if held is not None:
+        keep[held] = 0.0
     matrix = csr_matrix((values, (rows, cols)), (n, n)) + csr_matrix(
         (np.ones(int(keep.sum())), (np.flatnonzero(keep), np.flatnonzero(keep))), (n, n)
     )

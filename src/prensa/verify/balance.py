@@ -51,9 +51,9 @@ def boundary_load(system: System, x: Array, load: BoundaryLoad, t: float) -> Arr
     """
     out = np.zeros(3)
     live = x if load.follower else system.X
-    for where, p, q, tx, ty in (
-        (live, load.pressure(t), load.shear(t), 0.0, 0.0),
-        (system.X, 0.0, 0.0, load.tx(t), load.ty(t)),
+    for where, p, q, traction in (
+        (live, load.pressure(t), load.shear(t), np.zeros(2)),
+        (system.X, 0.0, 0.0, np.array([course(t) for course in load.traction])),
     ):
         a, b = where[load.edges[:, 0]], where[load.edges[:, 1]]
         d, middle = b - a, 0.5 * (a + b)
@@ -62,7 +62,7 @@ def boundary_load(system: System, x: Array, load: BoundaryLoad, t: float) -> Arr
         depth = 2 * np.pi * middle[:, :1] if system.axisymmetric else system.problem.thickness
         # a dead traction keeps the forces of the initial boundary but acts where its points are now
         arm = 0.5 * (x[load.edges[:, 0]] + x[load.edges[:, 1]])
-        out += wrench(arm, depth * (q * d - p * outward + length * np.array([tx, ty])))
+        out += wrench(arm, depth * (q * d - p * outward + length * traction))
     return out
 
 

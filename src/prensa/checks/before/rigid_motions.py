@@ -11,7 +11,7 @@ from prensa.contact.masters import Seen
 from prensa.contact.passage import TURNED
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
-from prensa.linear.rigid_modes import CLOSED, Frame, free_in_words, rows_of, support_rows
+from prensa.linear.rigid_modes import CLOSED, Frame, along_all, free_in_words, free_motions, rows_of, support_rows
 from prensa.model import problem as model
 from prensa.model.problem import tools_removed
 from prensa.system.planning import plan_step
@@ -31,7 +31,7 @@ def rigid_motions(system: System) -> Iterator[Finding]:
             held = support_rows(system, frame, plan)
             gone = tools_removed(system.problem, number)
             resting = [
-                np.zeros((0, 3)) if gone else contact_rows(system, name, frame, plan, touching)
+                held[:0] if gone else contact_rows(system, name, frame, plan, touching)
                 for touching in (True, False)
             ]
             # Fatal first: what not even all contacts could resist would be named twice else.
@@ -43,7 +43,7 @@ def rigid_motions(system: System) -> Iterator[Finding]:
                 reported.add(name)
                 step = f"in step {plan.name!r} " if number else ""
                 remedy = (
-                    "hold it there with 'fixed', or by friction"
+                    f"hold it there with 'fixed'{_example(system, name, frame, plan, rows)}, or by friction"
                     if fatal
                     else ("start with the tool touching it ('touching:'), or hold it until then")
                 )
@@ -97,6 +97,28 @@ def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
     return rubs and any(-sign not in bearing for sign in driven)
 
 
+def _example(system: System, body: str, frame: Frame, plan: StepPlan, rows: Array) -> str:
+    """A support of a body in space that takes away most of what is free, as it is written; '' in the plane."""
+    if system.dofs.dimension == 2:
+        return ""
+    held = np.concatenate([support_rows(system, frame, plan), rows])
+    left = free_motions(system, held)
+    best, most = "", 0
+    for name in system.tied_bodies(body):
+        mesh = system.meshes[name]
+        for side, faces in mesh.edges.items():
+            x = mesh.points[np.unique(faces)]
+            n = np.linalg.svd(x - x.mean(axis=0))[2][2]
+            if np.abs((x - x[0]) @ n).max() > NO_DIFFERENCE * frame.size:
+                continue  # a plane of symmetry holds a flat side along its normal
+            sight = rows_of(frame, x, np.broadcast_to(n, x.shape)) @ left.T
+            taken = int((np.linalg.svd(sight, compute_uv=False) > NO_DIFFERENCE).sum())
+            if taken > most:
+                axis = np.flatnonzero(np.abs(n) > 1.0 - NO_DIFFERENCE)
+                best, most = f", like '{name}.{side}: {'xyz'[axis[0]] if len(axis) else 'normal'}'", taken
+    return best
+
+
 def loaded(system: System, bodies: Collection[str], number: int) -> bool:
     """Whether loads of the problem, or of step *number* (from 0), act on some bodies."""
     p = system.problem
@@ -105,11 +127,11 @@ def loaded(system: System, bodies: Collection[str], number: int) -> bool:
 
 
 def contact_rows(system: System, body: str, frame: Frame, plan: StepPlan, touching: bool) -> Array:
-    """Rows (k, 3) of the contacts of a body, normals and with friction tangents: of all, or of those that touch at first.
+    """Rows (k, 3|6) of the contacts of a body, normals and with friction tangents: of all, or of those that touch at first.
 
     Tools that are pushed are brought to touch before the solve.
     """
-    rows = [np.zeros((0, 3))]
+    rows = [along_all(frame, system.X[:0])]
     for s, law in zip(system.surfaces, plan.friction_at(plan.t1)):
         if not s.acts_on(system.tied_bodies(body)):
             continue
@@ -125,7 +147,8 @@ def contact_rows(system: System, body: str, frame: Frame, plan: StepPlan, touchi
             seen = pairs.g <= CLOSED * float(s.points.depth.min())
         rows.append(rows_of(frame, x[seen], pairs.n[seen]))
         if not system.frictionless(law):
-            rows.append(rows_of(frame, x[seen], pairs.n[seen] @ TURNED))
+            solid = system.dofs.dimension == 3
+            rows.append(along_all(frame, x[seen]) if solid else rows_of(frame, x[seen], pairs.n[seen] @ TURNED))
     return np.concatenate(rows)
 
 

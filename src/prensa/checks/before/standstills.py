@@ -82,7 +82,7 @@ def _unchanged(plan: StepPlan, before: StepPlan) -> bool:
 
     def levels(p: StepPlan, t: float) -> Array:
         amplitudes = [p.push[dof] for dof in sorted(p.push)]
-        amplitudes += [c for _, ld in sorted(p.loads.items()) for c in (ld.pressure, ld.shear, ld.tx, ld.ty)]
+        amplitudes += [c for _, ld in sorted(p.loads.items()) for c in ld.courses.values()]
         amplitudes += [c for _, pair in sorted(p.body_force.items()) for c in pair]
         return np.array([c(t) for c in amplitudes])
 

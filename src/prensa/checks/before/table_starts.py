@@ -103,9 +103,9 @@ def _differences(system: System, state: State, plan: StepPlan) -> Iterator[str]:
         key = "m" if system.dofs.tool.components[component] == "rz" else system.dofs.tool.components[component]
         yield from _jump(f"push.{system.tools[tool].name}.{key}", amplitude, float(state.work[dof]), plan)
     for name, load in plan.loads.items():
-        for key in ("pressure", "shear", "tx", "ty"):
-            old = getattr(before.loads[name], key)(ended) if name in before.loads else 0.0
-            yield from _jump(f"loads.{name}.{key}", getattr(load, key), old, plan)
+        for key, course in load.courses.items():
+            old = before.loads[name].courses[key](ended) if name in before.loads else 0.0
+            yield from _jump(f"loads.{name}.{key}", course, old, plan)
     for body, amplitudes in plan.body_force.items():
         for i, amplitude in enumerate(amplitudes):
             old = before.body_force[body][i](ended) if body in before.body_force else 0.0
