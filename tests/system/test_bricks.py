@@ -191,7 +191,7 @@ def test_the_tangent_is_the_derivative_in_stick_slip_and_open(enforcement):
 
 
 # ------------------------------------------------------------------------------------------------------ (4) the patch test
-@pytest.mark.parametrize("element", ["h8", "h8_fbar"])
+@pytest.mark.parametrize("element", ["h8", "h8_fbar", "h8_enhanced"])
 def test_a_skew_patch_has_uniform_pressure(element):
     """Distorted bricks under a frictionless plane: every node's pressure is the mean one to 1e-10."""
     X, cells, top = bricks((3, 3, 3), (1.0, 1.0, 1.0))
@@ -231,14 +231,15 @@ def test_friction_is_the_same_in_all_directions_of_the_plane(angle):
 
 
 # -------------------------------------------------------------------------------------------------- state, and what is refused
-def test_a_run_in_space_is_continued_from_its_arrays_bit_for_bit():
+@pytest.mark.parametrize("element", ["h8_fbar", "h8_enhanced"])
+def test_a_run_in_space_is_continued_from_its_arrays_bit_for_bit(element):
     """From the arrays of a state in the middle, with (points, 2) tractions, every later state has the same bits."""
     from prensa.system.state import State
 
     X, cells, top = bricks((3, 2, 2), (1.0, 1.0, 1.0))
     problem = under_plane(
         X, cells, SWIFT, top, (0.0, 1.0, 0.0), (0.1, -1.0, 0.0), {"bottom": (where(X[:, 1] == 0.0), "xyz")},
-        (("press", {"y": -0.06}, 3), ("push", {"x": 0.02, "z": 0.01}, 3)), pr.Coulomb(0.2),
+        (("press", {"y": -0.06}, 3), ("push", {"x": 0.02, "z": 0.01}, 3)), pr.Coulomb(0.2), element=element,
     )  # fmt: skip
     states = [inc.state for inc in pr.solve(problem)]
     assert states[2].contact.traction.shape == (12, 2)
