@@ -51,9 +51,18 @@ def under_plane(X, cells, material, top, at, normal, supports, steps, friction=N
 # ---------------------------------------------------------------------------------------- (1) a layer is the plane problem
 
 
-@pytest.mark.parametrize("enforcement", [pr.Penalty(), pr.Augmented()], ids=["penalty", "augmented"])
-@pytest.mark.parametrize("kinematics", ["small", "finite"])
-def test_a_layer_of_bricks_is_the_problem_in_plane_strain(kinematics, enforcement):
+@pytest.mark.parametrize(
+    ("kinematics", "enforcement", "elements"),
+    [
+        *(
+            pytest.param(kinematics, enforcement, ("q4", "h8"), id=f"{kinematics}-{enforcement.type}")
+            for kinematics in ("small", "finite")
+            for enforcement in (pr.Penalty(), pr.Augmented())
+        ),
+        pytest.param("finite", pr.Penalty(), ("q4_enhanced", "h8_enhanced"), id="enhanced"),
+    ],
+)
+def test_a_layer_of_bricks_is_the_problem_in_plane_strain(kinematics, enforcement, elements):
     """Pressed and pushed sideways with stick and slip: forces to 1e-9 of the plane problem's, iterations but for one at most.
 
     What differs is the scale of the residual, which has the forces across the layer in it.
@@ -64,11 +73,11 @@ def test_a_layer_of_bricks_is_the_problem_in_plane_strain(kinematics, enforcemen
         X, cells, SWIFT, top, (1.0, 1.0, 0.3), (0.0, -1.0, 0.0),
         {"bottom": (where(X[:, 1] == 0.0), "xy"), "sides": (np.arange(len(X)), "z")},
         (("press", {"y": -0.05}, 4), ("push", {"x": 0.04}, 6)),
-        pr.Coulomb(0.3), enforcement, element="h8", kinematics=kinematics,
+        pr.Coulomb(0.3), enforcement, element=elements[1], kinematics=kinematics,
     )  # fmt: skip
     plane = pressed_block(
         stroke(-0.05, increments=4), pr.Step("push", move={"t": pr.Motion(x=0.04)}, increments=6), material=SWIFT,
-        size=size, n=n, element="q4", friction=pr.Coulomb(0.3), enforcement=enforcement, kinematics=kinematics,
+        size=size, n=n, element=elements[0], friction=pr.Coulomb(0.3), enforcement=enforcement, kinematics=kinematics,
         thickness=thickness,
     )  # fmt: skip
     spatial, two = list(pr.solve(problem)), list(pr.solve(plane))
