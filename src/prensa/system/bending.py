@@ -143,7 +143,8 @@ def _gaps(system: System, body: str, t: _Thickness, moment: Moment) -> Array:
         if s.body == body:
             seen = system.tool_masters[s.against].seen(t.middle.reshape(-1, d), moment.u)
             # a tool that has come through from the other side faces away from this one
-            facing = (seen.n.reshape(-1, 2, d) * outward).sum(axis=2) < 0.0
+            # and in space one that is met along the thickness of the other way faces neither
+            facing = (seen.n.reshape(-1, 2, d) * outward).sum(axis=2) < (-np.sqrt(0.5) if d == 3 else 0.0)
             out = np.where(facing, np.minimum(out, seen.g.reshape(-1, 2)), out)
     return out
 
