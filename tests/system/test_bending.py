@@ -123,6 +123,82 @@ def test_a_choice_is_that_of_the_run_in_summary_and_check(tmp_path):
     assert np.abs(last.state.u).max() < 1e-9 * tip(first)
 
 
+def beam_in_space(layers, length, element=None, material=None, held=""):
+    """A cantilever 20 × 1 × 1, a brick wide, whose end is lowered."""
+    mesh = pr.Box((LENGTH, 1.0, 1.0), (round(LENGTH / length), layers, 1))
+    fixed = {"beam.left": "xyz"} | ({"beam.back": held, "beam.front": held} if held else {})
+    return pr.Problem(
+        "beam", space="solid", kinematics="small", bodies={"beam": pr.Body(mesh, material or pr.Elastic(1000.0, 0.3), element)},
+        tools={}, fixed=fixed, steps=[pr.Step("bend", fixed={"beam.right": pr.Fixed(y=-0.01)})],
+    )  # fmt: skip
+
+
+def force(problem):
+    """That lowers the end."""
+    *_, increment = pr.solve(problem)
+    return abs(increment.supports["beam.right"].y)
+
+
+@pytest.mark.parametrize("layers", [1, 2, 4, 8])
+@pytest.mark.parametrize("length", [1.0, 2.0, 5.0])
+def test_the_error_that_is_reported_in_space_is_that_of_bricks(layers, length):
+    """Against a plate of enhanced bricks; all are held across their width."""
+    from prensa.system.bending import bendings
+
+    default = beam_in_space(layers, length, "h8_fbar", held="z")
+    found = bendings(pr.discretise(default), ["beam"])["beam"]
+    assert found.bent
+    assert not found.pressed
+    error = force(default) / force(beam_in_space(4, 0.5, "h8_enhanced", held="z")) - 1.0
+    assert found.error == pytest.approx(error, abs=0.02 * (1.0 + error))
+
+
+def sheet_in_space(material=None, gap=5.0, element=None):
+    """Half a sheet on an extruded roll, a punch over its middle that ends ``gap`` above a plane under the sheet."""
+    return pr.Problem(
+        "sheet", space="solid",
+        bodies={"sheet": pr.Body(pr.Box((20.0, 1.0, 6.0), (20, 2, 3)), material or pr.Elastic(1000.0, 0.3), element)},
+        tools={
+            "punch": pr.Extruded(pr.Circle(4.0), at=(0.0, 5.0, 0.0)),
+            "support": pr.Extruded(pr.Circle(3.0), at=(16.0, -3.0, 0.0)),
+            "bottom": pr.Plane(normal=(0.0, 1.0, 0.0), at=(0.0, -2.0 - gap, 0.0)),
+        },
+        contacts=[pr.Contact("sheet.top", "punch"), *(pr.Contact("sheet.bottom", t) for t in ("support", "bottom"))],
+        fixed={"sheet.left": "x", "sheet.back": "z"}, steps=[pr.Step("bend", move={"punch": {"y": -3.0}})],
+    )  # fmt: skip
+
+
+def test_bodies_in_space_get_the_element_of_what_they_do():
+    """Elastic ones that bend; not what is pressed between two tools, nor a slab in plane strain that is short of nothing."""
+    assert pr.discretise(sheet_in_space()).problem.bodies["sheet"].element == "h8_enhanced"
+    assert pr.discretise(sheet_in_space(gap=0.5)).problem.bodies["sheet"].element is None
+    named = pr.discretise(sheet_in_space(element="h8_fbar"))
+    assert not named.chosen
+    assert named.problem.bodies["sheet"].element == "h8_fbar"
+    assert pr.discretise(beam_in_space(8, 0.5, held="z")).problem.bodies["beam"].element == "h8_enhanced"
+    assert pr.discretise(beam_in_space(8, 0.25, held="z")).problem.bodies["beam"].element is None
+
+
+def test_metal_that_bends_in_space_is_reported_with_the_error():
+    """Across the thickness that the punch acts along; named elements are left alone."""
+    (words,) = said(sheet_in_space(STEEL))
+    assert "'h8_fbar', are too stiff by 22 %: give it 'element: h8_enhanced'; 'element: h8_fbar' if" in words
+    assert not said(sheet_in_space(STEEL, element="h8_fbar"))
+    assert not said(sheet_in_space(STEEL, gap=0.5))
+
+
+def test_a_choice_in_space_is_in_summary_and_check(tmp_path):
+    """summary.json has the element, and the lines of check say why."""
+    import json
+
+    from prensa.cli.describe import lines_of
+
+    problem = beam_in_space(2, 2.0)
+    pr.run(pr.Case(problem, output=pr.Output(pictures=False, report=False)), tmp_path / "run", quiet=True)
+    assert json.loads((tmp_path / "run" / "summary.json").read_text())["bodies"]["beam"]["element"] == "h8_enhanced"
+    assert any("20 elements h8_enhanced (it is elastic and may bend)" in line for line in lines_of(pr.discretise(problem)))
+
+
 def test_auto_is_no_element_named():
     """In Python and in files."""
     problem = beam(2, 1.0, element="auto")

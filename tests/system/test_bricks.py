@@ -51,9 +51,18 @@ def under_plane(X, cells, material, top, at, normal, supports, steps, friction=N
 # ---------------------------------------------------------------------------------------- (1) a layer is the plane problem
 
 
-@pytest.mark.parametrize("enforcement", [pr.Penalty(), pr.Augmented()], ids=["penalty", "augmented"])
-@pytest.mark.parametrize("kinematics", ["small", "finite"])
-def test_a_layer_of_bricks_is_the_problem_in_plane_strain(kinematics, enforcement):
+@pytest.mark.parametrize(
+    ("kinematics", "enforcement", "elements"),
+    [
+        *(
+            pytest.param(kinematics, enforcement, ("q4", "h8"), id=f"{kinematics}-{enforcement.type}")
+            for kinematics in ("small", "finite")
+            for enforcement in (pr.Penalty(), pr.Augmented())
+        ),
+        pytest.param("finite", pr.Penalty(), ("q4_enhanced", "h8_enhanced"), id="enhanced"),
+    ],
+)
+def test_a_layer_of_bricks_is_the_problem_in_plane_strain(kinematics, enforcement, elements):
     """Pressed and pushed sideways with stick and slip: forces to 1e-9 of the plane problem's, iterations but for one at most.
 
     What differs is the scale of the residual, which has the forces across the layer in it.
@@ -64,11 +73,11 @@ def test_a_layer_of_bricks_is_the_problem_in_plane_strain(kinematics, enforcemen
         X, cells, SWIFT, top, (1.0, 1.0, 0.3), (0.0, -1.0, 0.0),
         {"bottom": (where(X[:, 1] == 0.0), "xy"), "sides": (np.arange(len(X)), "z")},
         (("press", {"y": -0.05}, 4), ("push", {"x": 0.04}, 6)),
-        pr.Coulomb(0.3), enforcement, element="h8", kinematics=kinematics,
+        pr.Coulomb(0.3), enforcement, element=elements[1], kinematics=kinematics,
     )  # fmt: skip
     plane = pressed_block(
         stroke(-0.05, increments=4), pr.Step("push", move={"t": pr.Motion(x=0.04)}, increments=6), material=SWIFT,
-        size=size, n=n, element="q4", friction=pr.Coulomb(0.3), enforcement=enforcement, kinematics=kinematics,
+        size=size, n=n, element=elements[0], friction=pr.Coulomb(0.3), enforcement=enforcement, kinematics=kinematics,
         thickness=thickness,
     )  # fmt: skip
     spatial, two = list(pr.solve(problem)), list(pr.solve(plane))
@@ -191,7 +200,7 @@ def test_the_tangent_is_the_derivative_in_stick_slip_and_open(enforcement):
 
 
 # ------------------------------------------------------------------------------------------------------ (4) the patch test
-@pytest.mark.parametrize("element", ["h8", "h8_fbar"])
+@pytest.mark.parametrize("element", ["h8", "h8_fbar", "h8_enhanced"])
 def test_a_skew_patch_has_uniform_pressure(element):
     """Distorted bricks under a frictionless plane: every node's pressure is the mean one to 1e-10."""
     X, cells, top = bricks((3, 3, 3), (1.0, 1.0, 1.0))
@@ -231,14 +240,15 @@ def test_friction_is_the_same_in_all_directions_of_the_plane(angle):
 
 
 # -------------------------------------------------------------------------------------------------- state, and what is refused
-def test_a_run_in_space_is_continued_from_its_arrays_bit_for_bit():
+@pytest.mark.parametrize("element", ["h8_fbar", "h8_enhanced"])
+def test_a_run_in_space_is_continued_from_its_arrays_bit_for_bit(element):
     """From the arrays of a state in the middle, with (points, 2) tractions, every later state has the same bits."""
     from prensa.system.state import State
 
     X, cells, top = bricks((3, 2, 2), (1.0, 1.0, 1.0))
     problem = under_plane(
         X, cells, SWIFT, top, (0.0, 1.0, 0.0), (0.1, -1.0, 0.0), {"bottom": (where(X[:, 1] == 0.0), "xyz")},
-        (("press", {"y": -0.06}, 3), ("push", {"x": 0.02, "z": 0.01}, 3)), pr.Coulomb(0.2),
+        (("press", {"y": -0.06}, 3), ("push", {"x": 0.02, "z": 0.01}, 3)), pr.Coulomb(0.2), element=element,
     )  # fmt: skip
     states = [inc.state for inc in pr.solve(problem)]
     assert states[2].contact.traction.shape == (12, 2)

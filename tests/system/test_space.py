@@ -13,7 +13,7 @@ SECTION = pr.Rectangle((8.0, 4.0), (8, 4))
 ROLL = pr.Circle(6.0)
 
 
-def plane_and_space(element, layer):
+def plane_and_space(element, layer, kinematics="finite"):
     """A roll pressed on a block and moved along it, in plane strain and as one layer of bricks of a thickness."""
     steps = [{"move": {"roll": pr.Motion(y=-0.3)}}, {"by": {"roll": pr.Motion(x=0.4)}}]
     made = []
@@ -25,15 +25,19 @@ def plane_and_space(element, layer):
             bodies={"block": pr.Body(
                 pr.Extrusion(SECTION, layer, 1) if solid else SECTION, STEEL, element[1] if solid else element[0])},
             tools={"roll": pr.Extruded(ROLL, **tool) if solid else pr.Circle(6.0, **tool)},
-            contacts=(pr.Contact("block.top", "roll"),),
+            contacts=(pr.Contact("block.top", "roll"),), kinematics=kinematics, allow_large_strain=kinematics == "small",
             steps=tuple(pr.Step(str(k), increments=10, **step) for k, step in enumerate(steps)),
         ))  # fmt: skip
     return made
 
 
-def test_one_layer_is_plane_strain():
+@pytest.mark.parametrize(
+    ("elements", "kinematics"),
+    [(("q4", "h8"), "finite"), (("q4_enhanced", "h8_enhanced"), "small")],
+)
+def test_one_layer_is_plane_strain(elements, kinematics):
     """Forces of a roll that presses and slides, per thickness, to 1e-8; plastic strains too."""
-    plane, space = (list(pr.solve(p, TIGHT)) for p in plane_and_space(("q4", "h8"), 2.5))
+    plane, space = (list(pr.solve(p, TIGHT)) for p in plane_and_space(elements, 2.5, kinematics))
     assert len(plane) == len(space) == 20
     for flat, solid in zip(plane, space):
         a, b = flat.force("roll"), solid.force("roll")

@@ -134,6 +134,7 @@ class Body:
     Without ``element``, or with ``auto``: ``q4_fbar``, and ``q4`` in plane stress, where nothing locks in volume and F-bar has no
     meaning;
     ``q4_enhanced`` for elastic bodies whose layers would err by 5 % in bending and that nothing presses across their thickness.
+    In space: ``h8_fbar``, for such elastic bodies ``h8_enhanced``; ``h8`` is the textbook brick.
     ``damage``: a damage law or a list of several, evaluated along with plastic flow; the mechanics do not depend on it.
     """
 

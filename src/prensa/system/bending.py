@@ -7,7 +7,7 @@ compression. So elastic bodies get them where they matter, unless tools and supp
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -15,8 +15,9 @@ import numpy as np
 
 from prensa.contact.passage import WORTH_SAYING
 from prensa.elements.element import element_of
-from prensa.mesh.mesh import Mesh, keys
-from prensa.mesh.thin import Strips, strips
+from prensa.mesh.bricks import BrickMesh
+from prensa.mesh.mesh import Mesh
+from prensa.mesh.thin import Strips, side_numbers, strips
 from prensa.model import problem as model
 from prensa.precision import NEGLIGIBLE
 from prensa.system.contact_surfaces import always_held
@@ -24,7 +25,8 @@ from prensa.system.moments import Moment, moments
 from prensa.system.system import System
 from prensa.types import Array, Flags, Index
 
-FOR_BENDING = "q4_enhanced"
+FOR_BENDING = {2: "q4_enhanced", 3: "h8_enhanced"}
+"""By the dimension of space."""
 
 
 class Bending(NamedTuple):
@@ -38,16 +40,17 @@ class Bending(NamedTuple):
     bent: bool
 
 
-def stiffness_errors(s: Strips, nu: float, space: str) -> Array:
-    """Relative error (m,) of the stiffness in bending of layers of the default element, of the strips of m elements.
+def stiffness_errors(s: Strips, row: Index, along: Index, nu: float, space: str) -> Array:
+    """Relative error (m,) of the stiffness in bending of layers of the default element, the strips in a row (m,) of m elements.
 
-    An element of length a bends in shear, (1 − ν)/2 (a/t)² of the bending of the thickness t. Of the bending of each of n layers
-    by itself, 1/n² of the whole, F-bar with its one volume keeps the deviatoric part, `q4` in plane stress all.
+    An element of length a, that in the row ``along`` (m,), bends in shear, (1 − ν)/2 (a/t)² of the bending of the thickness t. Of
+    the bending of each of n layers by itself, 1/n² of the whole, F-bar with its one volume keeps the deviatoric part, `q4` in
+    plane stress all.
     """
-    row, m = s.thin
+    m = np.arange(len(row))
     thickness, layers = s.lengths[row, m], s.numbers[row, m]
-    length = np.linalg.norm(s.across[1 - row, m], axis=1)
-    kept = {"plane strain": (1.0 - nu) / 2.0, "axisymmetric": 2.0 * (1.0 - nu) / 3.0}.get(space, 1.0 / (1.0 - nu**2))
+    length, in_three = np.linalg.norm(s.across[along, m], axis=1), 2.0 * (1.0 - nu) / 3.0
+    kept = {"plane strain": (1.0 - nu) / 2.0, "axisymmetric": in_three, "solid": in_three}.get(space, 1.0 / (1.0 - nu**2))
     return np.asarray((1.0 - nu) / 2.0 * (length / thickness) ** 2 - (1.0 - kept) / layers**2)
 
 
@@ -55,10 +58,12 @@ def stiffness_errors(s: Strips, nu: float, space: str) -> Array:
 class _Thickness:
     """The strips (s,) through the thickness of a body that end on its outline at both sides.
 
-    ``ends`` (s, 2, 2): nodes of the two sides; ``middle`` (s, 2, 2): the places of their middles; ``across`` (s, 2): unit vectors
-    from the first to the second; ``size`` (s,): the thickness; ``held`` (s, 2): ends that supports hold along it in all steps.
+    ``strip`` (s,): their numbers; ``ends`` (s, 2, a): nodes of the two sides; ``middle`` (s, 2, d): the places of their middles;
+    ``across`` (s, d): unit vectors from the first to the second; ``size`` (s,): the thickness; ``held`` (s, 2): whether supports
+    hold the ends along it in all steps.
     """
 
+    strip: Index
     ends: Index
     middle: Array
     across: Array
@@ -66,75 +71,98 @@ class _Thickness:
     held: Flags
 
     @staticmethod
-    def of(mesh: Mesh, s: Strips, held: Flags) -> _Thickness:
-        """Of the strips of a mesh, of whose nodes supports hold components (n, 2) in all steps."""
-        own, nodes = np.repeat(s.strip[s.thin], 2), s.sides[s.thin].reshape(-1, 2)
-        outer = np.isin(keys(nodes, len(mesh.points)), keys(mesh.boundary[:, :2], len(mesh.points)))
+    def of(mesh: Mesh, s: Strips, row: Index, held: Flags) -> _Thickness:
+        """Of the strips in a row (m,) of each element of a mesh, of whose nodes supports hold components (n, d) in all steps."""
+        corners, at = s.sides.shape[3], (row, np.arange(len(row)))
+        own, nodes = np.repeat(s.strip[at], 2), s.sides[at].reshape(-1, corners)
+        side = side_numbers(np.concatenate([nodes, mesh.boundary[:, :corners]]), len(mesh.points))
+        outer = np.isin(side[: len(nodes)], side[len(nodes) :])
         own, nodes = own[outer], nodes[outer]
         order = np.argsort(own, kind="stable")
-        _, at, count = np.unique(own[order], return_index=True, return_counts=True)
-        at = at[count == 2]
-        ends = np.stack([nodes[order[at]], nodes[order[at + 1]]], axis=1)
+        strip, first, count = np.unique(own[order], return_index=True, return_counts=True)
+        strip, first = strip[count == 2], first[count == 2]
+        ends = np.stack([nodes[order[first]], nodes[order[first + 1]]], axis=1)
         middle = mesh.points[ends].mean(axis=2)
         way = middle[:, 1] - middle[:, 0]
         size = np.linalg.norm(way, axis=1)
         across = way / size[:, None]
         towards = np.abs(across)[:, None, None, :] > np.sqrt(0.5)
-        return _Thickness(ends, middle, across, size, (held[ends] & towards).any(axis=3).all(axis=2))
+        return _Thickness(strip, ends, middle, across, size, (held[ends] & towards).any(axis=3).all(axis=2))
+
+
+class _Way(NamedTuple):
+    """A way through a body across which it may bend, with the relative error of its elements there."""
+
+    body: str
+    error: float
+    through: _Thickness
 
 
 def bendings(system: System, unnamed: Iterable[str]) -> dict[str, Bending]:
-    """What bending makes of the bodies of quadrilaterals that are ``unnamed``, where their elements err by `WORTH_SAYING`."""
-    errors, through = {}, {}
-    for body in unnamed:
-        mesh, law = system.meshes[body], system.problem.bodies[body].material
-        if system.dofs.dimension != 2 or mesh.cells.shape[1] != 4:
-            continue
-        s = strips(mesh)
-        own = stiffness_errors(s, law.poisson, system.problem.space)
-        error = float(own[np.argmax(np.abs(own))])
-        if abs(error) > WORTH_SAYING:
-            errors[body] = error
-            through[body] = _Thickness.of(mesh, s, always_held(system.problem, body, mesh))
-    if not errors:
+    """What bending makes of the ``unnamed`` bodies of quadrilaterals and bricks whose elements err by `WORTH_SAYING`."""
+    ways = [way for body in unnamed for way in _ways(system, body)]
+    wrong = {w.body for w in ways if abs(w.error) > WORTH_SAYING}
+    ways = [w for w in ways if w.body in wrong]
+    if not ways:
         return {}
     # Of two bodies in contact nobody knows where they press on each other.
-    pressed = {b: any(s.opposite is not None and s.acts_on((b,)) for s in system.surfaces) for b in errors}
-    bent = {b: _driven_across(system, b, t) for b, t in through.items()}
+    pressed = {b: any(s.opposite is not None and s.acts_on((b,)) for s in system.surfaces) for b in wrong}
+    bent = [_driven_across(system, w.body, w.through) for w in ways]
     for moment in moments(system):
-        for body, t in through.items():
+        for k, (body, _, t) in enumerate(ways):
             gaps = _gaps(system, body, t, moment)
             pressed[body] |= bool((gaps.sum(axis=1) < -NEGLIGIBLE * t.size).any())
-            bent[body] |= bool((gaps < -NEGLIGIBLE * t.size[:, None]).any())
-    return {body: Bending(errors[body], pressed[body], bent[body]) for body in errors}
+            bent[k] |= bool((gaps < -NEGLIGIBLE * t.size[:, None]).any())
+    out: dict[str, Bending] = {}
+    # of the ways that something acts across, else of all, the one with the largest error comes last
+    for (body, error, _), acts in sorted(zip(ways, bent), key=lambda one: (one[1], abs(one[0].error))):
+        out[body] = Bending(error, pressed[body], acts)
+    return out
+
+
+def _ways(system: System, body: str) -> Iterator[_Way]:
+    """The ways across which a body may bend: its thickness, in space all but the longest, unless supports hold both ends."""
+    mesh, law, space = system.meshes[body], system.problem.bodies[body].material, system.problem.space
+    if not (isinstance(mesh, BrickMesh) or mesh.cells.shape[1] == 4):
+        return
+    s, held = strips(mesh), always_held(system.problem, body, mesh)
+    solid = len(s.across) == 3
+    *rows, along = np.argsort(s.lengths, axis=0, kind="stable") if solid else (s.thin[0], 1 - s.thin[0])
+    for row in rows:
+        own, t = stiffness_errors(s, row, along, law.poisson, space), _Thickness.of(mesh, s, row, held)
+        if solid:
+            own[np.isin(s.strip[row, np.arange(len(row))], t.strip[t.held.all(axis=1)])] = 0.0
+        yield _Way(body, float(own[np.argmax(np.abs(own))]), t)
 
 
 def _gaps(system: System, body: str, t: _Thickness, moment: Moment) -> Array:
     """Gaps (s, 2) at the ends of strips to what is there at a moment: tools in contact with the body, and supports along them."""
-    out = np.where(t.held, 0.0, np.inf)
+    out, d = np.where(t.held, 0.0, np.inf), t.across.shape[1]
     outward = np.stack([-t.across, t.across], axis=1)
     for s in system.tool_contacts:
         if s.body == body:
-            seen = system.tool_masters[s.against].seen(t.middle.reshape(-1, 2), moment.u)
+            seen = system.tool_masters[s.against].seen(t.middle.reshape(-1, d), moment.u)
             # a tool that has come through from the other side faces away from this one
-            facing = (seen.n.reshape(-1, 2, 2) * outward).sum(axis=2) < 0.0
+            # and in space one that is met along the thickness of the other way faces neither
+            facing = (seen.n.reshape(-1, 2, d) * outward).sum(axis=2) < (-np.sqrt(0.5) if d == 3 else 0.0)
             out = np.where(facing, np.minimum(out, seen.g.reshape(-1, 2)), out)
     return out
 
 
 def _driven_across(system: System, body: str, t: _Thickness) -> bool:
     """Whether a support is moved, or a load acts, across the thickness of a body."""
-    p, mesh = system.problem, system.meshes[body]
+    p, mesh, axes = system.problem, system.meshes[body], model.SPATIAL_AXES[: t.across.shape[1]]
     ways: list[tuple[str, Array]] = []
     for step in p.steps:
         for name, motion in p.driven(step).items():
-            ways.append((name, np.array([motion.x is not None, motion.y is not None], dtype=float)))
+            ways.append((name, np.array([getattr(motion, a) is not None for a in axes], dtype=float)))
     owners: tuple[model.Problem | model.Step, ...] = (p, *p.steps)
     for owner in owners:
         for name, f in owner.fixed.items():
-            ways.append((name, np.array([v is not None and v != "held" for v in (f.x, f.y)], dtype=float)))
+            ways.append((name, np.array([getattr(f, a) not in (None, "held") for a in axes], dtype=float)))
         for name, load in owner.loads.items():
-            ways.append((name, np.zeros(2) if load.traction is None else np.array([v != 0 for v in load.traction], dtype=float)))
+            pulled = load.traction if load.traction is not None else [0.0] * len(axes)
+            ways.append((name, np.array([v != 0 for v in pulled], dtype=float)))
             if load.pressure is not None and name.partition(".")[0] == body:
                 nodes = mesh.nodes(name.partition(".")[2], name)
                 if np.isin(t.ends, nodes).all(axis=2).any():
@@ -159,7 +187,8 @@ def with_elements_for_bending(system: System, like: model.Problem | None) -> Sys
     if like is not None:
         chosen = {n: e for n in open_ if n in like.bodies and (e := like.bodies[n].element) is not None}
     elif elastic := [n for n in open_ if not p.bodies[n].material.plastic]:
-        chosen = {name: FOR_BENDING for name, b in bendings(system, elastic).items() if not b.pressed}
+        element = FOR_BENDING[system.dofs.dimension]
+        chosen = {name: element for name, b in bendings(system, elastic).items() if not b.pressed}
     if not chosen:
         return system
     blocks = [replace(b, element=element_of(chosen[b.body])) if b.body in chosen else b for b in system.blocks]

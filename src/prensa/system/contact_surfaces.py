@@ -96,22 +96,22 @@ def symmetry_lines(problem: model.Problem, body: str, mesh: Mesh) -> set[tuple[i
 
 
 def always_held(problem: model.Problem, body: str, mesh: Mesh) -> Flags:
-    """Components (n, 2) of the nodes that supports hold where they are in all steps: none moves, releases or feeds them."""
-    held = np.zeros((len(mesh.points), 2), dtype=bool)
+    """Components (n, d) of the nodes that supports hold where they are in all steps: none moves, releases or feeds them."""
+    held, axes = np.zeros(mesh.points.shape, dtype=bool), model.SPATIAL_AXES[: mesh.points.shape[1]]
     for name, support in problem.fixed.items():
         for nodes in _own_nodes(name, body, mesh):
-            for axis, value in enumerate((support.x, support.y)):
-                held[nodes, axis] |= value == "held"
+            for axis, key in enumerate(axes):
+                held[nodes, axis] |= getattr(support, key) == "held"
     for step in problem.steps:
         for name, support in step.fixed.items():
             for nodes in _own_nodes(name, body, mesh):
-                for axis, value in enumerate((support.x, support.y)):
-                    if support.free or value not in (None, "held"):
+                for axis, key in enumerate(axes):
+                    if support.free or getattr(support, key) not in (None, "held"):
                         held[nodes, axis] = False
         for name, driven in problem.driven(step).items():
             for nodes in _own_nodes(name, body, mesh):
-                for axis, way in enumerate((driven.x, driven.y)):
-                    if way is not None:
+                for axis, key in enumerate(axes):
+                    if getattr(driven, key) is not None:
                         held[nodes, axis] = False
     return held
 

@@ -1,4 +1,4 @@
-"""Bodies in space: a square billet with friction, a rigid sphere on a block at large strain.
+"""Bodies in space: a square billet with friction, a rigid sphere on a block at large strain, a plate bent between rollers.
 
 References: tables of an independent program of bricks with F-bar (`prensa.reference.tables`), whose billet has the same uniform
 meshes; a second program (CalculiX, C3D20R) is within 0.1 % of its limit.
@@ -68,3 +68,29 @@ def sphere(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     for depth, force in tables.BLOCK_SPHERE_FORCE.items():
         yield row(f"P (N) at {depth:g} mm", force, 4.0 * abs(increments[round(4 * depth) - 1].force("ball").y), 0.005)
     yield row("ball and supports out of balance", 0.0, max(map(imbalance, increments)), 1e-8, "absolute")
+
+
+@case("thick plate bent between rollers", suite="space")
+def plate(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
+    """Three-point bending of a quarter of a plate of enhanced bricks, short ones at the lines of contact: force, deflections."""
+    section = pr.Rectangle((50.0, 10.0), (40, 16), grade=pr.Grade(x=(0.0, 40.0), y=(0.0, 10.0), ratio=30.0))
+    mesh = pr.Extrusion(section, 20.0, 4, grade="cap", ratio=3.0)
+    increments = list(pr.solve(pr.Problem(
+        "plate", space="solid", bodies={"plate": pr.Body(mesh, pr.Elastic(200_000.0 * E_scale, 0.3), "h8_enhanced")},
+        tools={
+            "punch": pr.Extruded(pr.Circle(5.0), touching="plate.top", at=(0.0, 0.0, 0.0)),
+            "roller": pr.Extruded(pr.Circle(5.0), touching="plate.bottom", at=(40.0, 0.0, 0.0)),
+        },
+        contacts=(pr.Contact("plate.top", "punch"), pr.Contact("plate.bottom", "roller")),
+        fixed={"plate.left": "x", "plate.base": "z"},
+        steps=(pr.Step("bend", move={"punch": pr.Motion(y=-0.2)}, increments=2),),
+    )))  # fmt: skip
+    for increment, (travel, (force, certain, *lifts)) in zip(increments, tables.THICK_PLATE.items(), strict=True):
+        yield row(f"P (N) at {travel:g} mm", force, 4.0 * abs(increment.force("punch").y), certain)
+        body = increment.bodies["plate"]
+        x, y, z = body.X.T
+        bottom, end = (x == 0.0) & (y == 0.0), (x == 50.0) & (y == 10.0)
+        places = {"middle": bottom & (z == 0.0), "edge": bottom & (z == 20.0), "end": end}
+        for (place, nodes), lift in zip(places.items(), lifts, strict=True):
+            ours = float(body.displacement[nodes, 1].mean())
+            yield row(f"deflection at {travel:g} mm, {place} (mm)", lift, ours, 0.005)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from prensa.errors import Finding
-from prensa.system.bending import bendings
+from prensa.system.bending import FOR_BENDING, bendings
 from prensa.system.system import System
 
 
@@ -16,8 +16,11 @@ def stiff_in_bending(system: System) -> Iterator[Finding]:
         if b.bent and not b.pressed:
             default = system.problem.bodies[body].element_in(system.problem.space)
             way = "stiff" if b.error > 0 else "soft"
+            remedy = "'element: q4_enhanced', or 'q4_sheet' for springback"
+            if system.dofs.dimension == 3:
+                remedy = f"'element: {FOR_BENDING[3]}'"
             yield Finding(
                 f"bodies.{body}",
                 f"if {body!r} bends, its elements, {default!r}, are too {way} by {100 * abs(b.error):.2g} %: give it "
-                f"'element: q4_enhanced', or 'q4_sheet' for springback; 'element: {default}' if it does not bend",
+                f"{remedy}; 'element: {default}' if it does not bend",
             )

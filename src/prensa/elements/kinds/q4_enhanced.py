@@ -17,7 +17,7 @@ TOLERANCE = 1e-12  # residual of the enhanced modes over the forces that cancel 
 
 
 class Left(NamedTuple):
-    """Elements whose modes are not found yet: initial positions X, displacements u (k, 4, 2), committed F − I Hn (k, q, 5),
+    """Elements whose modes are not found yet: initial positions X, displacements u (k, a, d), committed F − I Hn (k, q, c),
     history of the law old (k, q, h); modes alpha (k, m), their last step, the share of it that was taken, least residual (k,).
     """
 
@@ -69,9 +69,9 @@ class Left(NamedTuple):
 
 
 class Enhanced(Isoparametric, abstract=True):
-    """A 4-node quadrilateral with enhanced strains; the internal modes are solved for at every evaluation.
+    """A 4-node quadrilateral or 8-node brick with enhanced strains; the internal modes are solved for at every evaluation.
 
-    Its own history: F − I of each point (5 columns) and the modes, shared out over the points.
+    Its own history: F − I of each point (5 columns, in space 9) and the modes, shared out over the points.
     """
 
     follows_gradients: ClassVar[bool] = True
@@ -87,13 +87,13 @@ class Enhanced(Isoparametric, abstract=True):
         """How many there are."""
         from prensa.elements import enhanced
 
-        return enhanced.MODES[mode.axisymmetric] + self.across
+        return enhanced.SPACE_MODES if self.layout.dimension == 3 else enhanced.MODES[mode.axisymmetric] + self.across
 
     def _form(self, mode: Mode) -> Any:
         """Of the kernels."""
         from prensa.elements import enhanced
 
-        return enhanced.Form(self.points, self.modes(mode), mode.axisymmetric, mode.finite)
+        return enhanced.Form(self.points, self.modes(mode), self.layout.dimension, mode.axisymmetric, mode.finite)
 
     def _numbers(self, mode: Mode) -> Array:
         """Of the points, for the kernels."""
@@ -112,15 +112,16 @@ class Enhanced(Isoparametric, abstract=True):
         finite = mode.finite
         whole, at = at, at._replace(secant=0.0)  # the modes are iterated with the tangent
         u = c.x - c.X + c.d if finite else c.d
-        first = law.size
-        Hn = np.ascontiguousarray(c.old[..., first : first + 5])
-        alpha, H = self._modes(c.old, first, mode), np.empty_like(Hn)
+        strain = slice(law.size, law.size + self.layout.components)
+        Hn = np.ascontiguousarray(c.old[..., strain])
+        alpha, H = self._modes(c.old, strain.stop, mode), np.empty_like(Hn)
         if not finite:
             # increments of displacement, strain and modes; the modes that are kept are their sum
             Hn = np.zeros_like(Hn)
             kept, alpha = alpha, np.zeros_like(alpha)
         k, m = alpha.shape
-        n, inner, form = 8 + m, np.empty((k, m, m)), self._form(mode)
+        nodal, inner, form = u[0].size, np.empty((k, m, m)), self._form(mode)
+        n = nodal + m
         if failure := self._solve(c, law, at, mode, work, u, Hn, alpha, H, inner):
             return failure
         tangent = stiffness and not (whole.secant and law.plastic)
@@ -136,10 +137,10 @@ class Enhanced(Isoparametric, abstract=True):
             if not tangent:
                 K = self._towards_secant(c, law, whole, mode, u, Hn, alpha)
             # Static condensation. The modes' own forces are zero by now, so that those on the nodes need no correction.
-            work.K[:] = K[:, :8, :8] - K[:, :8, 8:] @ np.linalg.solve(K[:, 8:, 8:], K[:, 8:, :8])
-        work.r[:] = r[:, :8]
-        c.new[..., first : first + 5] = H if finite else c.old[..., first : first + 5] + H
-        self._keep(c.new, first, alpha if finite else kept + alpha)
+            work.K[:] = _condensed(K, nodal)
+        work.r[:] = r[:, :nodal]
+        c.new[..., strain] = H if finite else c.old[..., strain] + H
+        self._keep(c.new, strain.stop, alpha if finite else kept + alpha)
         return None
 
     def _solve(
@@ -188,13 +189,13 @@ class Enhanced(Isoparametric, abstract=True):
     def _towards_secant(
         self, c: Chunk, law: Material, at: At, mode: Mode, u: Array, Hn: Array, alpha: Array
     ) -> Array:  # fmt: skip
-        """Stiffness (k, 8 + m, 8 + m) at modes alpha (k, m) that have been found, with moduli that go towards the secant.
+        """Stiffness (k, n, n) at modes alpha (k, m) that have been found, by them too, with moduli that go towards the secant.
 
         They come of another update: what the modes were found with are the tangent's.
         """
         from prensa.elements import enhanced
 
-        form, w, k, n = self._form(mode), workspace(self, len(u)), len(u), 8 + alpha.shape[1]
+        form, w, k, n = self._form(mode), workspace(self, len(u)), len(u), u[0].size + alpha.shape[1]
         old = np.ascontiguousarray(c.old[..., : law.size])
         part, F = Chunk(c.X, c.X, u, old, np.empty_like(old)), np.empty((k, self.points, self.layout.components))
         there = enhanced.At(c.X, u, alpha, Hn, self._numbers(mode), mode.scale)
@@ -205,16 +206,23 @@ class Enhanced(Isoparametric, abstract=True):
         return K
 
     def _modes(self, history: Array, first: int, mode: Mode) -> Array:
-        """Modes (k, m) of a history."""
+        """Modes (k, m) of a history, in its columns from ``first`` on."""
         m = self.modes(mode)
-        return history[..., first + 5 :].reshape(len(history), -1)[:, :m].copy()
+        return history[..., first:].reshape(len(history), -1)[:, :m].copy()
 
     @staticmethod
     def _keep(history: Array, first: int, alpha: Array) -> None:
-        room = history[..., first + 5 :]
+        room = history[..., first:]
         flat = np.zeros((len(history), room.shape[1] * room.shape[2]))
         flat[:, : alpha.shape[1]] = alpha
         room[:] = flat.reshape(room.shape)
+
+
+def _condensed(K: Array, nodal: int) -> Array:
+    """Stiffness (k, a, a) on the first ``nodal`` of the unknowns of K (k, n, n)."""
+    return np.asarray(
+        K[:, :nodal, :nodal] - K[:, :nodal, nodal:] @ np.linalg.solve(K[:, nodal:, nodal:], K[:, nodal:, :nodal])
+    )
 
 
 class Q4Enhanced(Enhanced):
