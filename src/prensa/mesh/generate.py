@@ -155,6 +155,12 @@ def mesh_of(description: Any, element: str | int = "q4", unit: str = "mm", besid
             return bricks.from_arrays(description)
         case model.Extrusion():
             return bricks.extruded(description, _section(description.section, unit))
+        case model.Cylinder():
+            from prensa.mesh.revolve import cylinder, profile_of
+
+            return cylinder(description, _section(profile_of(description), unit))
         case model.Revolution():
-            return bricks.revolved(description, _section(description.section, unit))
+            from prensa.mesh.revolve import revolved
+
+            return revolved(description, _section(description.section, unit))
     raise TypeError(f"unknown mesh {description!r}")

@@ -436,22 +436,74 @@ class Extrusion:
     type: Literal["extruded"] = "extruded"
 
 
+def _turns(angle: float, n: int) -> None:
+    # Chords of half a turn pass through the axis or beyond it: the bricks would be inverted.
+    if angle / n >= math.pi * (1 - NEGLIGIBLE):
+        raise ValueError(f"too few elements around: {n} of them over {math.degrees(angle):g}° span half a turn or more each")
+
+
+def pieces_around(angle: float) -> int:
+    """Pieces of a square core around the axis, of about a quarter turn each; none below an eighth of a turn."""
+    return round(angle / (0.5 * math.pi))
+
+
+Turn = Annotated[Angle, Field(gt=0, le=math.tau * (1 + NEGLIGIBLE))]
+Core = Literal["square", "wedges"]
+
+
 @described
 class Revolution:
     """Bricks over a ``section`` drawn as in axisymmetry, x the radius and y the axis, ``n`` of them around the ``angle``.
 
-    From the direction x towards z, at most a whole turn. A section that touches the axis is refused: there bricks would collapse
-    (a disc, extruded along y, is a cylinder). Boundaries: those of the section, and of a sector ``base`` at z = 0 and ``cap``
-    where it ends.
+    From the direction x towards z, at most a whole turn. Where the section touches the axis, ``core`` says what its bricks are:
+    ``wedges``, or ``square`` in place of its columns next to the axis, half as many as there are elements in a quarter turn
+    (default: ``square`` where the angle is an eighth of a turn or more, ``n`` is even in each quarter and the section has one
+    column more than that; else ``wedges``). Boundaries: those of the section, and of a sector ``base`` at z = 0 and ``cap`` where
+    it ends; points: those of the section on the axis.
     """
 
     section: Section
-    n: Annotated[Whole, Field(ge=3)]
-    angle: Annotated[Angle, Field(gt=0, le=math.tau * (1 + NEGLIGIBLE))] = math.tau
+    n: Annotated[Whole, Field(ge=1)]
+    angle: Turn = math.tau
+    core: Core | None = None
     type: Literal["revolved"] = "revolved"
+
+    @model_validator(mode="after")
+    def _check(self) -> Revolution:
+        _turns(self.angle, self.n)
+        return self
+
+
+@described
+class Cylinder:
+    """Cylinder about the y axis, or a ring where it has a ``bore``, the radius of its hole: a revolved rectangle.
+
+    ``n``: elements along the radius, the height and around the ``angle`` (from the direction x towards z, at most a whole turn);
+    ``start``: height of its lower face; ``core``: bricks at the axis, as of `Revolution`. Boundaries: ``bottom``, ``top``,
+    ``outer``, with a bore ``inner``, and of a sector ``base`` at z = 0 and ``cap`` where it ends; points of a solid one:
+    ``bottom-centre``, ``top-centre``.
+    """
+
+    radius: Annotated[Length, Field(gt=0)]
+    height: Annotated[Length, Field(gt=0)]
+    n: tuple[Annotated[Whole, Field(ge=1)], Annotated[Whole, Field(ge=1)], Annotated[Whole, Field(ge=1)]]
+    bore: Annotated[Length, Field(ge=0)] = 0.0
+    start: Length = 0.0
+    angle: Turn = math.tau
+    core: Core | None = None
+    type: Literal["cylinder"] = "cylinder"
+
+    @model_validator(mode="after")
+    def _check(self) -> Cylinder:
+        if self.bore >= self.radius:
+            raise ValueError(f"the bore, {self.bore:g}, is no smaller than the radius, {self.radius:g}; both are radii")
+        _turns(self.angle, self.n[2])
+        _bounded(math.prod(self.n))
+        return self
 
 
 Mesh = Annotated[
-    Rectangle | Strip | Wire | Disc | Annulus | Patch | Outline | Points | File | Box | Bricks | Extrusion | Revolution,
+    Rectangle | Strip | Wire | Disc | Annulus | Patch | Outline | Points | File
+    | Box | Cylinder | Bricks | Extrusion | Revolution,
     Field(discriminator="type"),
 ]

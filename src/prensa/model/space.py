@@ -8,7 +8,7 @@ from typing import Any
 from prensa.model.names import Finding
 from prensa.registry import DOORS
 
-BRICKS = ("box", "extruded", "revolved", "bricks")
+BRICKS = ("box", "cylinder", "extruded", "revolved", "bricks")
 """Meshes of bodies in space."""
 NOT_IN_SPACE = {
     "problem": ("no_contact", "ties", "loads", "body_force", "stabilise", "remesh", "start"),
