@@ -6,7 +6,8 @@ from itertools import product
 
 import numpy as np
 
-from prensa.mesh.mesh import MeshError
+from prensa.mesh.mesh import MeshError, coincident, within
+from prensa.precision import DRAWN, SMALLEST
 from prensa.types import Array, Flags, Index
 
 # corners of the six faces of a brick, seen from outside counter-clockwise
@@ -118,3 +119,46 @@ def _directions(faces: Index) -> Array:
     after = np.where(after < 0, turned[k, (least + 2) % 4], after)
     before = np.where(before < 0, turned[k, (least - 2) % 4], before)
     return np.where(after < before, 1.0, -1.0)
+
+
+def check_joints(points: Array, faces: Index) -> None:
+    """Raise MeshError for nodes of the outside faces (k, 4) at one place, or within a face or edge of another: it is open."""
+    nodes = np.unique(faces)
+    close = DRAWN * float(np.ptp(points, axis=0).max())
+    i, j = coincident(points[nodes], close)
+    if len(i):
+        a, b = nodes[i[0]], nodes[j[0]]
+        raise MeshError(
+            f"nodes {a} and {b} are at the same place, {_place(points[a])}, and the mesh is open between their elements; "
+            "merge them ('merge: true' of a file), or make two bodies"
+        )
+    x = points[faces]
+    middle = x.mean(axis=1)
+    i, j = within(points[nodes], middle, np.linalg.norm(x - middle[:, None], axis=2).max(axis=1))
+    own = (faces[i] == nodes[j][:, None]).any(axis=1)
+    i, j = i[~own], j[~own]
+    on = np.zeros(len(i), dtype=bool)
+    for corners in ((0, 1, 2), (0, 2, 3)):
+        on |= _on_triangles(points[nodes[j]], x[i][:, corners], close)
+    if on.any():
+        k = int(np.argmax(on))
+        raise MeshError(
+            f"node {nodes[j[k]]} at {_place(points[nodes[j[k]]])} hangs in the face of the nodes {faces[i[k]].tolist()}; "
+            "split that element, or make two bodies"
+        )
+
+
+def _place(x: Array) -> str:
+    return f"({', '.join(f'{c:g}' for c in x)})"
+
+
+def _on_triangles(p: Array, x: Array, close: float) -> Flags:
+    """Whether points p (k, 3) lie in triangles x (k, 3, 3), within a distance of their planes."""
+    u, v, r = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0], p - x[:, 0]
+    n = np.cross(u, v)
+    twice = np.maximum(np.linalg.norm(n, axis=1), SMALLEST)
+    n = n / twice[:, None]
+    a = np.einsum("ki,ki->k", np.cross(r, v), n) / twice
+    b = np.einsum("ki,ki->k", np.cross(u, r), n) / twice
+    flat = np.abs(np.einsum("ki,ki->k", r, n)) <= close
+    return np.asarray(flat & (a >= -DRAWN) & (b >= -DRAWN) & (a + b <= 1.0 + DRAWN) & (twice > close**2))

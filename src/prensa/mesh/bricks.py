@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from prensa.mesh.brick_checks import FACES, check_bricks, collapsed, face_keys
+from prensa.mesh.brick_checks import FACES, check_bricks, check_joints, collapsed, face_keys
 from prensa.mesh.mesh import Mesh, MeshError
 from prensa.mesh.spacing import graded
 from prensa.model import meshes as model
@@ -80,7 +80,9 @@ def box(m: model.Box) -> BrickMesh:
 def from_arrays(m: model.Bricks) -> BrickMesh:
     """Mesh of a `prensa.Bricks`."""
     named = {name: np.array(nodes, dtype=np.int64) for name, nodes in m.boundaries.items()}
-    return with_boundaries(np.array(m.points, dtype=np.float64), np.array(m.cells, dtype=np.int64), named)
+    made = with_boundaries(np.array(m.points, dtype=np.float64), np.array(m.cells, dtype=np.int64), named)
+    check_joints(made.points, made.boundary)
+    return made
 
 
 def extruded(m: model.Extrusion, section: Mesh) -> BrickMesh:

@@ -345,13 +345,16 @@ def _mesh_file(path: Any, info: Any) -> Any:
 
 @described
 class File:
-    """Mesh of a file: gmsh's ``.msh`` (text, 2.2 or 4.1) or an Abaqus deck ``.inp``; ``path`` is relative to the case file.
+    """Mesh of a file: gmsh's ``.msh`` (text, 2.2 or 4.1), an Abaqus deck ``.inp``, VTK's ``.vtk`` or ``.vtu``.
 
-    Boundaries are the physical curves, node sets, surfaces and sets of line elements of the file, on the outline of the
-    body; points are physical points and sets of one node. A file without physical curves has gmsh's by number (``curve-3``,
-    ``point-1``); ``bottom``, ``right``, ``top`` and ``left`` are found by place where the file has none of these names; where
-    another part meets this one is ``interface-PART`` if it has no other name. ``part`` names the physical surfaces (or
-    ``surface-1``, by number), element sets or parts that make the body (default: all). ``unit`` is the file's unit of length
+    ``path`` is relative to the case file. In space it is made of hexahedra and wedges.
+
+    Boundaries are the physical curves (in space surfaces), node sets, surfaces and sets of line elements (of shells) of the file,
+    on the outline of the body; points are physical points and sets of one node. A file without physical curves has gmsh's by
+    number (``curve-3``, ``point-1``, in space ``surface-3``); ``bottom``, ``right``, ``top``, ``left`` and in space ``back`` and
+    ``front`` are found by place where the file has none of these names; where another part meets this one in the plane is
+    ``interface-PART`` if it has no other name. ``part`` names the physical surfaces (or ``surface-1``, by number; in space
+    volumes, ``volume-1``), element sets or parts that make the body (default: all). ``unit`` is the file's unit of length
     (default: that of the case). ``merge`` joins nodes at one place. ``digest`` is filled in by the program: a run is resumed
     only with the mesh that it began with.
     """
@@ -367,11 +370,11 @@ class File:
     def _check(self) -> File:
         from prensa.model.tables import digest_of
 
-        if not self.path.lower().endswith((".msh", ".inp")):
+        if not self.path.lower().endswith((".msh", ".inp", ".vtk", ".vtu")):
             file = Path(self.path)
             raise ValueError(
-                f"{self.path!r}: gmsh's .msh and Abaqus's .inp are read; export the mesh as one of them, or convert it: "
-                f"meshio convert --ascii --output-format gmsh {file.name} {file.stem}.msh"
+                f"{self.path!r}: gmsh's .msh, Abaqus's .inp and VTK's .vtk and .vtu are read; export the mesh as one of them, or "
+                f"convert it: meshio convert --ascii --output-format gmsh {file.name} {file.stem}.msh"
             )
         # A restart or a report reads the mesh again: a file that was changed in between would go unnoticed beside old results.
         digest = digest_of(self.path)
