@@ -14,7 +14,6 @@ import prensa as pr
 from prensa.measures import parse_all
 from prensa.mesh.bricks import bricks_behind
 from prensa.mesh.generate import mesh_of
-from prensa.mesh.mesh import MeshError
 from prensa.model.schema import loads
 from prensa.output.run import resume
 
@@ -153,12 +152,6 @@ def test_swept_sections_are_bodies(mesh, volume):
         a = made.points[faces]
         inside = made.points[made.cells[bricks_behind(faces, made.cells)]].mean(axis=1)
         assert (np.einsum("ki,ki->k", np.cross(a[:, 2] - a[:, 0], a[:, 3] - a[:, 1]), a.mean(axis=1) - inside) > 0).all()
-
-
-def test_a_section_on_the_axis_is_refused():
-    """With the remedy."""
-    with pytest.raises(MeshError, match="bricks would collapse on the axis; leave a bore"):
-        mesh_of(pr.Revolution(pr.Rectangle((2.0, 3.0), (2, 3)), 8))
 
 
 @pytest.mark.parametrize(

@@ -32,8 +32,7 @@ def lines_of(system: System) -> Iterator[str]:
         yield f"  {', '.join(f'{c} {low:g} … {high:g}' for c, low, high in ranges)}; {brief(material)}"
         if name in metals:
             yield f"  of {metals[name].words()}"
-        if p.space != "solid":  # the measures of the plane do not say what bricks are worth
-            yield f"  {quality(mesh).line()}"
+        yield f"  {quality(mesh).line()}"
         yield from (f"  sides: {note}" for note in mesh.notes)
     if p.start is not None:
         yield f"starts from the run in {p.start.run}"

@@ -7,15 +7,18 @@ is refused, because the mesh would be incomplete without it.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 
 from prensa.importers.abaqus_keywords import Keyword, Scope, keywords
 from prensa.importers.abaqus_places import Places
 from prensa.importers.abaqus_words import GENERATING, KNOWN, nearest, refuse_unknown_parameters
 from prensa.importers.deck import LABELS, Deck, FileError, is_label
+from prensa.importers.solids import OF_ABAQUS, SolidKind
 
 # Membranes, shells and rigid surfaces are cells of a plane mesh too: converters write flat triangles as S3, M3D3 or R3D3.
 _CELL = re.compile(r"(?:CPEG|CPE|CPS|CGAX|CAX|AC2D|ACAX|DC2D|DCAX|M3D|SFM3D|R3D|STRI|S)([3468])")
+_SOLID = re.compile(r"C3D(\d+)(?!\d)")
 _LINE = re.compile(r"(?:T2D|T3D|R2D|RAX|SAX|B2|B3|DC1D)([123])")
 _MESH = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE")
 
@@ -24,16 +27,18 @@ class Assembly:
     """A deck with its parts placed: each instance is a `Scope`, the assembly (or a deck without parts) is ``top``.
 
     ``order``: the keywords, those of parts once for each instance, with the scope in which they stand. Nodes, cells, kinds
-    of cells and line elements by label of the whole deck.
+    of cells and line elements by label of the whole deck. ``solid``: of bodies in space, whose elements are ``solids``.
 
     Raises
     ------
     FileError
-        If the deck generates nodes or elements, has three-dimensional elements, or contradicts itself.
+        If the deck generates nodes or elements, has three-dimensional elements and is to be plane, or contradicts itself.
 
     """
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, solid: bool = False) -> None:
+        self.solid = solid
+        self.solids: dict[int, tuple[SolidKind, tuple[int, ...]]] = {}
         self.top = Scope()
         self.instances: dict[str, Scope] = {}
         self.order: list[tuple[Keyword, Scope]] = []
@@ -68,7 +73,7 @@ class Assembly:
         for scope in self.instances.values():
             for n in scope.nodes:
                 x, y, z = self.nodes[n]
-                self.nodes[n] = (*scope.moved(x, y), z)
+                self.nodes[n] = scope.moved_in_space(x, y, z) if solid else (*scope.moved(x, y), z)
 
     def _instance(self, k: Keyword, parts: dict[str, tuple[str, list[Keyword]]]) -> Scope:
         wanted, name = k.parameters.get("PART", ""), k.parameters.get("NAME", "")
@@ -111,7 +116,7 @@ class Assembly:
             found = self._members(k, k.name == "NSET", scope)
             if k.name == "NSET" and "ELSET" in k.parameters:
                 of = self.elements_of(k.line, k.parameters["ELSET"], scope)
-                found += sorted({n for e in of for n in self.cells.get(e) or self.lines.get(e, ())})
+                found += sorted({n for e in of for n in self._nodes_of(e)})
             sets.setdefault(key, []).extend(found)
         elif k.parameters.get("TYPE", "ELEMENT").upper() == "NODE":
             nodes = replace(k, lines=[(line, text.partition(",")[0]) for line, text in k.lines])
@@ -120,6 +125,10 @@ class Assembly:
             if "COMBINE" in k.parameters or "CROP" in k.parameters:
                 raise FileError.at(k.line, "surfaces made of others (COMBINE, CROP) are not read; list the sides of elements")
             scope.surfaces.setdefault(key, []).extend(self._sides(k, scope))
+
+    def _nodes_of(self, label: int) -> tuple[int, ...]:
+        """Nodes of an element of any kind."""
+        return self.solids[label][1] if label in self.solids else self.cells.get(label) or self.lines.get(label, ())
 
     def _nodes(self, k: Keyword, scope: Scope, key: str) -> None:
         if k.parameters.get("SYSTEM", "R").upper() != "R":
@@ -137,6 +146,11 @@ class Assembly:
 
     def _elements(self, k: Keyword, scope: Scope, set_name: str) -> None:
         kind = k.parameters.get("TYPE", "").upper()
+        if self.solid and (body := _SOLID.match(kind)) and (known := OF_ABAQUS.get(body[1])):
+            for label, nodes in self._rows(k, kind, known.nodes, scope, set_name):
+                self.solids[label] = known, nodes
+                scope.solids.append(label)
+            return
         cell, line = _CELL.match(kind), _LINE.match(kind)
         if kind.startswith(("C3D", "SC", "CSS", "COH3")) or not (cell or line):
             # They are no part of the mesh; where they would change the answer, their own keyword (*SPRING, …) is refused.
@@ -144,7 +158,8 @@ class Assembly:
                 return
             raise FileError.at(
                 k.line,
-                f"element type {kind or 'missing'!r} is no plane element of 3, 4, 6 or 8 nodes (a section is meshed in x, y)",
+                f"element type {kind or 'missing'!r} is no plane element of 3, 4, 6 or 8 nodes (a section is meshed in x, y"
+                + ("; bricks are read as the mesh of a body in 'space: solid')" if kind.startswith("C3D") else ")"),
             )
         if cell:
             count = int(cell[1])
@@ -155,6 +170,17 @@ class Assembly:
             count = int(line[1])
             if kind.startswith(("SAX", "B2", "B3")):
                 count = 3 if count == 2 else 2
+        for label, nodes in self._rows(k, kind, count, scope, set_name):
+            if cell:
+                self.cells[label], self.kinds[label] = nodes, kind
+                scope.cells.append(label)
+            else:
+                self.lines[label] = nodes
+
+    def _rows(
+        self, k: Keyword, kind: str, count: int, scope: Scope, set_name: str
+    ) -> Iterator[tuple[int, tuple[int, ...]]]:
+        """Labels and nodes of the elements of a keyword, which are put into their set."""
         numbers = k.numbers()
         if len(numbers) % (count + 1):
             raise FileError.at(
@@ -162,11 +188,7 @@ class Assembly:
             )
         for first in range(0, len(numbers), count + 1):
             label, *nodes = (n + scope.offset for n in numbers[first : first + 1 + count])
-            if cell:
-                self.cells[label], self.kinds[label] = tuple(nodes), kind
-                scope.cells.append(label)
-            else:
-                self.lines[label] = tuple(nodes)
+            yield label, tuple(nodes)
             if set_name:
                 scope.element_sets.setdefault(set_name, []).append(label)
 
@@ -175,7 +197,7 @@ class Assembly:
         owner = self._named_instance(k.line, k.parameters.get("INSTANCE", ""), scope)
         out: list[int] = []
         # A slip in first, last or step would otherwise make a list of billions of labels.
-        limit = 10 * (len(self.nodes) + len(self.cells) + len(self.lines)) + 10
+        limit = 10 * (len(self.nodes) + len(self.cells) + len(self.lines) + len(self.solids)) + 10
         for line, words in k.data:
             if "GENERATE" in k.parameters:
                 try:
@@ -208,8 +230,13 @@ class Assembly:
             for label in self.elements_of(line, who, scope):
                 if label in self.lines:
                     out.append(self.lines[label][:2])  # of a rigid tool, both sides of which are its surface
+                if label in self.solids:
+                    out += self._sides_in_space(line, label, side)
                 cell = self.cells.get(label)
                 if cell is None:
+                    continue
+                if self.solid:  # of a shell, either side of which is its face
+                    out.append(cell)
                     continue
                 corners = 3 if len(cell) in (3, 6) else 4
                 if side and not (side[0] in "SE" and is_label(side[1:]) and 1 <= int(side[1:]) <= corners):
@@ -217,6 +244,15 @@ class Assembly:
                 which = [int(side[1:]) - 1] if side else range(corners)
                 out += [(cell[i], cell[(i + 1) % corners]) for i in which]
         return out
+
+    def _sides_in_space(self, line: int, label: int, side: str) -> list[tuple[int, ...]]:
+        """Corners of side S1 … S6 of an element, or of all its sides."""
+        kind, nodes = self.solids[label]
+        last = len(kind.sides)
+        if side and not (side[0] == "S" and is_label(side[1:]) and 1 <= int(side[1:]) <= last) and last:
+            raise FileError.at(line, f"{side[:60]!r} is no side of element {label % LABELS}; write S1 … S{last}")
+        which = kind.sides[int(side[1:]) - 1 : int(side[1:])] if side and last else kind.sides
+        return [tuple(nodes[i] for i in corners) for corners in which]
 
     # ---------------------------------------------------------------------------------------------------------- names
     def _named_instance(self, line: int, name: str, scope: Scope) -> Scope:
@@ -273,17 +309,18 @@ class Assembly:
             If there is no plane element.
 
         """
-        deck = Deck(nodes=self.nodes, cells=self.cells, kinds=self.kinds)
-        if not deck.cells:
-            raise FileError("the deck has no plane elements (CPE4, CPS4, CAX4, …)")
-        bodies = [s for s in self.instances.values() if s.cells]
+        deck = Deck(nodes=self.nodes, cells=self.cells, kinds=self.kinds, solids=self.solids)
+        if not (deck.solids if self.solid else deck.cells):
+            raise FileError(f"the deck has no {'bricks (C3D8, …)' if self.solid else 'plane elements (CPE4, CPS4, CAX4, …)'}")
+        parts = deck.volumes if self.solid else deck.parts
+        bodies = [(s, own) for s in self.instances.values() if (own := s.solids if self.solid else s.cells)]
         deck.exclusive = len(bodies) > 1
-        for s in bodies:
-            deck.parts.setdefault(s.part, []).extend(s.cells)
-        for s in bodies:
-            if sum(other.part == s.part for other in bodies) > 1:
-                deck.parts.setdefault(s.name, list(s.cells))
-        taken = dict(deck.parts)
+        for s, own in bodies:
+            parts.setdefault(s.part, []).extend(own)
+        for s, own in bodies:
+            if sum(other.part == s.part for other, _ in bodies) > 1:
+                parts.setdefault(s.name, list(own))
+        taken = dict(parts)
         for scope in (self.top, *self.instances.values()):
             self._name(deck, scope, taken)
         self.places = Places(self, deck)
@@ -293,7 +330,10 @@ class Assembly:
         """Put the sets and surfaces of a scope into the deck."""
         top = self.top if scope is not self.top else Scope()
         for key, labels in scope.element_sets.items():
-            cells = [e for e in labels if e in self.cells]
+            own = self.solids if self.solid else self.cells
+            cells = [e for e in labels if e in own]
+            if self.solid and (shells := [self.cells[e] for e in labels if e in self.cells]):
+                deck.lines.setdefault(scope.spelling[key], []).extend(shells)
             lines = [self.lines[e] for e in labels if e in self.lines]
             spelled = scope.spelling[key]
             if cells:
@@ -301,7 +341,7 @@ class Assembly:
                 clash = key in top.element_sets or (spelled in taken and set(taken[spelled]) != set(cells))
                 name = scope.part_of[key] = f"{scope.name or 'assembly'}.{spelled}" if clash else spelled
                 if clash or spelled not in taken:
-                    deck.parts.setdefault(name, []).extend(cells)
+                    (deck.volumes if self.solid else deck.parts).setdefault(name, []).extend(cells)
             if lines:
                 deck.lines.setdefault(spelled, []).extend(lines)
         above = {*top.node_sets, *top.surfaces}
@@ -314,16 +354,16 @@ class Assembly:
                 deck.points.setdefault(name, []).extend(scope.node_sets[key])
 
 
-def read(text: str) -> Deck:
-    """Contents of a deck.
+def read(text: str, solid: bool = False) -> Deck:
+    """Contents of a deck; ``solid``: of bodies in space.
 
     Raises
     ------
     FileError
-        If it generates nodes or elements, has three-dimensional elements, or contradicts itself.
+        If it generates nodes or elements, has three-dimensional elements and is to be plane, or contradicts itself.
 
     """
-    return Assembly(text).deck()
+    return Assembly(text, solid).deck()
 
 
 def _place(line: int, words: list[str]) -> tuple[float, float, float]:

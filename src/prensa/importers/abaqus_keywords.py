@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from math import cos, hypot, inf, isfinite, radians, sin
 
+import numpy as np
+
 from prensa.importers.abaqus_words import keyword, parameter
 from prensa.importers.deck import FileError
 from prensa.precision import DRAWN
@@ -88,6 +90,7 @@ class Scope:
     placed: list[tuple[int, list[str]]] = field(default_factory=list)
     nodes: list[int] = field(default_factory=list)
     cells: list[int] = field(default_factory=list)
+    solids: list[int] = field(default_factory=list)
     node_sets: dict[str, list[int]] = field(default_factory=dict)
     element_sets: dict[str, list[int]] = field(default_factory=dict)
     surfaces: dict[str, list[tuple[int, ...]]] = field(default_factory=dict)
@@ -105,10 +108,7 @@ class Scope:
 
         """
         for number, (line, words) in enumerate(self.placed):
-            try:
-                v = [float(w.upper().replace("D", "E")) if w else 0.0 for w in words]
-            except ValueError:
-                raise FileError.at(line, f"{', '.join(words)[:60]!r} does not place an instance") from None
+            v = _placing(line, words)
             if number == 0 and len(v) <= 3:
                 x, y = x + v[0], y + (v[1] if len(v) > 1 else 0.0)
             elif len(v) == 7 and number < 2:
@@ -122,6 +122,37 @@ class Scope:
             else:
                 raise FileError.at(line, f"{', '.join(words)[:60]!r} is not a translation (3) or two points and an angle (7)")
         return x, y
+
+    def moved_in_space(self, x: float, y: float, z: float) -> tuple[float, float, float]:
+        """The same in space: translated, then turned about any axis (Rodrigues).
+
+        Raises
+        ------
+        FileError
+            If a line is no translation and no turn, or the axis has no length.
+
+        """
+        place = np.array([x, y, z])
+        for number, (line, words) in enumerate(self.placed):
+            v = np.array(_placing(line, words))
+            if number == 0 and len(v) <= 3:
+                place = place + np.pad(v, (0, 3 - len(v)))
+                continue
+            axis = v[3:6] - v[:3] if len(v) == 7 and number < 2 else np.zeros(3)
+            if not (length := float(np.linalg.norm(axis))):
+                raise FileError.at(line, f"{', '.join(words)[:60]!r} is not a translation (3) or two points and an angle (7)")
+            way, k, angle = place - v[:3], axis / length, radians(v[6])
+            turned = cos(angle) * way + sin(angle) * np.cross(k, way) + (1.0 - cos(angle)) * (k @ way) * k
+            place = v[:3] + turned
+        return float(place[0]), float(place[1]), float(place[2])
+
+
+def _placing(line: int, words: list[str]) -> list[float]:
+    """The numbers of a line that places an instance."""
+    try:
+        return [float(w.upper().replace("D", "E")) if w else 0.0 for w in words]
+    except ValueError:
+        raise FileError.at(line, f"{', '.join(words)[:60]!r} does not place an instance") from None
 
 
 def _parameters(text: str) -> dict[str, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from prensa.errors import PrensaError
+from prensa.importers.solids import SolidKind
 
 LABELS = 10**9  # labels of different instances of an assembly are kept apart by this
 
@@ -34,6 +35,9 @@ class Deck:
     which one must be named where there are several. ``source``: what the file calls the things that name its sides.
     ``curves``, ``surfaces`` and ``vertices`` are lines, cells and points by their numbers in the drawing that was meshed; they
     stand in where the file names no lines and no parts.
+
+    Of a mesh in space, ``solids``: label → kind and node labels of its elements, ``volumes`` name → labels of these, and
+    ``volume_numbers`` the same by the numbers in the drawing; ``cells`` and what refers to them are then sides of bodies.
     """
 
     nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
@@ -47,3 +51,6 @@ class Deck:
     curves: dict[str, list[tuple[int, ...]]] = field(default_factory=dict)
     surfaces: dict[str, list[int]] = field(default_factory=dict)
     vertices: dict[str, list[int]] = field(default_factory=dict)
+    solids: dict[int, tuple[SolidKind, tuple[int, ...]]] = field(default_factory=dict)
+    volumes: dict[str, list[int]] = field(default_factory=dict)
+    volume_numbers: dict[str, list[int]] = field(default_factory=dict)

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from prensa.importers.deck import Deck, FileError
+from prensa.importers.solids import OF_GMSH
 
 LINES, CELLS = {1: 2, 8: 3}, {2: 3, 3: 4, 9: 6, 16: 8, 10: 8}  # nodes kept, by element type (the middle of a Q9 is not)
 POINT, Q9 = 15, 10
@@ -75,13 +76,13 @@ class _Lines:
         return x, y, z
 
 
-def read(text: str) -> Deck:
-    """Contents of a ``.msh`` file.
+def read(text: str, solid: bool = False) -> Deck:
+    """Contents of a ``.msh`` file; ``solid``: of bodies in space.
 
     Raises
     ------
     FileError
-        If it is binary, of another version, cut off, contradicts itself, or has three-dimensional elements.
+        If it is binary, of another version, cut off, contradicts itself, or has three-dimensional elements and is to be plane.
 
     """
     sections = dict(_sections(text))
@@ -96,7 +97,7 @@ def read(text: str) -> Deck:
         if name not in sections:
             raise FileError(f"there is no section ${name}; the file is cut off or holds no mesh")
     names = _physical_names(sections["PhysicalNames"]) if "PhysicalNames" in sections else {}
-    deck = Deck(exclusive=True, source="physical curves and points")
+    deck = Deck(exclusive=True, source=f"physical {'surfaces' if solid else 'curves'} and points")
     if version == "2.2":
         _nodes_2(sections["Nodes"], deck)
         _elements_2(sections["Elements"], deck, names)
@@ -104,6 +105,12 @@ def read(text: str) -> Deck:
         groups = _entities(sections["Entities"]) if "Entities" in sections else {}
         _nodes_4(sections["Nodes"], deck)
         _elements_4(sections["Elements"], deck, names, groups)
+    if deck.solids and not solid:
+        label, (kind, _) = next(iter(deck.solids.items()))
+        raise FileError(
+            f"element {label} is of gmsh's type {kind.gmsh}; a three-dimensional mesh is no section: save the surfaces only, or "
+            "compute it in 'space: solid'"
+        )
     return deck
 
 
@@ -193,11 +200,19 @@ def _elements_4(
 def _add(lines: _Lines, deck: Deck, names: dict[tuple[int, int], str], element: _Element) -> None:
     """One element into the cells, or into the lines or points of its groups; a group without a name is its number."""
     label, kind, nodes, groups, entity = element
+    known = OF_GMSH.get(kind)
+    if known is not None and len(nodes) == known.nodes:
+        deck.solids[label] = known, tuple(nodes)
+        if entity > 0:
+            deck.volume_numbers.setdefault(f"volume-{entity}", []).append(label)
+        for tag in groups:
+            deck.volumes.setdefault(names.get((3, tag), str(tag)), []).append(label)
+        return
     if kind not in NODES:
         raise FileError.at(
             lines.number,
-            f"element {label} is of gmsh's type {kind}; known are points, lines, triangles and quadrilaterals up to the "
-            "second order (a three-dimensional mesh is no section; save the surfaces only)",
+            f"element {label} is of gmsh's type {kind} with {len(nodes)} nodes; known are points, lines, triangles and "
+            "quadrilaterals up to the second order, and hexahedra and wedges of the first",
         )
     if len(nodes) != NODES[kind]:
         raise FileError.at(lines.number, f"element {label} has {len(nodes)} nodes; type {kind} has {NODES[kind]}")

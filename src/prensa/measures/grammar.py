@@ -157,7 +157,8 @@ def _boundaries(problem: Problem, body: str) -> tuple[list[str], list[str]]:
 
 def _mesh(problem: Problem, body: str) -> Mesh:
     description = problem.bodies[body]
-    return mesh_of(description.mesh, description.element_in(problem.space), problem.units.length)
+    dimension = 3 if problem.space == "solid" else 2
+    return mesh_of(description.mesh, description.element_in(problem.space), problem.units.length, dimension=dimension)
 
 
 @dataclass(frozen=True)

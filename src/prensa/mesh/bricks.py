@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from prensa.mesh.brick_checks import FACES, check_bricks, check_joints, collapsed, face_keys
 from prensa.mesh.mesh import Mesh, MeshError
 from prensa.mesh.spacing import graded
 from prensa.model import meshes as model
-from prensa.precision import NEGLIGIBLE, ROUND_OFF
-from prensa.types import Array, Index
+from prensa.types import Array, Flags, Index
 
-# corners of the six faces of a brick, seen from outside counter-clockwise
-FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
 SOLID_CORNERS = {4: 4, 8: 8, 10: 4}  # corners of a cell in space, by its nodes
 _SECTION_AXES = {"x": [2, 1, 0], "y": [0, 2, 1], "z": [0, 1, 2]}
 """Axes of a section's x and y, and of the extrusion."""
@@ -26,28 +23,18 @@ _SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]  # corners along x and y, in the orde
 class BrickMesh(Mesh):
     """``points`` (n, 3), ``cells`` (m, 8), ``edges``: name → faces (k, 4), seen from outside counter-clockwise.
 
+    A wedge is a brick with two edges of one face collapsed, each named twice; where a section meets its axis in a node alone, one
+    edge is. Faces of three nodes have one of them twice.
+
     Raises
     ------
     MeshError
-        For coordinates and node numbers that are none, nodes of no brick, a brick with a node twice, faces of more than two.
+        For what no brick can be computed on: see `check_bricks`.
 
     """
 
     def __post_init__(self) -> None:
-        points, cells = self.points, self.cells
-        if not np.isfinite(points).all():
-            raise MeshError(
-                f"node {int(np.argwhere(~np.isfinite(points))[0, 0])} has a coordinate that is not a number"
-            )
-        if len(cells) == 0 or cells.min() < 0 or cells.max() >= len(points):
-            raise MeshError(f"bricks need nodes of the {len(points)} that there are")
-        if len(unused := np.setdiff1d(np.arange(len(points)), cells)):
-            raise MeshError(f"node {unused[0]} at {points[unused[0]].tolist()} belongs to no brick; remove it")
-        if len(twice := np.flatnonzero((np.diff(np.sort(cells, axis=1), axis=1) == 0).any(axis=1))):
-            raise MeshError(f"brick {twice[0]} names a node twice: {cells[twice[0]].tolist()}")
-        _, count = np.unique(np.sort(cells[:, FACES].reshape(-1, 4), axis=1), axis=0, return_counts=True)
-        if count.max() > 2:
-            raise MeshError("three bricks have a face in common: they overlap")
+        check_bricks(self.points, self.cells)
 
     def _along(self, name: str) -> Index:
         return np.unique(self.edges[name])
@@ -59,16 +46,22 @@ class BrickMesh(Mesh):
 
 
 def outside(cells: Index) -> Index:
-    """Faces (k, 4) that belong to one of the bricks cells (m, 8) only."""
+    """Faces (k, 4) that belong to one of the bricks cells (m, 8) only; those collapsed into a line are none."""
     faces = cells[:, FACES].reshape(-1, 4)
-    _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
-    return faces[np.sort(first[count == 1])]
+    kept = np.flatnonzero(~collapsed(faces))
+    _, first, count = np.unique(face_keys(faces[kept]), axis=0, return_index=True, return_counts=True)
+    return faces[kept[np.sort(first[count == 1])]]
 
 
 def bricks_behind(faces: Index, cells: Index) -> Index:
     """The bricks (k,) of cells (m, 8) that have faces (k, 4) of the outside."""
-    owner = {tuple(side): i for i, side in enumerate(np.sort(cells[:, FACES].reshape(-1, 4), axis=1).tolist())}
-    return np.array([owner[tuple(face)] for face in np.sort(faces, axis=1).tolist()], dtype=np.int64) // len(FACES)
+    owner = {tuple(side): i for i, side in enumerate(face_keys(cells[:, FACES].reshape(-1, 4)).tolist())}
+    return np.array([owner[tuple(face)] for face in face_keys(faces).tolist()], dtype=np.int64) // len(FACES)
+
+
+def wedges(cells: Index) -> Flags:
+    """Bricks (m,) that name a node twice."""
+    return np.asarray((np.diff(np.sort(cells, axis=1), axis=1) == 0).any(axis=1))
 
 
 def box(m: model.Box) -> BrickMesh:
@@ -82,13 +75,15 @@ def box(m: model.Box) -> BrickMesh:
     cells = np.stack(corners, axis=-1).reshape(-1, 8)
     names = ("left", "right"), ("bottom", "top"), ("back", "front")
     sides = {name: number.take(end, axis=axis) for axis, pair in enumerate(names) for name, end in zip(pair, (0, -1))}
-    return _with_boundaries(points, cells, {name: nodes.ravel() for name, nodes in sides.items()})
+    return with_boundaries(points, cells, {name: nodes.ravel() for name, nodes in sides.items()})
 
 
 def from_arrays(m: model.Bricks) -> BrickMesh:
     """Mesh of a `prensa.Bricks`."""
     named = {name: np.array(nodes, dtype=np.int64) for name, nodes in m.boundaries.items()}
-    return _with_boundaries(np.array(m.points, dtype=np.float64), np.array(m.cells, dtype=np.int64), named)
+    made = with_boundaries(np.array(m.points, dtype=np.float64), np.array(m.cells, dtype=np.int64), named)
+    check_joints(made.points, made.boundary)
+    return made
 
 
 def extruded(m: model.Extrusion, section: Mesh) -> BrickMesh:
@@ -100,50 +95,23 @@ def extruded(m: model.Extrusion, section: Mesh) -> BrickMesh:
     points[:, :, axes[:2]] = section.points
     points[:, :, axes[2]] = along[:, None]
     # The section's axes and that of the extrusion are a left-handed triple for x and y: layers are then counted downwards.
-    return _swept(section, points, False, m.axis != "z")
+    return _stacked(section, points, m.axis != "z")
 
 
-def revolved(m: model.Revolution, section: Mesh) -> BrickMesh:
-    """Mesh of a `prensa.Revolution` over the mesh of its section.
-
-    Raises
-    ------
-    MeshError
-        If the section touches the axis, or crosses it.
-
-    """
-    radius, height = section.points.T
-    if radius.min() <= NEGLIGIBLE * radius.max():
-        raise MeshError(
-            f"the section comes to x = {radius.min():g}, and bricks would collapse on the axis; leave a bore, "
-            "or make a cylinder of a disc that is extruded along y"
-        )
-    whole = m.angle >= math.tau * (1.0 - NEGLIGIBLE)
-    angle = np.linspace(0.0, m.angle, m.n + 1)[: m.n + (not whole)]
-    points = np.stack(
-        [radius * np.cos(angle)[:, None], height + 0.0 * angle[:, None], radius * np.sin(angle)[:, None]], axis=-1
-    )
-    points[np.abs(points) < ROUND_OFF * radius.max()] = 0.0  # a quarter ends in the plane x = 0
-    return _swept(section, points, whole, False)
-
-
-def _swept(section: Mesh, points: Array, closed: bool, downwards: bool) -> BrickMesh:
-    """Bricks between layers of points (k, n, 3) over a section; ``closed``: the last layer is under the first one."""
+def _stacked(section: Mesh, points: Array, downwards: bool) -> BrickMesh:
+    """Bricks between layers of points (k, n, 3) over a section."""
     k, n, _ = points.shape
-    layer = np.arange(k if closed else k - 1)
-    lower = section.cells[None] + n * layer[:, None, None]
-    upper = section.cells[None] + n * ((layer + 1) % k)[:, None, None]
-    pair = (upper, lower) if downwards else (lower, upper)
+    lower = section.cells[None] + n * np.arange(k - 1)[:, None, None]
+    pair = (lower + n, lower) if downwards else (lower, lower + n)
     cells = np.concatenate(pair, axis=2).reshape(-1, 8)
     named = {
         name: (np.unique(edges)[None] + n * np.arange(k)[:, None]).ravel() for name, edges in section.edges.items()
     }
-    if not closed:
-        named |= {"base": np.arange(n), "cap": np.arange(n) + n * (k - 1)}
-    return _with_boundaries(points.reshape(-1, 3), cells, named)
+    named |= {"base": np.arange(n), "cap": np.arange(n) + n * (k - 1)}
+    return with_boundaries(points.reshape(-1, 3), cells, named)
 
 
-def _with_boundaries(points: Array, cells: Index, named: dict[str, Index]) -> BrickMesh:
+def with_boundaries(points: Array, cells: Index, named: dict[str, Index]) -> BrickMesh:
     """Bricks with the faces of the outside that lists of nodes have; of one node, a named point."""
     corners = {name: int(nodes[0]) for name, nodes in named.items() if len(nodes) == 1}
     plain = BrickMesh(points, cells, {}, corners)

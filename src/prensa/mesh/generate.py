@@ -114,10 +114,12 @@ def _section(description: Any, unit: str) -> Mesh:
     return mesh
 
 
-def mesh_of(description: Any, element: str | int = "q4", unit: str = "mm", beside: Mesh | None = None) -> Mesh:
+def mesh_of(
+    description: Any, element: str | int = "q4", unit: str = "mm", beside: Mesh | None = None, dimension: int = 2
+) -> Mesh:
     """The mesh of a description in the cells of an element (``q4_fbar``, ``t6``, …); *unit*: of length, of the case.
 
-    ``beside``: the mesh of a description with numbers next to these.
+    ``beside``: the mesh of a description with numbers next to these. ``dimension``: 3 for the mesh of a file in space.
 
     Raises
     ------
@@ -139,6 +141,10 @@ def mesh_of(description: Any, element: str | int = "q4", unit: str = "mm", besid
             return mesh_from_draft(blocks.disc(description), nodes, beside)
         case model.Annulus():
             return mesh_from_draft(blocks.annulus(description), nodes, beside)
+        case model.File() if dimension == 3:
+            from prensa.mesh.read_bricks import bricks_from_file
+
+            return bricks_from_file(description, unit)
         case model.File():
             from prensa.mesh.read import from_file
 
@@ -155,6 +161,12 @@ def mesh_of(description: Any, element: str | int = "q4", unit: str = "mm", besid
             return bricks.from_arrays(description)
         case model.Extrusion():
             return bricks.extruded(description, _section(description.section, unit))
+        case model.Cylinder():
+            from prensa.mesh.revolve import cylinder, profile_of
+
+            return cylinder(description, _section(profile_of(description), unit))
         case model.Revolution():
-            return bricks.revolved(description, _section(description.section, unit))
+            from prensa.mesh.revolve import revolved
+
+            return revolved(description, _section(description.section, unit))
     raise TypeError(f"unknown mesh {description!r}")

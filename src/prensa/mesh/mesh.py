@@ -300,18 +300,19 @@ def _check_open_joints(points: Array, outline: Index) -> None:
 
 # ----------------------------------------------------------------------------------------------------------- neighbours
 def coincident(points: Array, distance: float) -> tuple[Index, Index]:
-    """Pairs i < j of points (n, 2) no farther apart than *distance*, in order of i."""
+    """Pairs i < j of points (n, d) no farther apart than *distance*, in order of i."""
     i, j = within(points, points, np.full(len(points), distance))
     return i[i < j], j[i < j]
 
 
 def within(points: Array, centres: Array, radii: Array) -> tuple[Index, Index]:
-    """Pairs (i, j), in order of i, with points (n, 2) [j] in the circle round centres (k, 2) [i] with radii (k,) [i]; k > 0.
+    """Pairs (i, j), in order of i, with points (n, d) [j] in the circle round centres (k, d) [i] with radii (k,) [i]; k > 0.
 
-    Looked for in the strip of each circle across a direction that is oblique to the lines of most meshes. A tree would
-    look at fewer points, but SciPy's takes longer to import than most meshes take to check.
+    d is 2, or 3 for spheres. Looked for in the strip of each circle across a direction that is oblique to the lines of most
+    meshes. A tree would look at fewer points, but SciPy's takes longer to import than most meshes take to check.
     """
-    direction = np.array([np.cos(1.0), np.sin(1.0)])
+    direction = np.array([np.cos(1.0), np.sin(1.0), 0.5 * np.sin(2.0)][: points.shape[1]])
+    direction /= np.linalg.norm(direction) if len(direction) > 2 else 1.0
     place = points @ direction
     order = np.argsort(place, kind="stable")
     middle = centres @ direction
@@ -325,7 +326,7 @@ def within(points: Array, centres: Array, radii: Array) -> tuple[Index, Index]:
         i = np.repeat(np.arange(a, b), many[a:b])
         j = order[np.arange(len(i)) + np.repeat(first[a:b] - (ends[a:b] - many[a:b] - ends[a] + many[a]), many[a:b])]
         d = points[j] - centres[i]
-        near = np.hypot(d[:, 0], d[:, 1]) <= radii[i]
+        near = (np.hypot(d[:, 0], d[:, 1]) if d.shape[1] == 2 else np.linalg.norm(d, axis=1)) <= radii[i]
         found.append((i[near], j[near]))
     i, j = (np.concatenate(parts) for parts in zip(*found, strict=True))
     return i, j

@@ -47,10 +47,10 @@ class SideNames:
             edges |= {name: e for name, e in curves.items() if name not in edges}
             vertices = _points(self.deck.vertices, edges, cells, label)
             corners |= {name: n for name, n in vertices.items() if name not in corners}
-            notes.append(f"{_listed([*curves, *vertices])} are its curves and points by their numbers")
+            notes.append(f"{listed([*curves, *vertices])} are its curves and points by their numbers")
         if len(common := self._common(edges, cells, label)):
             edges |= common
-            notes.append(f"{_listed(common)}: where that part of the file meets this one")
+            notes.append(f"{listed(common)}: where that part of the file meets this one")
         taken = {name.casefold() for name in (*lines, *self.deck.points)}
         if taken.isdisjoint(SIDES):
             sides = sides_by_place(points, cells, curves)
@@ -62,13 +62,13 @@ class SideNames:
     def _own(self, found: Iterable[str]) -> list[str]:
         """What there is to say of the names in the file."""
         found, names = list(found), dict.fromkeys([*self.deck.lines, *self.deck.points])
-        notes = [f"{_listed(found)}: {self.deck.source} of {self.file}"] if found else []
+        notes = [f"{listed(found)}: {self.deck.source} of {self.file}"] if found else []
         if missing := [name for name in names if name not in found]:
-            notes.append(f"{_listed(missing)} of {self.file} is not on the outline of this body")
+            notes.append(f"{listed(missing)} of {self.file} is not on the outline of this body")
         if not names:
             notes.append(f"{self.file} names no sides (names are its {self.deck.source})")
         if not self.parts and not self.deck.parts and len(self.deck.surfaces) > 1:
-            notes.append(f"one body of all its surfaces; 'part' takes some of {_listed(self.deck.surfaces)}")
+            notes.append(f"one body of all its surfaces; 'part' takes some of {listed(self.deck.surfaces)}")
         return notes
 
     def _common(self, edges: Mapping[str, Index], cells: Index, label: Mapping[int, int]) -> dict[str, Index]:
@@ -134,12 +134,12 @@ def _placed(points: Array, sides: Mapping[str, Index]) -> list[str]:
     notes = [f"found by place: {', '.join(taken)}"] if taken else []
     if missing := [name for name in SIDES if name not in sides]:
         notes.append(
-            f"{_listed(missing)} could not be found by place: no stretch between corners lies or looks that way alone"
+            f"{listed(missing)} could not be found by place: no stretch between corners lies or looks that way alone"
         )
     return notes
 
 
-def _listed(names: Iterable[str]) -> str:
+def listed(names: Iterable[str]) -> str:
     """Names in a message; of many the first and the last."""
     shown = [repr(name) for name in names]
     return ", ".join(shown) if len(shown) <= 12 else f"{', '.join(shown[:6])}, … {shown[-1]} ({len(shown)})"

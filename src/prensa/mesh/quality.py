@@ -1,8 +1,9 @@
 """Shape of the elements of a mesh in numbers: scaled Jacobians and aspect ratios, and where the worst one is.
 
 Scaled Jacobian (P. Knupp 2000): at each corner the sine of the angle between the two sides (the tangents of curved ones),
-of a triangle over that of 60°; of an element the least of its corners: 1 is a rectangle or an equilateral triangle, 0 a corner
-of 0° or 180°, negative one that is turned over.
+of a triangle over that of 60°, of a brick the volume spanned by the directions of its three edges; of an element the least of
+its corners: 1 is a rectangle, a box or an equilateral triangle, 0 a corner of 0° or 180°, negative one that is turned over.
+Corners at which a wedge is collapsed are passed over: they have no three edges, and nothing is evaluated there.
 """
 
 from __future__ import annotations
@@ -11,9 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from prensa.mesh.brick_checks import EDGE_ENDS
+from prensa.mesh.bricks import wedges
 from prensa.mesh.mesh import CELL_NAMES, CORNERS, Mesh, corner_cells, sides
 from prensa.precision import SMALLEST
-from prensa.types import Array, Index
+from prensa.types import Array, Flags, Index
 
 POOR = 0.2  # scaled Jacobian below which an element is out of shape, and its stresses are poor
 MAX_ASPECT = 50.0  # longest over shortest side above which there is a warning
@@ -21,7 +24,7 @@ MAX_ASPECT = 50.0  # longest over shortest side above which there is a warning
 
 @dataclass(frozen=True)
 class Quality:
-    """``jacobian``, ``aspect`` and longest side ``longest`` (m,) of the elements; ``centre`` (m, 2)."""
+    """``jacobian``, ``aspect`` and longest side ``longest`` (m,) of the elements; ``centre`` (m, d)."""
 
     kind: str
     jacobian: Array
@@ -36,7 +39,7 @@ class Quality:
 
     def where(self, e: int) -> str:
         """An element by its number and place."""
-        return f"element {e} near ({self.centre[e, 0]:.4g}, {self.centre[e, 1]:.4g})"
+        return f"element {e} near ({', '.join(f'{c:.4g}' for c in self.centre[e])})"
 
     def line(self) -> str:
         """All of it in one line."""
@@ -78,6 +81,8 @@ class Quality:
 
 def quality(mesh: Mesh) -> Quality:
     """Quality of every element of a mesh."""
+    if mesh.points.shape[1] == 3:
+        return _of_bricks(mesh.points[mesh.cells], wedges(mesh.cells))
     cells = corner_cells(mesh.cells)
     x, c = mesh.points[cells], CORNERS[mesh.cells.shape[1]]
     after, before = np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x
@@ -90,3 +95,16 @@ def quality(mesh: Mesh) -> Quality:
     jacobian = sine.min(axis=1) * (2 / np.sqrt(3.0) if c == 3 else 1.0)
     longest = length.max(axis=1)
     return Quality(CELL_NAMES[mesh.cells.shape[1]], jacobian, longest / length.min(axis=1), longest, x.mean(axis=1))
+
+
+def _of_bricks(x: Array, wedge: Flags) -> Quality:
+    """Of bricks x (m, 8, 3), some of which are collapsed."""
+    edges = x[:, EDGE_ENDS] - x[:, :, None]
+    length = np.linalg.norm(edges, axis=3)
+    there = length > 0.0
+    directions = edges / np.where(there, length, 1.0)[..., None]
+    corner = np.where(there.all(axis=2), np.linalg.det(directions), np.inf)
+    longest = length.max(axis=(1, 2))
+    least = np.where(there, length, np.inf).min(axis=(1, 2))
+    kind = f"H8, {np.count_nonzero(wedge)} of them wedges" if wedge.any() else "H8"
+    return Quality(kind, corner.min(axis=1), longest / least, longest, x.mean(axis=1))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 
-from prensa.importers import abaqus, gmsh
+from prensa.importers import abaqus, gmsh, vtk
 from prensa.importers.deck import LABELS, Deck, FileError
 from prensa.mesh.convert import Draft, draft_of, mesh_from_draft, split
 from prensa.mesh.mesh import CELL_NAMES, CORNERS, Mesh, MeshError, coincident, named, oriented
@@ -27,23 +28,18 @@ def from_file(m: model.File, nodes: int, unit: str) -> Mesh:
         If the file cannot be read, holds no plane mesh, lacks the part, or the mesh is one that cannot be computed with.
 
     """
-    path = Path(m.path)
+    file, deck = deck_of(m)
     try:
-        # Names come in any encoding; the numbers are ASCII.
-        text = path.read_bytes().decode("utf-8", errors="replace")
-        # Readers of our own: meshio loses surfaces and sets, mixes parts, and allocates what a wrong file asks for.
-        deck = (gmsh if path.suffix.lower() == ".msh" else abaqus).read(text)
         chosen = _chosen(deck, m.part)
         points, kinds, label = _cells(deck, chosen)
-    except (FileError, OSError) as error:
-        raise MeshError(f"{path.name}: {error}") from None
-    if m.unit is not None:
-        points = points * factor(f"1 {m.unit}", unit, "N", (0, 1))
+    except FileError as error:
+        raise MeshError(f"{file}: {error}") from None
+    points = in_units(m, points, unit)
     if m.merge:
-        points, kinds, label = _merged(points, kinds, label)
+        points, kinds, label = merged(points, kinds, label)
     # Programs write cells either way round.
     kinds = {k: oriented(points, c) for k, c in kinds.items()}
-    names = SideNames(path.name, deck, chosen, m.part)
+    names = SideNames(file, deck, chosen, m.part)
     if len(kinds) == 1:
         cells = next(iter(kinds.values()))
         read = names.of(points, cells, label)
@@ -56,27 +52,65 @@ def from_file(m: model.File, nodes: int, unit: str) -> Mesh:
     return named(mesh, mesh.edges, mesh.corners, read.notes)
 
 
+def deck_of(m: model.File, solid: bool = False) -> tuple[str, Deck]:
+    """Name and contents of the file of a `prensa.File`; ``solid``: of bodies in space.
+
+    Raises
+    ------
+    MeshError
+        If the file cannot be read.
+
+    """
+    path = Path(m.path)
+    try:
+        if path.suffix.lower() in (".vtk", ".vtu"):
+            return path.name, vtk.read(path, solid)
+        # Names come in any encoding; the numbers are ASCII.
+        text = path.read_bytes().decode("utf-8", errors="replace")
+        # Readers of our own: meshio loses surfaces and sets, mixes parts, and allocates what a wrong file asks for.
+        return path.name, (gmsh if path.suffix.lower() == ".msh" else abaqus).read(text, solid)
+    except (FileError, OSError) as error:
+        raise MeshError(f"{path.name}: {error}") from None
+
+
+def in_units(m: model.File, points: Array, unit: str) -> Array:
+    """Coordinates of the file in the length *unit* of the case."""
+    return points if m.unit is None else points * factor(f"1 {m.unit}", unit, "N", (0, 1))
+
+
 def _chosen(deck: Deck, parts: tuple[str, ...]) -> list[int]:
     """Labels of the cells of the parts, each once."""
     if not deck.cells:
         raise FileError("there is no triangle or quadrilateral in it; is the surface meshed and in a physical group?")
-    known = {**deck.surfaces, **deck.parts}
-    for name in parts:
-        if name not in known:
-            raise FileError(f"there is no part {name!r}{suggest(name, known)}")
-    if not parts and deck.exclusive and len(deck.parts) > 1:
-        raise FileError(
-            f"it has several parts; say with 'part' which one the body is: {', '.join(map(repr, deck.parts))}"
-        )
-    labels = [e for name in parts for e in known[name]] if parts else list(deck.cells)
-    if not parts and deck.exclusive and deck.parts:
-        labels = next(iter(deck.parts.values()))
+    labels = fitting(parts, deck.parts, {**deck.surfaces, **deck.parts}, deck.cells, deck.exclusive)
     # an element in two groups is written twice in the older format of gmsh
     seen: dict[frozenset[int], int] = {}
     for label in labels:
         if label in deck.cells:
             seen.setdefault(frozenset(deck.cells[label]), label)
     return list(seen.values())
+
+
+def fitting(
+    parts: tuple[str, ...], bodies: Mapping[str, list[int]], known: Mapping[str, list[int]], cells: Iterable[int],
+    exclusive: bool,
+) -> list[int]:  # fmt: skip
+    """Labels of the cells of the ``parts`` among those ``known``, of the only body, or of all ``cells``.
+
+    Raises
+    ------
+    FileError
+        If there is no such part, or one has to be named.
+
+    """
+    for name in parts:
+        if name not in known:
+            raise FileError(f"there is no part {name!r}{suggest(name, known)}")
+    if not parts and exclusive and len(bodies) > 1:
+        raise FileError(f"it has several parts; say with 'part' which one the body is: {', '.join(map(repr, bodies))}")
+    if parts:
+        return [e for name in parts for e in known[name]]
+    return next(iter(bodies.values())) if exclusive and bodies else list(cells)
 
 
 def _cells(deck: Deck, labels: list[int]) -> tuple[Array, dict[int, Index], dict[int, int]]:
@@ -102,7 +136,7 @@ def _cells(deck: Deck, labels: list[int]) -> tuple[Array, dict[int, Index], dict
     return xyz[:, :2].copy(), {k: np.array(c, dtype=np.int64) for k, c in by_kind.items()}, number
 
 
-def _merged(
+def merged(
     points: Array, kinds: dict[int, Index], label: dict[int, int]
 ) -> tuple[Array, dict[int, Index], dict[int, int]]:
     """The same with nodes at one place made one."""

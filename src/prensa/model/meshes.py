@@ -345,13 +345,16 @@ def _mesh_file(path: Any, info: Any) -> Any:
 
 @described
 class File:
-    """Mesh of a file: gmsh's ``.msh`` (text, 2.2 or 4.1) or an Abaqus deck ``.inp``; ``path`` is relative to the case file.
+    """Mesh of a file: gmsh's ``.msh`` (text, 2.2 or 4.1), an Abaqus deck ``.inp``, VTK's ``.vtk`` or ``.vtu``.
 
-    Boundaries are the physical curves, node sets, surfaces and sets of line elements of the file, on the outline of the
-    body; points are physical points and sets of one node. A file without physical curves has gmsh's by number (``curve-3``,
-    ``point-1``); ``bottom``, ``right``, ``top`` and ``left`` are found by place where the file has none of these names; where
-    another part meets this one is ``interface-PART`` if it has no other name. ``part`` names the physical surfaces (or
-    ``surface-1``, by number), element sets or parts that make the body (default: all). ``unit`` is the file's unit of length
+    ``path`` is relative to the case file. In space it is made of hexahedra and wedges.
+
+    Boundaries are the physical curves (in space surfaces), node sets, surfaces and sets of line elements (of shells) of the file,
+    on the outline of the body; points are physical points and sets of one node. A file without physical curves has gmsh's by
+    number (``curve-3``, ``point-1``, in space ``surface-3``); ``bottom``, ``right``, ``top``, ``left`` and in space ``back`` and
+    ``front`` are found by place where the file has none of these names; where another part meets this one in the plane is
+    ``interface-PART`` if it has no other name. ``part`` names the physical surfaces (or ``surface-1``, by number; in space
+    volumes, ``volume-1``), element sets or parts that make the body (default: all). ``unit`` is the file's unit of length
     (default: that of the case). ``merge`` joins nodes at one place. ``digest`` is filled in by the program: a run is resumed
     only with the mesh that it began with.
     """
@@ -367,11 +370,11 @@ class File:
     def _check(self) -> File:
         from prensa.model.tables import digest_of
 
-        if not self.path.lower().endswith((".msh", ".inp")):
+        if not self.path.lower().endswith((".msh", ".inp", ".vtk", ".vtu")):
             file = Path(self.path)
             raise ValueError(
-                f"{self.path!r}: gmsh's .msh and Abaqus's .inp are read; export the mesh as one of them, or convert it: "
-                f"meshio convert --ascii --output-format gmsh {file.name} {file.stem}.msh"
+                f"{self.path!r}: gmsh's .msh, Abaqus's .inp and VTK's .vtk and .vtu are read; export the mesh as one of them, or "
+                f"convert it: meshio convert --ascii --output-format gmsh {file.name} {file.stem}.msh"
             )
         # A restart or a report reads the mesh again: a file that was changed in between would go unnoticed beside old results.
         digest = digest_of(self.path)
@@ -436,22 +439,74 @@ class Extrusion:
     type: Literal["extruded"] = "extruded"
 
 
+def _turns(angle: float, n: int) -> None:
+    # Chords of half a turn pass through the axis or beyond it: the bricks would be inverted.
+    if angle / n >= math.pi * (1 - NEGLIGIBLE):
+        raise ValueError(f"too few elements around: {n} of them over {math.degrees(angle):g}° span half a turn or more each")
+
+
+def pieces_around(angle: float) -> int:
+    """Pieces of a square core around the axis, of about a quarter turn each; none below an eighth of a turn."""
+    return round(angle / (0.5 * math.pi))
+
+
+Turn = Annotated[Angle, Field(gt=0, le=math.tau * (1 + NEGLIGIBLE))]
+Core = Literal["square", "wedges"]
+
+
 @described
 class Revolution:
     """Bricks over a ``section`` drawn as in axisymmetry, x the radius and y the axis, ``n`` of them around the ``angle``.
 
-    From the direction x towards z, at most a whole turn. A section that touches the axis is refused: there bricks would collapse
-    (a disc, extruded along y, is a cylinder). Boundaries: those of the section, and of a sector ``base`` at z = 0 and ``cap``
-    where it ends.
+    From the direction x towards z, at most a whole turn. Where the section touches the axis, ``core`` says what its bricks are:
+    ``wedges``, or ``square`` in place of its columns next to the axis, half as many as there are elements in a quarter turn
+    (default: ``square`` where the angle is an eighth of a turn or more, ``n`` is even in each quarter and the section has one
+    column more than that; else ``wedges``). Boundaries: those of the section, and of a sector ``base`` at z = 0 and ``cap`` where
+    it ends; points: those of the section on the axis.
     """
 
     section: Section
-    n: Annotated[Whole, Field(ge=3)]
-    angle: Annotated[Angle, Field(gt=0, le=math.tau * (1 + NEGLIGIBLE))] = math.tau
+    n: Annotated[Whole, Field(ge=1)]
+    angle: Turn = math.tau
+    core: Core | None = None
     type: Literal["revolved"] = "revolved"
+
+    @model_validator(mode="after")
+    def _check(self) -> Revolution:
+        _turns(self.angle, self.n)
+        return self
+
+
+@described
+class Cylinder:
+    """Cylinder about the y axis, or a ring where it has a ``bore``, the radius of its hole: a revolved rectangle.
+
+    ``n``: elements along the radius, the height and around the ``angle`` (from the direction x towards z, at most a whole turn);
+    ``start``: height of its lower face; ``core``: bricks at the axis, as of `Revolution`. Boundaries: ``bottom``, ``top``,
+    ``outer``, with a bore ``inner``, and of a sector ``base`` at z = 0 and ``cap`` where it ends; points of a solid one:
+    ``bottom-centre``, ``top-centre``.
+    """
+
+    radius: Annotated[Length, Field(gt=0)]
+    height: Annotated[Length, Field(gt=0)]
+    n: tuple[Annotated[Whole, Field(ge=1)], Annotated[Whole, Field(ge=1)], Annotated[Whole, Field(ge=1)]]
+    bore: Annotated[Length, Field(ge=0)] = 0.0
+    start: Length = 0.0
+    angle: Turn = math.tau
+    core: Core | None = None
+    type: Literal["cylinder"] = "cylinder"
+
+    @model_validator(mode="after")
+    def _check(self) -> Cylinder:
+        if self.bore >= self.radius:
+            raise ValueError(f"the bore, {self.bore:g}, is no smaller than the radius, {self.radius:g}; both are radii")
+        _turns(self.angle, self.n[2])
+        _bounded(math.prod(self.n))
+        return self
 
 
 Mesh = Annotated[
-    Rectangle | Strip | Wire | Disc | Annulus | Patch | Outline | Points | File | Box | Bricks | Extrusion | Revolution,
+    Rectangle | Strip | Wire | Disc | Annulus | Patch | Outline | Points | File
+    | Box | Cylinder | Bricks | Extrusion | Revolution,
     Field(discriminator="type"),
 ]

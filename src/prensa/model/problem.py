@@ -41,6 +41,7 @@ from prensa.model.meshes import (
     ArcSide,
     Box,
     Bricks,
+    Cylinder,
     Disc,
     Extrusion,
     File,
@@ -670,8 +671,8 @@ class Case:
 
 
 __all__ = [
-    "Annulus", "ArcSide", "Archard", "Body", "Box", "Bricks", "Case", "Contact", "Crank", "Disc", "Extrusion", "Feed", "File",
-    "Fixed", "Grade", "Interference", "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch", "Points",
-    "Press", "Problem", "Push", "Rectangle", "Remesh", "Revolution", "Sizes", "SplineSide", "Springs", "Start", "Step", "Strip",
-    "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",
+    "Annulus", "ArcSide", "Archard", "Body", "Box", "Bricks", "Case", "Contact", "Crank", "Cylinder", "Disc", "Extrusion", "Feed",
+    "File", "Fixed", "Grade", "Interference", "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch",
+    "Points", "Press", "Problem", "Push", "Rectangle", "Remesh", "Revolution", "Sizes", "SplineSide", "Springs", "Start", "Step",
+    "Strip", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",
 ]  # fmt: skip

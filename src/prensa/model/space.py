@@ -8,8 +8,8 @@ from typing import Any
 from prensa.model.names import Finding
 from prensa.registry import DOORS
 
-BRICKS = ("box", "extruded", "revolved", "bricks")
-"""Meshes of bodies in space."""
+BRICKS = ("box", "cylinder", "extruded", "revolved", "bricks")
+"""Meshes of bodies in space, and of no others."""
 NOT_IN_SPACE = {
     "problem": ("no_contact", "remesh"),
     "tools": ("spring",),
@@ -89,8 +89,8 @@ def _bodies(p: Any, dimension: int) -> Iterator[Finding]:
     for name, body in p.bodies.items():
         if body is None:
             continue
-        if (body.mesh.type in BRICKS) != (dimension == 3):
-            kinds = ", ".join(map(repr, BRICKS))
+        if (body.mesh.type in BRICKS) != (dimension == 3) and body.mesh.type != "file":
+            kinds = ", ".join(map(repr, (*BRICKS, "file")))
             words = f"bodies in space have a mesh of type {kinds}" if dimension == 3 else "bricks need 'space: solid'"
             yield Finding(("bodies", name, "mesh"), words)
         if body.element is not None:

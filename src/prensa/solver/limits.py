@@ -22,8 +22,7 @@ from prensa.types import Array
 def limits(system: System, c: Context, e: Evaluation, policy: Policy) -> Iterator[str]:
     """Clauses on the elements and contacts that are at their limit at an evaluated iterate of a failed increment."""
     yield from _flowing_alone(system, c, e, policy)
-    if system.dofs.dimension == 2:
-        yield from _worn(system, c, policy)
+    yield from _worn(system, c, policy)
     yield from friction_limits(system, c, e, policy)
 
 

@@ -11,8 +11,10 @@ import numpy as np
 
 from prensa.errors import PrensaError, shown
 from prensa.model import text as yaml
+from prensa.model.meshes import pieces_around
 from prensa.model.problem import Case, Problem
 from prensa.model.remeshing import remeshing_of
+from prensa.precision import NEGLIGIBLE
 from prensa.study.plan import Plan, Point
 from prensa.study.values import Values
 
@@ -153,14 +155,26 @@ def _counts(mesh: Any, factor: float) -> list[int]:
 
 def _bricks(path: str, mesh: Any, factor: float) -> tuple[dict[str, str], int, int]:
     """As `_mesh`, of a body in space: changes, how many bricks it has, and how many it gets."""
+    if mesh.type == "cylinder":
+        *section, around = mesh.n
+        new = [*(max(round(n * factor), 1) for n in section), _around(around, mesh.angle, factor)]
+        return {f"{path}.n": yaml.line(new)}, math.prod(mesh.n), math.prod(new)
     if mesh.type == "box":
         new = _counts(mesh, factor)
         return {f"{path}.n": yaml.line(new)}, math.prod(mesh.n), math.prod(new)
     if getattr(mesh.section, "n", None) is None:
         raise PrensaError(f"--mesh: the section of {path} is given ({mesh.section.type}); vary {path} in a sweep")
-    new, layers = _counts(mesh.section, factor), max(round(mesh.n * factor), 3 if mesh.type == "revolved" else 1)
+    new = _counts(mesh.section, factor)
+    layers = _around(mesh.n, mesh.angle, factor) if mesh.type == "revolved" else max(round(mesh.n * factor), 1)
     changes = {f"{path}.section.n": yaml.line(new), f"{path}.n": yaml.line(layers)}
     return changes, math.prod(mesh.section.n) * mesh.n, math.prod(new) * layers
+
+
+def _around(n: int, angle: float, factor: float) -> int:
+    """Number of elements around an angle, times a factor: a square core at the axis stays one."""
+    pair = 2 * pieces_around(angle)
+    step = pair if pair and n % pair == 0 else 1
+    return max(step * round(n * factor / step), step, math.ceil((1 + NEGLIGIBLE) * angle / math.pi))
 
 
 def _remeshed(problem: Problem, factor: float) -> dict[str, str]:

@@ -232,7 +232,7 @@ def meshes_of(problem: model.Problem, beside: Mapping[str, Mesh]) -> dict[str, M
     for name, body in problem.bodies.items():
         try:
             element = element_of(body.element_in(problem.space))
-            mesh = mesh_of(body.mesh, element.nodes, problem.units.length, beside.get(name))
+            mesh = mesh_of(body.mesh, element.nodes, problem.units.length, beside.get(name), element.layout.dimension)
             meshes[name] = thin_way_up(mesh) if element.for_sheets else mesh
         except PrensaError as error:
             raise MeshError(f"bodies.{name}.mesh: {error}") from None

@@ -150,8 +150,7 @@ class ToolShape(Member, abstract=True):
         """What ``prensa check`` says of the placed tool besides its place."""
         if not self.direction_key:
             return ""
-        components = direction + 0.0  # no minus before a zero
-        return f", facing ({', '.join(f'{c:.4g}' for c in components)})"
+        return f", facing ({', '.join(f'{c:.4g}' for c in direction + 0.0)})"  # no minus before a zero
 
     def notes(self) -> tuple[str, ...]:
         """What ``prensa check`` says of how the description was read, a line each."""

@@ -94,3 +94,36 @@ def plate(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
         for (place, nodes), lift in zip(places.items(), lifts, strict=True):
             ours = float(body.displacement[nodes, 1].mean())
             yield row(f"deflection at {travel:g} mm, {place} (mm)", lift, ours, 0.005)
+    yield row("rollers and supports out of balance", 0.0, max(map(imbalance, increments)), 1e-8, "absolute")
+
+
+def cylinder(space: str, n: int = 0, core: str | None = None, E_scale: float = 1.0, mu: float = 0.2) -> pr.Problem:
+    """Half a cylinder's height, upset by 20 % with friction: axisymmetric, or a quarter of it in n layers of bricks."""
+    section = pr.Rectangle((10.0, 7.5), (6, 5))
+    solid = space == "solid"
+    mesh = pr.Revolution(section, n, angle=0.5 * np.pi, core=core) if solid else section
+    return pr.Problem(
+        "cylinder", space=space, friction=pr.Coulomb(mu),
+        bodies={"b": pr.Body(mesh, pr.J2(200_000.0 * E_scale, 0.3, pr.Ludwik(s0=250.0, K=500.0, n=0.3)))},
+        tools={"plate": pr.Plane(touching="b.top")}, contacts=(pr.Contact(("b.top", "b.right"), "plate"),),
+        fixed={"b.bottom": "y"} | ({"b.base": "z", "b.cap": "x"} if solid else {}),
+        steps=(pr.Step("press", move={"plate": pr.Motion(y=-1.5)}, increments=6),),
+    )  # fmt: skip
+
+
+@case("quarter of a cylinder, upset with friction", suite="space")
+def quarter_of_a_cylinder(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
+    """Force of the whole, with bricks of either kind at the axis, against the axisymmetric run with the same section.
+
+    Chords of a circle cut off a share of its area that goes with the square of their angle: so does the difference.
+    """
+    *_, flat = pr.solve(cylinder("axisymmetric"))
+    exact = flat.force("plate").y
+    for core in ("square", "wedges"):
+        forces = []
+        for n in (4, 8):
+            *_, solid = pr.solve(cylinder("solid", n, core, E_scale, 0.2 * mu_scale))
+            forces.append(4.0 * solid.force("plate").y)
+        yield row(f"{core}: F (kN), angle extrapolated", 1e-3 * exact, 1e-3 * (4.0 * forces[1] - forces[0]) / 3.0, 0.001)
+        yield row(f"{core}: order in the angle", 2.0, float(np.log2((forces[0] - exact) / (forces[1] - exact))), 0.05)
+        yield row(f"{core}: plate and supports out of balance", 0.0, imbalance(solid), 1e-8, "absolute")

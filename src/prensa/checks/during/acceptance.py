@@ -10,6 +10,7 @@ from prensa.checks.check import Attempted, Failed, cut_by, ended_by
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
 from prensa.linear.rigid_modes import free_to_move
+from prensa.mesh.brick_checks import EDGE_ENDS
 from prensa.policy import DEFAULT, Policy
 from prensa.precision import SMALLEST
 from prensa.system.assembly import Block
@@ -43,11 +44,8 @@ MAX_TOOL_ROTATION = 0.8
 SWEPT_DEPTH_RATIO = 0.5
 """Penetration over element depth, beyond that at the end, with which a turning tool went through a body."""
 
-EDGES_AT = {
-    4: ((1, 2, 3), (2, 0, 3), (0, 1, 3), (1, 0, 2)),
-    8: ((1, 3, 4), (2, 0, 5), (3, 1, 6), (0, 2, 7), (7, 5, 0), (4, 6, 1), (5, 7, 2), (6, 4, 3)),
-}
-"""Ends of the three edges at each corner of tetrahedra and bricks, counter-clockwise seen from outside."""
+TETRAHEDRON_ENDS = ((1, 2, 3), (2, 0, 3), (0, 1, 3), (1, 0, 2))
+"""Ends of the three edges at each corner of a tetrahedron, right-handed."""
 
 
 class Corners:
@@ -150,7 +148,7 @@ def least_corner(x: Array) -> Array:
 
 def _least_tetrahedron(x: Array) -> Array:
     volume = np.empty(x.shape[:2])
-    for corner, (a, b, c) in enumerate(EDGES_AT[len(x)]):
+    for corner, (a, b, c) in enumerate(EDGE_ENDS if len(x) == 8 else TETRAHEDRON_ENDS):
         volume[corner] = np.einsum("ei,ei->e", np.cross(x[a] - x[corner], x[b] - x[corner]), x[c] - x[corner])
     return np.asarray(volume.min(axis=0) / np.maximum(np.abs(volume.mean(axis=0)), SMALLEST))
 

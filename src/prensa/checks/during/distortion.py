@@ -44,7 +44,7 @@ class Distortion:
     def rejected(self, c: Context, reason: Failure, longest: float) -> Distorted | None:
         """Note an attempt at an increment that failed; why the run ends with it, or None. longest: increment of the step."""
         where = element_of(reason)
-        if where is None or self.system.dofs.dimension != 2:
+        if where is None:
             return None
         self.failed[where] = self.failed.get(where, 0) + 1
         usual = min(longest, self.policy.max_share * (c.plan.t1 - c.plan.t0))
@@ -63,14 +63,14 @@ class Distortion:
     def _described(self, c: Context, body: str, element: int, shape: float) -> Distorted:
         system = self.system
         nodes = system.meshes[body].cells[element] + system.offsets[body]
-        x, y = system.positions(c.state.u)[nodes].mean(axis=0)
+        x, y, *z = system.positions(c.state.u)[nodes].mean(axis=0).tolist()
+        past = None if z else past_support(system, c.plan.fixed, body, nodes, c.state.u)  # supports are looked at in the plane
         sides = [name for name in sides_of(system, body, nodes) if name != body]
         contacts = [
             s.name for s in system.surfaces if s.body == body and np.isin(nodes, s.points.nodes).any()
         ]  # fmt: skip
         return Distorted(
-            element, body, float(x), float(y), shape, self.failed[body, element], tuple(sides), tuple(contacts),
-            past_support(system, c.plan.fixed, body, nodes, c.state.u),
+            element, body, x, y, shape, self.failed[body, element], tuple(sides), tuple(contacts), past, *z
         )  # fmt: skip
 
 
@@ -85,6 +85,6 @@ def element_of(reason: Failure) -> tuple[str, int] | None:
 
 
 def shapes(system: System, body: str, u: Array) -> Array:
-    """Scaled Jacobians (m,) of the elements of a body in the plane, for degrees of freedom u (ndof,)."""
+    """Scaled Jacobians (m,) of the elements of a body, for degrees of freedom u (ndof,)."""
     first, mesh = system.offsets[body], system.meshes[body]
     return quality(displaced(mesh, system.positions(u)[first : first + len(mesh.points)])).jacobian

@@ -1,0 +1,179 @@
+"""Meshes of files in space: hexahedra and wedges, made into the bricks of one body."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from prensa.importers.deck import LABELS, Deck, FileError
+from prensa.mesh.brick_checks import check_joints, face_keys, jacobians, near
+from prensa.mesh.bricks import BrickMesh
+from prensa.mesh.mesh import CORNERS, MeshError, named
+from prensa.mesh.names import listed
+from prensa.mesh.places import SPATIAL_SIDES, faces_by_place
+from prensa.mesh.read import deck_of, fitting, in_units, merged
+from prensa.model import meshes as model
+from prensa.types import Array, Index
+
+
+def bricks_from_file(m: model.File, unit: str) -> BrickMesh:
+    """Mesh of a `prensa.File` in space, coordinates in the length *unit* of the case.
+
+    Raises
+    ------
+    MeshError
+        If the file cannot be read, holds no bricks, lacks the part, or the mesh is one that cannot be computed with.
+
+    """
+    file, deck = deck_of(m, solid=True)
+    try:
+        chosen = _chosen(deck, m.part)
+        points, cells, label = _bricks(deck, chosen)
+        points = in_units(m, points, unit)
+        if m.merge:
+            points, kinds, label = merged(points, {cells.shape[1]: cells}, label)
+            cells = next(iter(kinds.values()))
+        cells = _oriented(points, cells, chosen)
+    except FileError as error:
+        raise MeshError(f"{file}: {error}") from None
+    mesh = BrickMesh(points, cells, {})
+    check_joints(points, mesh.boundary)
+    return SpatialNames(file, deck, m.part).of(mesh, label)
+
+
+def _chosen(deck: Deck, parts: tuple[str, ...]) -> list[int]:
+    """Labels of the elements of the parts, each once."""
+    if not deck.solids:
+        raise FileError("there is no hexahedron or wedge in it; is the volume meshed and in a physical group?")
+    labels = fitting(parts, deck.volumes, {**deck.volume_numbers, **deck.volumes}, deck.solids, deck.exclusive)
+    seen: dict[frozenset[int], int] = {}
+    for label in labels:
+        seen.setdefault(frozenset(deck.solids[label][1]), label)
+    chosen = list(seen.values())
+    for label in chosen:
+        kind, _ = deck.solids[label]
+        if not kind.order:
+            raise FileError(f"element {label % LABELS} is one of {kind.name}, which bodies are not made of; {kind.remedy}")
+    return chosen
+
+
+def _bricks(deck: Deck, labels: list[int]) -> tuple[Array, Index, dict[int, int]]:
+    """Points (n, 3), cells (m, 8) and the number of each node label."""
+    rows = []
+    for label in labels:
+        kind, nodes = deck.solids[label]
+        rows.append([nodes[i] for i in kind.order])
+        if missing := [n for n in nodes if n not in deck.nodes]:
+            raise FileError(f"element {label % LABELS} refers to node {missing[0] % LABELS}, which the file does not have")
+    order = sorted({n for row in rows for n in row})
+    number = {n: k for k, n in enumerate(order)}
+    points = np.array([deck.nodes[n] for n in order])
+    if not (finite := np.isfinite(points).all(axis=1)).all():
+        raise FileError(f"node {order[int(np.argmin(finite))] % LABELS} has a coordinate that is not a finite number")
+    return points, np.array([[number[n] for n in row] for row in rows], dtype=np.int64), number
+
+
+def _oriented(points: Array, cells: Index, labels: list[int]) -> Index:
+    """The bricks with those that are left-handed turned round: programs write them either way."""
+    det = jacobians(points[cells])
+    over = np.flatnonzero((det <= 0.0).any(axis=1) & (det >= 0.0).any(axis=1))
+    if len(over):
+        e = int(over[0])
+        raise FileError(
+            f"element {labels[e] % LABELS} {near(points, cells[e])} is turned over: its Jacobian is {det[e].min():.3g} at one of "
+            f"its points and {det[e].max():.3g} at another ({len(over)} of {len(cells)} are); mesh it again with better angles"
+        )
+    left = det[:, 0] < 0.0
+    return np.where(left[:, None], cells[:, [4, 5, 6, 7, 0, 1, 2, 3]], cells)
+
+
+@dataclass(frozen=True)
+class SpatialNames:
+    """How the sides of one body of a ``file`` with contents ``deck`` are called; ``parts``: those that were asked for."""
+
+    file: str
+    deck: Deck
+    parts: tuple[str, ...] = ()
+
+    def of(self, mesh: BrickMesh, label: Mapping[int, int]) -> BrickMesh:
+        """The mesh with names; ``label``: label of a node in the file → its number.
+
+        The file's own names come first. Surfaces by their numbers, and sides by place, are added where names are missing.
+        """
+        deck = self.deck
+        faces = {name: _corners(deck, labels) for name, labels in deck.parts.items()}
+        faces |= {name: [g[: _ends(g)] for g in groups] for name, groups in deck.lines.items()}
+        found = _on_outside(faces, mesh.boundary, label)
+        corners: dict[str, int] = {}
+        for name, nodes in deck.points.items():
+            some = np.array(sorted({label[n] for n in nodes if n in label}), dtype=np.int64)
+            inside = mesh.boundary[np.isin(mesh.boundary, some).all(axis=1)]
+            if len(some) == 1:
+                corners[name] = int(some[0])
+            elif name not in found and len(inside):
+                found[name] = inside
+        notes = self._own(faces, [*found, *corners])
+        if not deck.parts and deck.surfaces:
+            numbered = _on_outside({name: _corners(deck, e) for name, e in deck.surfaces.items()}, mesh.boundary, label)
+            found |= {name: f for name, f in numbered.items() if name not in found}
+            if numbered:
+                notes.append(f"{listed(numbered)} are its surfaces by their numbers")
+        taken = {name.casefold() for name in (*faces, *deck.points)}
+        if taken.isdisjoint(SPATIAL_SIDES):
+            sides = faces_by_place(mesh.points, mesh.boundary)
+            found |= sides
+            notes += _placed(mesh.points, sides)
+        out = named(mesh, found, {k: v for k, v in corners.items() if k not in found}, tuple(notes))
+        assert isinstance(out, BrickMesh)
+        return out
+
+    def _own(self, faces: Mapping[str, object], found: list[str]) -> list[str]:
+        """What there is to say of the names in the file."""
+        names = dict.fromkeys([*faces, *self.deck.points])
+        notes = [f"{listed(found)}: {self.deck.source} of {self.file}"] if found else []
+        if missing := [name for name in names if name not in found]:
+            notes.append(f"{listed(missing)} of {self.file} is not on the outside of this body")
+        if not names:
+            notes.append(f"{self.file} names no sides (names are its {self.deck.source})")
+        if not self.parts and not self.deck.volumes and len(self.deck.volume_numbers) > 1:
+            notes.append(f"one body of all its volumes; 'part' takes some of {listed(self.deck.volume_numbers)}")
+        return notes
+
+
+def _ends(nodes: tuple[int, ...]) -> int:
+    """How many of the nodes of a face are its corners."""
+    return CORNERS.get(len(nodes), 0)
+
+
+def _corners(deck: Deck, labels: Iterable[int]) -> list[tuple[int, ...]]:
+    """The corners of triangles and quadrilaterals."""
+    return [cell[: _ends(cell)] for label in labels if (cell := deck.cells.get(label))]
+
+
+def _on_outside(
+    groups: Mapping[str, Iterable[tuple[int, ...]]], boundary: Index, label: Mapping[int, int]
+) -> dict[str, Index]:
+    """Faces (k, 4) of the outside that are in groups of three or four node labels each."""
+    number = {tuple(key): k for k, key in enumerate(face_keys(boundary).tolist())}
+    out = {}
+    for name, faces in groups.items():
+        rows = [[label[n] for n in (*face, face[-1])[:4]] for face in faces if len(face) > 2 and all(n in label for n in face)]
+        keys = face_keys(np.array(rows, dtype=np.int64).reshape(-1, 4)).tolist()
+        if some := sorted({number[tuple(key)] for key in keys if tuple(key) in number}):
+            out[name] = boundary[some]
+    return out
+
+
+def _placed(points: Array, sides: Mapping[str, Index]) -> list[str]:
+    """What was taken for the sides by place, and which there are not."""
+    taken = []
+    for name, faces in sides.items():
+        x = points[faces].reshape(-1, 3)
+        at = ", ".join(f"{c} {a:g}" if a == b else f"{c} {a:g} … {b:g}" for c, a, b in zip("xyz", x.min(axis=0), x.max(axis=0)))
+        taken.append(f"{name!r} ({at})")
+    notes = [f"found by place: {', '.join(taken)}"] if taken else []
+    if missing := [name for name in SPATIAL_SIDES if name not in sides]:
+        notes.append(f"{listed(missing)} could not be found by place: no side between edges lies or looks that way alone")
+    return notes
