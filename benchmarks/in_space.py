@@ -81,7 +81,7 @@ def squeezed(x: Array, height: float, taper: bool) -> Array:
 
 
 def flowing(n: int, shape: str, material: str) -> tuple[System, Reduced, Array, Array]:
-    """A system, its equations, the matrix and right-hand side of a state in which it flows and slides: nothing is solved for it."""
+    """A system, its equations, the matrix and right-hand side of a state in which it flows and slides, found without a solver."""
     system = discretise(billet(n, shape, material))
     plan, state, h = plan_step(system, 0, np.zeros(system.ndof)), system.initial(), SHAPES[shape]
     taper, s = shape == "wedge", system.surfaces[0]

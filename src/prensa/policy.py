@@ -259,6 +259,12 @@ class LinearPolicy:
     """Middle over short edge from which bricks are flat, long over middle edge from which they are drawn out, for multigrid."""
     multigrid_reach: float = 2.5
     """Middle edges within which nodes may be of one aggregate."""
+    multigrid_sweeps: int = 4
+    """Steps of Chebyshev's polynomial before and after coarser levels: with affine motions as fast as two with rigid ones, and
+    they fail less.
+    """
+    multigrid_arnoldi_steps: int = 10
+    """Steps of the estimate of the largest eigenvalue, good to some per cent, which the polynomial's interval covers."""
     multigrid_coarsest: int = 700
     """Unknowns of the coarsest level, which is solved by its eigenvectors."""
     forcing_ratio: float = 0.1

@@ -121,10 +121,22 @@ def _rslab(a: Structure) -> Factor:
     race = {} if a.spatial else RACE  # in space nested dissection wins
     if a.kind == SYMMETRIC:
         ldlt = rslab.analyze(pattern, path="ldlt", threads=a.threads, **race)
-        return lambda values: _ldlt(ldlt.factor(values, **(UNSCALED if values.dtype == np.float32 else {})))
+        return _Analysed(
+            lambda values: _ldlt(ldlt.factor(values, **(UNSCALED if values.dtype == np.float32 else {}))), ldlt.factor_nnz
+        )
     # The pattern is analysed with ones for values, by which nothing can be matched.
     symbolic = rslab.analyze(pattern, path="lu", threads=a.threads, matching=False, **race)
-    return lambda values: _lu(symbolic.factor(values))
+    return _Analysed(lambda values: _lu(symbolic.factor(values)), symbolic.factor_nnz)
+
+
+class _Analysed:
+    """A `Factor` whose factors are known to have so many ``entries``."""
+
+    def __init__(self, factor: Factor, entries: int) -> None:
+        self.factor, self.entries = factor, entries
+
+    def __call__(self, values: Array | Single) -> Solve:
+        return self.factor(values)
 
 
 class _Factored(Protocol):
@@ -511,6 +523,11 @@ class Factorisation:
     def analyse(self) -> None:
         """Analyse the pattern now, for the solver that is tried first: the first matrix need not wait for it then."""
         self._factor()
+
+    @property
+    def size(self) -> int:
+        """Bytes of factors in double precision by the solver that is tried first; 0 where it does not say that before."""
+        return np.dtype(np.float64).itemsize * int(getattr(self._factor(), "entries", 0))
 
     def step(self, values: Array, b: Array, share: float, changed: int | None = None) -> Array:
         """As `solve`, but for a ``share`` of b that may be left of it; raises `SingularError`.

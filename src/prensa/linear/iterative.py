@@ -34,6 +34,7 @@ from prensa.linear.multigrid import Multigrid, Nodes
 from prensa.model import problem as model
 from prensa.policy import DEFAULT, Policy
 from prensa.system.assembly import scatter_matrix
+from prensa.system.planning import plan_step
 from prensa.system.system import Evaluation, System
 from prensa.types import Array, Flags, Index, Ints, Single
 
@@ -59,6 +60,13 @@ def ways_of(numerics: model.Numerics, unknowns: int, policy: Policy = DEFAULT) -
     if numerics.solver == MULTIGRID:
         return (MULTIGRID, LDLT) if known else (MULTIGRID,)
     return (LDLT,) if numerics.solver == LDLT and known else ()
+
+
+def solver_of(system: System, numerics: model.Numerics, policy: Policy = DEFAULT) -> str:
+    """What solves the linear systems of the first step of a system in space: ``multigrid``, ``ldlt`` or ``lu``."""
+    plan = plan_step(system, 0, system.initial().step_start)
+    ways = ways_of(numerics, system.ndof - len(system.prescribed(plan.fixed)), policy)
+    return ways[0] if ways else "lu"
 
 
 class Restricted(Protocol):
@@ -148,7 +156,7 @@ class NodalMatrix:
         diagonal = 9 * np.flatnonzero(rows == self.ind)[:, None] + 4 * np.arange(3)
         usual = float(np.abs(data[diagonal]).sum() / max(len(self.bodily), 1))
         data[diagonal.ravel()[self.held]] = usual
-        return bsr_matrix((data.reshape(-1, 3, 3), self.ind, self.ptr), (3 * len(rows[diagonal[:, 0] // 9]),) * 2)
+        return bsr_matrix((data.reshape(-1, 3, 3), self.ind, self.ptr), (3 * (len(self.ptr) - 1),) * 2)
 
     def cycle(self, values: Array) -> Solve:
         """A preconditioner for the values (nnz,) of P; raises `ArithmeticError` where there is none."""
@@ -249,12 +257,9 @@ class Iterative:
 
     def _preconditioner(self, way: str, A: csr_matrix, more: Array) -> Solve:
         """LDLᵀ or multigrid of P; raises `ArithmeticError` or `RuntimeError` where there is none."""
-        values, structure = self._symmetric_values(A, more), self.direct.structure
+        values = self._symmetric_values(A, more)
         if way == MULTIGRID:
-            if self._nodal is None:
-                where = geometry_of(self._system, self._free)
-                self._nodal = NodalMatrix(structure.indptr, structure.indices, where, self.policy)
-            return self._nodal.cycle(values)
+            return self.nodal.cycle(values)
         if self._ldlt is None or self._inside is None:
             self.analyse_ldlt()
         assert self._ldlt is not None and self._inside is not None
@@ -272,8 +277,30 @@ class Iterative:
 
     def analyse(self) -> None:
         """Make ready what depends on the pattern alone."""
-        if self.ways[:1] == (LDLT,):
+        _ = self.mirror
+        if self.ways[0] == LDLT:
             self.analyse_ldlt()
+        else:
+            _ = self.nodal
+
+    @property
+    def nodal(self) -> NodalMatrix:
+        """P by the blocks of nodes, for multigrid."""
+        if self._nodal is None:
+            structure = self.direct.structure
+            where = geometry_of(self._system, self._free)
+            self._nodal = NodalMatrix(structure.indptr, structure.indices, where, self.policy)
+        return self._nodal
+
+    @property
+    def size(self) -> int:
+        """Bytes of the factors of P in single precision, or about those of a hierarchy: its finest level and interpolation."""
+        single = np.dtype(np.float32).itemsize
+        if self.ways[0] == LDLT:
+            if self._ldlt is None:
+                self.analyse_ldlt()
+            return single * int(getattr(self._ldlt, "entries", 0))
+        return 2 * single * self._entries
 
     # ------------------------------------------------------------------------------------------------------ solutions
     @property
@@ -328,6 +355,9 @@ class Iterative:
 
     def _solution(self, values: Array, b: Array, share: float, precisely: bool, kept: bool) -> Array | None:
         """Solution (f,) by the way in turn and those after it; None where LU has to take over."""
+        if len(values) != self._entries + len(self.places):  # of a transpose, say: what P has of contact is not known
+            self.order = []
+            return None
         largest = float(np.abs(values[: self._entries]).max(initial=0.0))
         if not np.isfinite(largest):
             raise SingularError("the matrix has entries that are not numbers")

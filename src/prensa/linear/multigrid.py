@@ -25,7 +25,6 @@ from prensa.types import Array, Flags, Index, Single
 BRICK_EDGES = np.array(
     [[[0, 1], [3, 2], [4, 5], [7, 6]], [[0, 3], [1, 2], [4, 7], [5, 6]], [[0, 4], [1, 5], [2, 6], [3, 7]]]
 )
-LANCZOS_STEPS = 10  # of the estimate of the largest eigenvalue, good to some per cent, which the interval's margin covers
 
 
 class Nodes(NamedTuple):
@@ -130,17 +129,15 @@ def coarse_aggregates(A: bsr_matrix, X: Array, reach: float) -> csr_matrix:
     return csr_matrix(standard_aggregation(graph)[0])
 
 
-def soft_motions(nodes: Nodes, affine: bool) -> Array:
-    """Near-null space (3 n, 6 | 12), zero on what is held: rigid motions, or all ``affine`` ones."""
+def soft_motions(nodes: Nodes) -> Array:
+    """Near-null space (3 n, 12), zero on what is held: affine motions, of which plastic bodies resist some hardly more than
+    rigid ones.
+    """
     n, x = len(nodes.X), nodes.X - nodes.X.mean(axis=0)
-    out = np.zeros((n, 3, 12 if affine else 6))
+    out = np.zeros((n, 3, 12))
     for i in range(3):
         out[:, i, i] = 1.0
-        if affine:
-            out[:, i, 3 + 3 * i : 6 + 3 * i] = x
-        else:
-            j, k = (i + 1) % 3, (i + 2) % 3
-            out[:, j, 3 + i], out[:, k, 3 + i] = -x[:, k], x[:, j]
+        out[:, i, 3 + 3 * i : 6 + 3 * i] = x
     return (out * nodes.free[:, :, None]).reshape(3 * n, -1)
 
 
@@ -150,11 +147,18 @@ def blockwise(D: Array, M: bsr_matrix) -> bsr_matrix:
     return bsr_matrix((D[rows] @ M.data, M.indices, M.indptr), M.shape)
 
 
-def largest(A: bsr_matrix, M: Callable[[Array], Array]) -> float:
-    """The largest eigenvalue of M A, from a few steps of Arnoldi's iteration."""
+def largest(A: bsr_matrix, M: Callable[[Array], Array], steps: int) -> float:
+    """The largest eigenvalue of M A, by a few steps of Arnoldi's iteration; raises `ArithmeticError` if that is not positive."""
+    found = _largest(A, M, steps)
+    if not (np.isfinite(found) and found > 0.0):
+        raise ArithmeticError("multigrid: no estimate of the largest eigenvalue")
+    return found
+
+
+def _largest(A: bsr_matrix, M: Callable[[Array], Array], steps: int) -> float:
     v = np.random.default_rng(0).standard_normal(A.shape[0])
-    V, H = [v / np.linalg.norm(v)], np.zeros((LANCZOS_STEPS + 1, LANCZOS_STEPS))
-    for j in range(LANCZOS_STEPS):
+    V, H = [v / np.linalg.norm(v)], np.zeros((steps + 1, steps))
+    for j in range(steps):
         w = M(A @ V[j])
         for i in range(j + 1):
             H[i, j] = np.einsum("i,i->", w, V[i])
@@ -163,7 +167,7 @@ def largest(A: bsr_matrix, M: Callable[[Array], Array]) -> float:
         if not H[j + 1, j] > 0.0:
             return float(np.abs(np.linalg.eigvals(H[: j + 1, : j + 1])).max())
         V.append(w / H[j + 1, j])
-    return float(np.abs(np.linalg.eigvals(H[:LANCZOS_STEPS])).max())
+    return float(np.abs(np.linalg.eigvals(H[:steps])).max())
 
 
 class Smoother(NamedTuple):
@@ -256,18 +260,16 @@ class Multigrid:
     """
 
     def __init__(self, P: bsr_matrix, nodes: Nodes, policy: Policy = DEFAULT) -> None:
-        self.levels: list[Level] = []
+        self.policy, self.levels = policy, list[Level]()
         edges = edges_of(nodes, policy.multigrid_flat_ratio)
-        # Motions that stretch as well as rigid ones, and twice the sweeps, where aggregates are long chains of thin bricks.
-        self.sweeps = 4 if edges.drawn else 2
-        A, X, B, entries = P, nodes.X, soft_motions(nodes, edges.drawn), 0
+        A, X, B, entries = P, nodes.X, soft_motions(nodes), 0
         try:
             while A.shape[0] > policy.multigrid_coarsest:
                 entries += A.nnz
                 of = None if self.levels else chains_of(len(X), edges)
-                A, X, B, shrunk = self._coarser(A, X, B, edges, of, policy)
+                A, X, B, shrunk = self._coarser(A, X, B, edges, of)
                 if not shrunk:
-                    break
+                    raise ArithmeticError("multigrid: aggregates of so few nodes that the next level is no smaller")
             w, V = np.linalg.eigh(A.toarray())
         except np.linalg.LinAlgError as error:
             raise ArithmeticError(f"multigrid: {error}") from None
@@ -276,7 +278,7 @@ class Multigrid:
         self.complexity = (entries + A.nnz) / P.nnz
 
     def _coarser(
-        self, A: bsr_matrix, X: Array, B: Array, edges: Edges, chains: tuple[Index, Index] | None, policy: Policy
+        self, A: bsr_matrix, X: Array, B: Array, edges: Edges, chains: tuple[Index, Index] | None
     ) -> tuple[bsr_matrix, Array, Array, bool]:  # fmt: skip
         """Add a level for the matrix A; that of the next, its places and soft motions, and whether it is smaller."""
         from pyamg.aggregation.aggregation import fit_candidates
@@ -288,13 +290,12 @@ class Multigrid:
         on = rows == A.indices
         D[rows[on]] = A.data[on]
         inverse = np.linalg.inv(D) if chains else np.linalg.pinv(D, 1e-12)
-        top = largest(A, lambda v: np.einsum("kij,kj->ki", inverse, v.reshape(-1, r)).ravel())
-        if not np.isfinite(top) or top <= 0.0:
-            raise ArithmeticError("multigrid: no eigenvalue estimate")
+        steps = self.policy.multigrid_arnoldi_steps
+        top = largest(A, lambda v: np.einsum("kij,kj->ki", inverse, v.reshape(-1, r)).ravel(), steps)
         if chains:
-            of = aggregates(A, X, edges, *chains, policy.multigrid_reach)
+            of = aggregates(A, X, edges, *chains, self.policy.multigrid_reach)
         else:
-            of = coarse_aggregates(A, X, policy.multigrid_reach)
+            of = coarse_aggregates(A, X, self.policy.multigrid_reach)
         T, Bc = fit_candidates(of, B)
         # smoothed by one step of damped Jacobi with 4/3 of the largest eigenvalue's inverse (Vaněk et al. 1996)
         Q = (T - 4 / 3 / top * blockwise(inverse, (A @ T).tobsr(T.blocksize))).tobsr(T.blocksize)
@@ -306,7 +307,7 @@ class Multigrid:
             C = (C + csr_matrix((np.full(len(dead), own.mean()), (dead, dead)), C.shape)).tobsr(size)
         C.sort_indices()
         single = Q.tocsr().astype(np.float32)
-        turns = Smoother(self.sweeps, top).coefficients()
+        turns = Smoother(self.policy.multigrid_sweeps, top).coefficients()
         if chains:
             self.levels.append(self._finest(A, single, chains, turns))
         else:
@@ -329,10 +330,8 @@ class Multigrid:
             nodes=nodes, D=D.astype(np.float32), L=L.astype(np.float32),
         )  # fmt: skip
         if len(start) <= len(nodes):
-            top = largest(A, level.relaxed)
-            if not np.isfinite(top) or top <= 0.0:
-                raise ArithmeticError("multigrid: no eigenvalue estimate")
-            level.turns = Smoother(self.sweeps, top).coefficients()
+            top = largest(A, level.relaxed, self.policy.multigrid_arnoldi_steps)
+            level.turns = Smoother(self.policy.multigrid_sweeps, top).coefficients()
         return level
 
     def _cycle(self, k: int, b: Single) -> Single:

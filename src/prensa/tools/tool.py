@@ -150,8 +150,8 @@ class ToolShape(Member, abstract=True):
         """What ``prensa check`` says of the placed tool besides its place."""
         if not self.direction_key:
             return ""
-        dx, dy = direction + 0.0  # no minus before a zero
-        return f", facing ({dx:.4g}, {dy:.4g})"
+        components = ", ".join(f"{d:.4g}" for d in direction + 0.0)  # no minus before a zero
+        return f", facing ({components})"
 
     def notes(self) -> tuple[str, ...]:
         """What ``prensa check`` says of how the description was read, a line each."""
