@@ -156,6 +156,17 @@ def test_a_singular_matrix_fails_in_words(sliding):
     f.begin()
 
 
+def test_factors_without_room_are_refused_in_words(sliding, monkeypatch):
+    """Where neither LDLᵀ nor LU has room in the machine the system is refused, before anything is factored."""
+    _, reduced, matrix, b = sliding["cubes"]
+    monkeypatch.setattr(iterative, "machine_memory", lambda: 1e3)
+    f = reduced.factorisation
+    f.begin()
+    with pytest.raises(ArithmeticError, match=r"are more than the 1e-06 GB of this machine"):
+        f.step(matrix, b, 1e-5)
+    f.begin()
+
+
 def test_few_unknowns_of_tools_are_eliminated(sliding):
     """Unknowns without a node, as of a tool that is free to move, are solved for with multigrid of the nodes' blocks."""
     system, reduced, matrix, b = sliding["cubes"]

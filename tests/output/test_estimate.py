@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 
 import prensa as pr
 from prensa.cli import app
+from prensa.linear import iterative
 from prensa.linear.reduction import Reduced
-from prensa.output import estimate as module
 from prensa.output.estimate import estimate
 from prensa.output.vtk import write_fields
 from prensa.system.discretise import discretise
@@ -55,7 +55,7 @@ def test_memory_and_disk_are_those_of_what_is_there(tmp_path):
 
 def test_what_does_not_fit_is_not_tried(monkeypatch):
     """Beyond the memory of the machine nothing is factored, and the line says what to do."""
-    monkeypatch.setattr(module, "_available", lambda: 1e5)
+    monkeypatch.setattr(iterative, "machine_memory", lambda: 1e5)
     found = estimate(discretise(block(3)), NUMERICS, pr.Output())
     assert found.seconds is None
     assert any("this machine has 1 MB: use fewer elements" in line for line in found.lines())

@@ -10,6 +10,7 @@ the rest of the attempt, with a line in the log.
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Sequence
 from copy import copy
 from typing import TYPE_CHECKING, NamedTuple, Protocol
@@ -45,6 +46,7 @@ log = logging.getLogger("prensa")
 
 LDLT, MULTIGRID = model.SPATIAL_SOLVERS
 IN_WORDS = {LDLT: "LDLᵀ of the symmetric part", MULTIGRID: "multigrid"}
+SINGLE_BYTES = np.dtype(np.float32).itemsize
 SINGLE_EPS = float(np.finfo(np.float32).eps)
 
 
@@ -67,6 +69,22 @@ def solver_of(system: System, numerics: model.Numerics, policy: Policy = DEFAULT
     plan = plan_step(system, 0, system.initial().step_start)
     ways = ways_of(numerics, system.ndof - len(system.prescribed(plan.fixed)), policy)
     return ways[0] if ways else "lu"
+
+
+def machine_memory() -> float | None:
+    """Bytes of memory of the machine; None where it does not say."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):
+        return None
+
+
+def too_large(size: float) -> str:
+    """What to say of factors of so many bytes that are more than the machine's memory; '' of those that are not."""
+    memory = machine_memory()
+    if memory is None or size < memory:
+        return ""
+    return f"factors of {size / 1e9:.3g} GB are more than the {memory / 1e9:.3g} GB of this machine"
 
 
 class Restricted(Protocol):
@@ -263,6 +281,8 @@ class Iterative:
         if self._ldlt is None or self._inside is None:
             self.analyse_ldlt()
         assert self._ldlt is not None and self._inside is not None
+        if words := too_large(SINGLE_BYTES * int(getattr(self._ldlt, "entries", 0))):
+            raise ArithmeticError(words)
         with np.errstate(over="ignore"):
             single = values[self._inside].astype(np.float32)
         if not np.isfinite(single).all():
@@ -295,12 +315,11 @@ class Iterative:
     @property
     def size(self) -> int:
         """Bytes of the factors of P in single precision, or about those of a hierarchy: its finest level and interpolation."""
-        single = np.dtype(np.float32).itemsize
         if self.ways[0] == LDLT:
             if self._ldlt is None:
                 self.analyse_ldlt()
-            return single * int(getattr(self._ldlt, "entries", 0))
-        return 2 * single * self._entries
+            return SINGLE_BYTES * int(getattr(self._ldlt, "entries", 0))
+        return 2 * SINGLE_BYTES * self._entries
 
     # ------------------------------------------------------------------------------------------------------ solutions
     @property
@@ -400,6 +419,7 @@ class Iterative:
             if x is not None:
                 return x
             changed = None
+        self._refuse_lu()
         return self.direct.step(values[: self._entries], b, share, changed)
 
     def solve(self, values: Array, b: Array) -> Array:
@@ -408,7 +428,13 @@ class Iterative:
             x = self._solution(values, b, SINGLE_EPS, True, False)
             if x is not None:
                 return x
+        self._refuse_lu()
         return self.direct.solve(values[: self._entries], b)
+
+    def _refuse_lu(self) -> None:
+        """Raise `SingularError` where factors of A have no room: the increment fails in words, and not the process."""
+        if words := too_large(self.direct.size):
+            raise SingularError(f"{self.fell_back[-1] if self.fell_back else 'LU of the tangent'}; {words}")
 
     def _columns(self, b: Array, share: float) -> Array | None:
         """Solutions (f,) or (f, k) of the last matrix but for a share; None if GMRES does not lead there."""
@@ -432,6 +458,7 @@ class Iterative:
             while self.order:
                 self._give_up("does not solve for another load")
             self._A = self._solve = None
+            self._refuse_lu()
             self.direct.solve(values, b if b.ndim == 1 else b[:, 0])
         return self.direct.solve_with_factors(b)
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import time as clocks
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from prensa.linear import iterative
 from prensa.linear.factorisations import Factorisation, SingularError
 from prensa.linear.iterative import IN_WORDS, Iterative
 from prensa.linear.reduction import Reduced
@@ -68,7 +68,7 @@ def estimate(system: System, numerics: Numerics, output: Output) -> Estimate:
     iterates = isinstance(factors, Iterative)
     solver = factors.name if isinstance(factors, Iterative) else "lu"
     words = f"GMRES with {IN_WORDS[solver]}" if iterates else "factors of the matrix itself"
-    memory, available = _memory(system, factors), _available()
+    memory, available = _memory(system, factors), iterative.machine_memory()
     fits = available is None or memory < available
     seconds = _seconds(system, reduced) if fits else None
     start = at_rest(system)
@@ -115,14 +115,6 @@ def _seconds(system: System, reduced: Reduced) -> float | None:
     except (SingularError, ArithmeticError):  # bodies that nothing holds but contact
         return None
     return DEFAULT.easy_iterations * (clocks.perf_counter() - began)
-
-
-def _available() -> float | None:
-    """Bytes of memory of the machine."""
-    try:
-        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
-    except (AttributeError, ValueError, OSError):
-        return None
 
 
 def _bytes(size: float) -> str:
