@@ -247,6 +247,26 @@ class LinearPolicy:
     """Unknowns from which Newton's steps take factors in single precision, or older ones, with GMRES."""
     gmres_max_iterations: int = 8
     """Iterations of GMRES at most, since more cost as much as a factorisation."""
+    iterative_from: int = 10000
+    """Unknowns in space from which LDLᵀ of P and GMRES (`prensa.linear.iterative`) take less time than LU."""
+    multigrid_from: int = 150_000
+    """Unknowns in space from which multigrid takes less time than LDLᵀ of P, and a fraction of its memory."""
+    ldlt_max_iterations: int = 25
+    """Iterations of GMRES with LDLᵀ of P at most, beyond which new factors or those of A cost less."""
+    multigrid_max_iterations: int = 100
+    """Iterations of GMRES with multigrid at most, which cost about as much as LDLᵀ."""
+    multigrid_flat_ratio: float = 1.6
+    """Middle over short edge from which bricks are flat, long over middle edge from which they are drawn out, for multigrid."""
+    multigrid_reach: float = 2.5
+    """Middle edges within which nodes may be of one aggregate."""
+    multigrid_sweeps: int = 4
+    """Steps of Chebyshev's polynomial before and after coarser levels: with affine motions as fast as two with rigid ones, and
+    they fail less.
+    """
+    multigrid_arnoldi_steps: int = 10
+    """Steps of the estimate of the largest eigenvalue, good to some per cent, which the polynomial's interval covers."""
+    multigrid_coarsest: int = 700
+    """Unknowns of the coarsest level, which is solved by its eigenvectors."""
     forcing_ratio: float = 0.1
     """Ratio of GMRES's tolerance to the relative residual, with which Newton's steps converge quadratically (Eisenstat
     & Walker 1996).

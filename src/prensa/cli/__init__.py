@@ -143,7 +143,8 @@ def check(
             voice.give(summary_of_calibration(calibration))
             return
 
-        problem = source.read().problem
+        described = source.read()
+        problem = described.problem
         from prensa.checks.before.preflight import preflight, staircase
         from prensa.cli.describe import lines_of, summary_of
         from prensa.model.plausibility import warnings_of
@@ -159,7 +160,15 @@ def check(
 
         parse_all(problem)
         refuse_targets(problem)
-        voice.give({**summary_of(system), "warnings": warnings, "picture": picture})
+        takes = {}
+        if problem.space == "solid":
+            from prensa.output.estimate import estimate
+
+            found = estimate(system, described.numerics, described.output)
+            takes = {"estimate": found.summary()}
+            for line in found.lines():
+                voice.confirm(line)
+        voice.give({**summary_of(system), **takes, "warnings": warnings, "picture": picture})
 
 
 def _drawn(problem: Problem, picture: Path | None, voice: Voice) -> System:

@@ -54,7 +54,7 @@ def lines_of(system: System) -> Iterator[str]:
         yield f"contact {surface.name}: {points}; friction {friction}; {contact.enforcement.type}"
     for number, step in enumerate(p.steps):
         yield f"step {step.name}: time {number} … {number + 1}{_lasting(step)}; {_actions(step)}"
-    yield f"{system.ndof} unknowns; nothing was solved"
+    yield f"{system.ndof} unknowns; {'no increment' if p.space == 'solid' else 'nothing'} was solved"
 
 
 def _lasting(step: Step) -> str:

@@ -210,6 +210,21 @@ def forces(
     return ContactForces(x, p, tractions, kappa, slip, F, K, weight, area, dp, dt, rests, stretched, bound, points)
 
 
+def symmetric_stiffness(f: ContactForces) -> Array:
+    """Symmetric stand-in (k, m, m) for the stiffness of contact points: k_n n ⊗ n and what friction resists along the surface.
+
+    Without what is unsymmetric or may be negative: friction that follows the pressure, and the curvature of tools. Along the
+    surface it is the return map's: k_T of points that stick, and of those that slide k_T |t|/|t trial| across their way.
+    """
+    d = f.t.shape[1] + 1
+    by_pressure = f.dp[:, d:]
+    K = -(f.weight[:, None] * f.stencils.act(f.stencils.n))[:, :, None] * by_pressure[:, None, :]
+    along = f.dt[:, :, d:] - f.by_p[:, :, None] * by_pressure[:, None, :]
+    for a in range(d - 1):
+        K -= (f.area[:, None] * f.stencils.act(f.stencils.e[:, a]))[:, :, None] * along[:, a, None, :]
+    return np.asarray(0.5 * (K + K.transpose(0, 2, 1)))
+
+
 def stretching(f: ContactForces, points: Points, share: Array, slopes: Array) -> Array:
     """Stiffness (s, m + 4, m + 4) of the areas of the shares of edges, with which the forces of tangential tractions grow.
 

@@ -55,7 +55,7 @@ class Tied:
 
     def sparse(self, values: Array) -> csc_matrix:
         """See `prensa.linear.reduction.Restriction`."""
-        return csc_matrix((values, self.indices, self.indptr), (len(self.free),) * 2)
+        return csc_matrix((values[: len(self.indices)], self.indices, self.indptr), (len(self.free),) * 2)
 
     def part(self, r: Array) -> Array:
         """Tᵀ r."""

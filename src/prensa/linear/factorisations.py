@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.model.problem import SPATIAL_SOLVERS
 from prensa.policy import DEFAULT, Policy
 from prensa.types import Array, Flags, Ints, Single
 
@@ -53,7 +54,7 @@ GENERAL, SYMMETRIC, DEFINITE = "LU", "LDLᵀ", "LLᵀ"
 class Structure(NamedTuple):
     """Structurally symmetric pattern of a matrix, compressed sparse columns, sorted; its ``kind`` of factors; threads to use.
 
-    What factors it is given the lower triangle alone, but for LU.
+    What factors it is given the lower triangle alone, but for LU. ``spatial``: of bodies in space.
     """
 
     n: int
@@ -61,6 +62,7 @@ class Structure(NamedTuple):
     indices: Ints
     kind: str
     threads: int
+    spatial: bool = False
 
     def lower(self) -> tuple[Ints, Ints, Flags]:
         """Index pointers and row indices of the lower triangle, and which of the values are in it."""
@@ -116,12 +118,25 @@ def _rslab(a: Structure) -> Factor:
 
     rslab = _load_rslab()
     pattern = csc_matrix((np.ones(len(a.indices)), a.indices, a.indptr), (a.n, a.n))
+    race = {} if a.spatial else RACE  # in space nested dissection wins
     if a.kind == SYMMETRIC:
-        ldlt = rslab.analyze(pattern, path="ldlt", threads=a.threads, **RACE)
-        return lambda values: _ldlt(ldlt.factor(values, **(UNSCALED if values.dtype == np.float32 else {})))
+        ldlt = rslab.analyze(pattern, path="ldlt", threads=a.threads, **race)
+        return _Analysed(
+            lambda values: _ldlt(ldlt.factor(values, **(UNSCALED if values.dtype == np.float32 else {}))), ldlt.factor_nnz
+        )
     # The pattern is analysed with ones for values, by which nothing can be matched.
-    symbolic = rslab.analyze(pattern, path="lu", threads=a.threads, matching=False, **RACE)
-    return lambda values: _lu(symbolic.factor(values))
+    symbolic = rslab.analyze(pattern, path="lu", threads=a.threads, matching=False, **race)
+    return _Analysed(lambda values: _lu(symbolic.factor(values)), symbolic.factor_nnz)
+
+
+class _Analysed:
+    """A `Factor` whose factors are known to have so many ``entries``."""
+
+    def __init__(self, factor: Factor, entries: int) -> None:
+        self.factor, self.entries = factor, entries
+
+    def __call__(self, values: Array | Single) -> Solve:
+        return self.factor(values)
 
 
 class _Factored(Protocol):
@@ -267,10 +282,10 @@ KINDS = {"superlu": (), "rslab": (SYMMETRIC,), "pardiso": (DEFINITE, SYMMETRIC)}
 
 
 def available(choice: str) -> list[str]:
-    """Solvers to try, in order, for a ``numerics.solver`` value."""
+    """Direct solvers to try, in order, for a ``numerics.solver`` value; by themselves for one that says how to iterate."""
     import importlib.util
 
-    if choice != "auto":
+    if choice not in ("auto", *SPATIAL_SOLVERS):
         return [choice, *(["superlu"] if choice != "superlu" else [])]
     order = ["pardiso"] if importlib.util.find_spec("pypardiso") else []
     if importlib.util.find_spec("rslab"):
@@ -306,6 +321,8 @@ class Factorisation:
     symmetric; None where the factors are of double precision.
     """
 
+    krylov_iterations, iterates = 0, False  # those of `step` are few, and with factors of the matrix itself
+
     def __init__(
         self,
         n: int,
@@ -317,9 +334,10 @@ class Factorisation:
         definite: bool = False,
         policy: Policy = DEFAULT,
         scale: Array | None = None,
+        spatial: bool = False,
     ):
         self.policy, self.scale = policy, scale
-        self.structure = Structure(n, indptr, indices, GENERAL, threads)
+        self.structure = Structure(n, indptr, indices, GENERAL, threads, spatial)
         # The fastest solver first, its cheapest factors first; LU of the next one takes over where residuals are too large.
         self.first = [
             (name, kind)
@@ -372,9 +390,13 @@ class Factorisation:
         """Whether the factors were made since `begin`, and are so near their matrix that they tell its softest modes."""
         if self._own and self._to_check is not None:
             assert self._solve is not None
-            self._soft_mode_error = departure(self._to_check, self._solve) <= self.policy.soft_mode_error
+            self._soft_mode_error = self.believed(self._to_check, self._solve)
             self._to_check = None
         return self._own and self._soft_mode_error
+
+    def believed(self, A: csc_matrix | csr_matrix, solve: Solve) -> bool:
+        """Whether factors of single precision of a matrix near A are so near that they tell its softest modes."""
+        return departure(A, solve) <= self.policy.soft_mode_error
 
     @property
     def may_resolve_soft_modes(self) -> bool:
@@ -433,7 +455,7 @@ class Factorisation:
         from scipy.sparse import csc_matrix
 
         n, indptr, indices = self.structure[:3]
-        self._matrix = csc_matrix((self._scaled(values), indices, indptr), (n, n))
+        self._matrix = csc_matrix((self.scaled(values), indices, indptr), (n, n))
         self._points_changed += changed
 
     def correction(self, b: Array, share: float | None = None) -> Array:
@@ -502,6 +524,11 @@ class Factorisation:
         """Analyse the pattern now, for the solver that is tried first: the first matrix need not wait for it then."""
         self._factor()
 
+    @property
+    def size(self) -> int:
+        """Bytes of factors in double precision by the solver that is tried first; 0 where it does not say that before."""
+        return np.dtype(np.float64).itemsize * int(getattr(self._factor(), "entries", 0))
+
     def step(self, values: Array, b: Array, share: float, changed: int | None = None) -> Array:
         """As `solve`, but for a ``share`` of b that may be left of it; raises `SingularError`.
 
@@ -514,7 +541,7 @@ class Factorisation:
         if not self._worth_single:
             return self.solve(values, b)
         scale = 1.0 if self.scale is None else self.scale
-        A = csc_matrix((self._scaled(values), indices, indptr), (n, n))
+        A = csc_matrix((self.scaled(values), indices, indptr), (n, n))
         x, self._matrix = None, None
         apart = None if changed is None else self._points_changed + changed
         # factors LDLᵀ are too cheap to be replaced by as many iterations as points apart take
@@ -546,7 +573,7 @@ class Factorisation:
         """Factors in single precision for `solve_with_factors`, unchecked; whether there are any."""
         self._solve, self.made_from, self._matrix, self._to_check = None, None, None, None
         if self.order[0][0] in SINGLE:
-            single = self._single_part(self._scaled(values))
+            single = self._single_part(self.scaled(values))
             self._solve = None if single is None else self._of_single(single)
             self.made_from = single if self._solve is not None else None
         return self._solve is not None
@@ -558,7 +585,7 @@ class Factorisation:
         except (RuntimeError, ArithmeticError, ValueError):
             return None
 
-    def _scaled(self, values: Array) -> Array:
+    def scaled(self, values: Array) -> Array:
         """Matrix values (nnz,) in the units of ``scale``."""
         if self.scale is None:
             return values
@@ -569,7 +596,7 @@ class Factorisation:
         if self.structure.n == 0:
             return np.zeros(0)
         if self.scale is not None:
-            values, b = self._scaled(values), self.scale * b
+            values, b = self.scaled(values), self.scale * b
         largest = max(float(values.max(initial=0.0)), -float(values.min(initial=0.0)))
         if not np.isfinite(largest):
             raise SingularError("the matrix has entries that are not numbers")
@@ -630,7 +657,7 @@ class Factorisation:
         return x
 
 
-def _backward_error(A: csc_matrix, x: Array, b: Array, r: Array, largest: float, enough: float) -> float:
+def _backward_error(A: csc_matrix | csr_matrix, x: Array, b: Array, r: Array, largest: float, enough: float) -> float:
     """‖r‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞) of a solution x (n,) that leaves r (n,), or a bound of it that is no more than ``enough``.
 
     ``largest``: size of the largest entry of A, which ‖A‖∞ is no less than. That bounds it without a look at all of A.
@@ -646,12 +673,14 @@ def _backward_error(A: csc_matrix, x: Array, b: Array, r: Array, largest: float,
     return left / (float(rows.max()) * size + forces + 1e-300)
 
 
-def krylov(A: csc_matrix, solve: Solve, b: Array, most: int, share: float, outliers: int = 0) -> Array | None:
+def krylov(
+    A: csc_matrix | csr_matrix, solve: Solve, b: Array, most: int, share: float, outliers: int = 0, least: int = 1
+) -> Array | None:  # fmt: skip
     """Solution x (n,) of A x = b but for a ``share`` of b, by GMRES (Saad & Schultz 1986) with ``solve`` as preconditioner.
 
     None where ``most`` iterations are not enough or, at the rate of those so far, would not be. ``outliers``: eigenvalues that
-    are expected to lie apart, each of which takes an iteration more, that says nothing of the rate. Flexible (Saad 1993): with
-    factors of single precision the preconditioner is not quite linear.
+    are expected to lie apart, each of which takes an iteration more, that says nothing of the rate. ``least``: iterations after
+    which the rate is believed. Flexible (Saad 1993): with factors of single precision the preconditioner is not quite linear.
     """
     # GMRES and not iterative refinement, which may diverge with factors of an earlier matrix where this takes one more
     # iteration.
@@ -690,7 +719,7 @@ def krylov(A: csc_matrix, solve: Solve, b: Array, most: int, share: float, outli
         # At the mean rate so far, would all iterations leave more than the share? Outlying eigenvalues take iterations that
         # tell no rate.
         counted = j + 1 - outliers
-        if j and counted > 0 and counted * math.log(share) < (most + 1 - outliers) * math.log(left):
+        if j >= least and counted > 0 and counted * math.log(share) < (most + 1 - outliers) * math.log(left):
             return None
         V.append(w / beyond)
     return None
@@ -706,7 +735,7 @@ def _backwards(R: list[list[float]], g: list[float]) -> list[float]:
     return y
 
 
-def departure(A: csc_matrix, solve: Solve, sweeps: int = 2) -> float:
+def departure(A: csc_matrix | csr_matrix, solve: Solve, sweeps: int = 2) -> float:
     """|A x − b| / |b| where factors of a matrix near A say A x = b and x is the softest of its modes, by inverse iteration.
 
     Above 1 those factors may have the wrong sign of that mode's stiffness, far below it they have the right one.
@@ -738,6 +767,7 @@ class DenseFactors:
 
     made_from: Single | None = None
     may_resolve_soft_modes = True
+    krylov_iterations, iterates = 0, False
 
     def __init__(self, policy: Policy, scale: Array | None = None) -> None:
         self.policy, self.scale = policy, scale

@@ -10,6 +10,7 @@ import numpy as np
 
 from prensa.linear.constraints import Tied
 from prensa.linear.factorisations import Factorisation, KeptFactors, running
+from prensa.linear.iterative import ContactPart, Iterative, ways_of
 from prensa.linear.multipliers import Equations, determined
 from prensa.linear.threads import threads_of
 from prensa.model import problem as model
@@ -105,6 +106,14 @@ class Factors(Protocol):
     def made_from(self) -> Single | None:
         """Values of single precision whose factors they are; None where they are of double precision."""
 
+    @property
+    def iterates(self) -> bool:
+        """Whether solutions are found by GMRES with factors of another matrix, which tell nothing of this one."""
+
+    @property
+    def krylov_iterations(self) -> int:
+        """Iterations of GMRES since `begin`, of systems that are solved so wherever they can be (in space); else 0."""
+
     def analyse(self) -> None:
         """Make ready what depends on the pattern alone."""
 
@@ -194,7 +203,7 @@ class Selected:
         """See `Restriction`."""
         from scipy.sparse import csc_matrix
 
-        return csc_matrix((values, self.indices, self.indptr), (len(self.free),) * 2)
+        return csc_matrix((values[: len(self.indices)], self.indices, self.indptr), (len(self.free),) * 2)
 
 
 class Controlled(Selected):
@@ -230,6 +239,8 @@ class Reduced:
     equations: list[Equations]
     policy: Policy
     control: Control | None = None
+    contact: ContactPart | None = None
+    """What P has of contact, of systems in space that are solved by iteration: it follows the values of their matrices."""
     kept: dict[str, Array] = field(default_factory=dict, compare=False, repr=False)
     """What depends on nothing but which unknowns are free, and is asked for in each increment."""
 
@@ -252,11 +263,18 @@ class Reduced:
         weight = weights_of(system)[restriction.rows]
         # multipliers make a matrix indefinite; without them that takes a free tool, or large compression
         definite = not any(s.exact for s in system.surfaces)
-        factorisation = Factorisation(
+        spatial, equations = system.dofs.dimension == 3, equations_of(system, fixed)
+        ways = ways_of(numerics, len(restriction.free), policy) if spatial else ()
+        direct = Factorisation(
             len(restriction.free), restriction.indptr, restriction.indices, numerics.solver,
             threads_of(numerics, system.ndof, policy), symmetric,
-            definite, policy, in_lengths(weight),
+            definite, policy, in_lengths(weight), spatial,
         )  # fmt: skip
+        factorisation: Factorisation | Iterative = direct
+        contact = None
+        if ways and control is None and not equations:
+            contact = ContactPart(system, restriction)
+            factorisation = Iterative(direct, ways, contact.places, system, restriction.free, policy)
         return cls(
             fixed,
             symmetric,
@@ -264,9 +282,10 @@ class Reduced:
             restriction,
             factorisation,
             weight,
-            equations_of(system, fixed),
+            equations,
             policy,
             control,
+            contact,
         )
 
     def detach(self) -> Reduced:
@@ -300,7 +319,8 @@ class Reduced:
         """
         assert e.data is not None
         data = determined(e, b, self.equations, self.policy) if self.equations else e.data
-        return self.restriction.values(data, spent or data is not e.data)
+        values = self.restriction.values(data, spent or data is not e.data)
+        return values if self.contact is None else np.concatenate([values, self.contact.of(e)])
 
     def solve(self, matrix: Array, b: Array) -> Array:
         """Free dofs (ndof,) with K_ff x_f = b_f, zero where prescribed."""

@@ -72,6 +72,8 @@ def columns(problem: Problem) -> dict[str, Column]:
         out[f"energy.{name}"] = _energy(name, energy_unit(problem))
     out["iterations"] = Column("", lambda i: i.statistics.iterations)
     out["cutbacks"] = Column("", lambda i: i.statistics.cutbacks)
+    if problem.space == "solid":
+        out["krylov"] = Column("", lambda i: i.statistics.krylov)
     if remeshing_of(problem) is not None:
         out["remeshings"] = Column("", lambda i: i.remeshings)
     for name in support_names(problem):

@@ -571,6 +571,18 @@ def ever_stabilised(problem: Any) -> bool:
     return any(stabilised(problem, k) != "off" for k in range(len(problem.steps)))
 
 
+SPATIAL_SOLVERS = ("ldlt", "multigrid")
+"""Values of ``numerics.solver`` of problems in space alone."""
+
+
+def not_in_the_plane(solver: str) -> str:
+    """Why one of these is refused in the plane."""
+    return (
+        f"'numerics.solver' is {solver!r}, which is of 'space: solid'; in the plane factors of the matrix itself cost less: "
+        "write 'auto', 'pardiso', 'rslab' or 'superlu'"
+    )
+
+
 @described
 class Numerics:
     """How the problem is solved. You should rarely need to change the defaults; every threshold is dimensionless.
@@ -578,8 +590,9 @@ class Numerics:
     ``tolerance``: residual over the sum of absolute element forces; ``max_iterations`` of an attempt; ``line_search`` and
     ``predictor`` (an increment starts where the last two lead) may be switched off; ``max_cutbacks``: how often an increment
     may be cut to a quarter; ``reuse_factors``: finish nearly converged iterates with the factors at hand; ``solver``:
-    ``auto`` takes PARDISO when installed, else rslab, else SuperLU. ``iteration``: ``newton`` with the exact tangent, or
-    ``paper``: the founding paper's, whose contact matrix is symmetric because friction takes the pressure of the last
+    ``auto`` takes PARDISO when installed, else rslab, else SuperLU; in space from 10 000 unknowns on GMRES, preconditioned by
+    factors ``ldlt`` of a symmetric matrix, and from 150 000 on by ``multigrid``. ``iteration``: ``newton`` with the exact
+    tangent, or ``paper``: the founding paper's, whose contact matrix is symmetric because friction takes the pressure of the last
     iterate; for comparison. ``condense``: linear elastic bodies in small strain are factored once and condensed onto their
     contact unknowns: ``auto`` where it pays, ``true`` wherever it can be done (refused elsewhere), ``false`` never.
     ``threads`` for elements and factorisations: ``auto`` takes the cores that are free, no more than OMP_NUM_THREADS where
@@ -599,7 +612,7 @@ class Numerics:
     reuse_factors: bool = True
     iteration: Literal["newton", "paper"] = "newton"
     condense: Literal["auto", True, False] = "auto"
-    solver: Literal["auto", "pardiso", "rslab", "superlu"] = "auto"
+    solver: Literal["auto", "pardiso", "rslab", "superlu", "ldlt", "multigrid"] = "auto"
     threads: Literal["auto"] | Annotated[Whole, Field(ge=1)] = "auto"
     time_rule: Literal["auto", "backward_euler", "bdf2"] = "auto"
     time_tolerance: Annotated[Number, Field(gt=0, lt=1)] | None = None
@@ -650,6 +663,8 @@ class Case:
     def _check(self) -> Case:
         if self.problem.space == "axisymmetric" and {"left", "right"} & set(self.output.mirror):
             raise ValueError("'output.mirror' cannot name 'left' or 'right' in axisymmetry, whose axis mirrors: leave it out")
+        if self.problem.space != "solid" and self.numerics.solver in SPATIAL_SOLVERS:
+            raise ValueError(not_in_the_plane(self.numerics.solver))
         if self.problem.space != "solid" and {"back", "front"} & set(self.output.mirror):
             raise ValueError("'output.mirror' cannot name 'back' or 'front' in the plane: they are sides in 'space: solid'")
         if self.problem.space == "solid" and self.output.wear:

@@ -38,7 +38,7 @@ POINT_COLUMNS = ("x", "y", "gap", "pressure", "shear", "slip", "status", "weight
 CONVERGENCE_COLUMNS = ("increment", "iteration", "residual", "changes")
 
 _TEXT_COLUMNS = {"step", "status"}
-_INTEGERS = {"increment", "iterations", "cutbacks", "remeshings", "iteration", "changes", "node"}
+_INTEGERS = {"increment", "iterations", "cutbacks", "krylov", "remeshings", "iteration", "changes", "node"}
 
 
 # ---------------------------------------------------------------------------------------------------- history of a run

@@ -65,12 +65,14 @@ class ProgressBar(Display):
 
     def _accepted(self, progress: Progress) -> str:
         parts = [f"{progress.step}: increment {progress.number}, time {progress.time:.4g} of {progress.end:.4g}"]
-        parts += [f"{progress.iteration} iterations", f"residual {progress.residual:.1e}", self._forces(progress)]
+        parts += [f"{progress.iteration} iterations", _krylov(progress), f"residual {progress.residual:.1e}"]
+        parts += [self._forces(progress)]
         return ", ".join(filter(None, parts))
 
     def _detail(self, progress: Progress) -> str:
         """What stands beside the bar: the force first, then as much of the cost as the terminal has room for."""
         cost = [f"increment {progress.number}", f"iteration {progress.iteration}", f"residual {progress.residual:.1e}"]
+        cost.append(_krylov(progress))
         parts = [part for part in (self._forces(progress), *cost) if part]
         room = self._console.width - len(f"{progress.step}  100 %  0:00:00 left 0:00:00 ") - BAR
         while len(parts) > 1 and len(", ".join(parts)) > room:
@@ -97,3 +99,8 @@ class ProgressBar(Display):
         if place is None or not (gone or place.rz):
             return text
         return f"{text} at {shown(gone, length_unit(p))}" if gone else f"{text} at {shown(abs(place.rz), 'rad')}"
+
+
+def _krylov(progress: Progress) -> str:
+    """What the linear systems of the increment have taken so far, where they are solved by GMRES."""
+    return f"{progress.krylov} Krylov iterations" if progress.krylov else ""

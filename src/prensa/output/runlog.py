@@ -98,6 +98,7 @@ def log_progress(progress: Progress) -> None:
     """Monitor that logs iterations (the solver itself logs cuts and notes)."""
     if progress.event == "iteration":
         what = f" {progress.message}" if progress.message else ""
+        what += f", {progress.krylov} Krylov iterations" if progress.krylov else ""
         log.info("step %s, increment %d, time %.6g, iteration %d: residual %.3e%s", progress.step, progress.number, progress.time,
                  progress.iteration, progress.residual, what)  # fmt: skip
 
@@ -106,8 +107,9 @@ def log_increment(increment: Increment) -> None:
     """Log an accepted increment: its cost, the status changes of each iteration and the tool forces."""
     cost = increment.statistics
     forces = "; ".join(f"{name} {', '.join(f'{v:.6g}' for v in t.force[: len(t.at)])}" for name, t in increment.tools.items())
-    log.info("increment %d accepted: %d iterations, %d cut-backs, %d augmentations, status changes %s, forces: %s",
-             increment.number, cost.iterations, cost.cutbacks, cost.augmentations,
+    krylov = f"{cost.krylov} Krylov iterations, " if cost.krylov else ""
+    log.info("increment %d accepted: %d iterations, %s%d cut-backs, %d augmentations, status changes %s, forces: %s",
+             increment.number, cost.iterations, krylov, cost.cutbacks, cost.augmentations,
              " ".join(map(str, cost.changes)) or "–", forces or "–")  # fmt: skip
 
 

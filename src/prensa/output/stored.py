@@ -125,7 +125,7 @@ class Stored(Sequence[Increment]):
         tools = {name: self._tool(name, row) for name in self.problem.tools}
         supports = [c.removeprefix("fixed.").removesuffix(".fx") for c in row if c.startswith("fixed.") and c.endswith(".fx")]
         # the iterations of all attempts are known here, the residuals are in convergence.csv
-        cost = Statistics(int(row["iterations"]), int(row["cutbacks"]), np.nan)
+        cost = Statistics(int(row["iterations"]), int(row["cutbacks"]), np.nan, krylov=int(row.get("krylov", 0)))
         return Increment(
             str(row["step"]), self._steps[str(row["step"])], number, time, tools,
             {"viscous": 0.0} | {c.removeprefix("energy."): float(v) for c, v in row.items() if c.startswith("energy.")},

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from prensa import __version__
 from prensa.checks.during.closing import FOLDS
 from prensa.errors import PrensaError, take_path
+from prensa.linear.iterative import solver_of
 from prensa.measures.columns import force_columns, place_columns
 from prensa.measures.filling import found_at_end
 from prensa.measures.units import volume_unit
@@ -76,6 +77,9 @@ def summarise(directory: Path, system: System, case: Case, state: State | None, 
         "folds": [w for w in known["warnings"] if FOLDS in w],
         "case": text,
     }
+    if problem.space == "solid":
+        krylov = tables.history["krylov"] if "krylov" in tables.history else np.zeros(0, dtype=int)
+        made["linear_solver"] = {"solver": solver_of(system, case.numerics), "krylov_iterations": int(krylov.sum())}
     return made | {"answer": answer.lines(tables.history, case, made)}
 
 

@@ -302,6 +302,8 @@ class Statistics:
     """Relative residual at each iteration of the accepted attempt."""
     changes: tuple[int, ...] = ()
     """Contact points whose status changed, at each of those iterations."""
+    krylov: int = 0
+    """Iterations of GMRES that its linear systems took, where these are solved so (in space)."""
 
 
 @runtime_checkable
@@ -519,6 +521,8 @@ class Progress:
     message: str = ""
     places: Mapping[str, Place] = field(default_factory=dict)
     """Where the tools are, of the events that have their forces."""
+    krylov: int = 0
+    """Iterations of GMRES in the increment so far, where linear systems are solved so (in space)."""
 
 
 Monitor = Callable[[Progress], None]

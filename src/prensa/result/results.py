@@ -65,7 +65,8 @@ def increment_of(
     start, old = before.step_start, before.history
     seconds = (state.clock.time - before.clock.time) * plan.seconds
     statistics = Statistics(
-        spent, cutbacks, result.residual, result.augmentations, tuple(result.residuals), tuple(result.changes)
+        spent, cutbacks, result.residual, result.augmentations, tuple(result.residuals), tuple(result.changes),
+        result.krylov,
     )
     # Of condensed bodies the displacements away from contact are found when somebody asks for them.
     recover, lam = result.recover, result.lam

@@ -101,6 +101,7 @@ def _outcome(eq: Equilibrium, start: Array, solve: Solve) -> NewtonResult:
     except SingularError as error:
         result.reason = Singular(str(error))
     result.converged = result.reason is None
+    result.krylov = eq.reduced.factorisation.krylov_iterations
     return result
 
 

@@ -55,6 +55,7 @@ def observe(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> None:
     if e.failed:
         return
     here.norm, here.scale = eq.norm(e), e.scale
+    result.krylov = eq.reduced.factorisation.krylov_iterations
     contact = state.contact = ContactChange(signature(e), before, eq.context.state.contact.closed)
     result.u = here.u
     key = contact.now.tobytes()

@@ -32,21 +32,21 @@ class Messages:
         if self.monitor is not None:
             forces = tool_forces(self.system, e)
             places = tool_places(self.system, result.u)
-            self._tell(state, plan, time, "iteration", "", result.iterations, _last(result), forces, places)
+            self._tell(state, plan, time, "iteration", "", result.iterations, _last(result), forces, places, result.krylov)
 
     def rejected(self, state: State, plan: StepPlan, time: float, result: NewtonResult) -> None:
         """An attempt that failed."""
         assert result.reason is not None
         message = sentence(result.reason)
         log.info("increment to time %.6g rejected: %s", time, message)
-        self._tell(state, plan, time, "rejected", message, result.iterations, _last(result))
+        self._tell(state, plan, time, "rejected", message, result.iterations, _last(result), krylov=result.krylov)
 
     def accepted(self, old: State, plan: StepPlan, result: NewtonResult, increment: Increment) -> None:
         """An increment that is committed; old: the state that it started from."""
         forces = {name: tool.force for name, tool in increment.tools.items()}
         places = {name: tool.place for name, tool in increment.tools.items()}
         cost = increment.statistics.iterations
-        self._tell(old, plan, increment.time, "accepted", "", cost, result.residual, forces, places)
+        self._tell(old, plan, increment.time, "accepted", "", cost, result.residual, forces, places, result.krylov)
 
     def note(self, state: State, plan: StepPlan, message: str) -> None:
         """Something that happened at the state's time."""
@@ -70,12 +70,13 @@ class Messages:
     def _tell(
         self, state: State, plan: StepPlan, time: float, event: str, message: str, iterations: int = 0,
         residual: float = np.nan, forces: Mapping[str, Force] | None = None, places: Mapping[str, Place] | None = None,
+        krylov: int = 0,
     ) -> None:  # fmt: skip
         if self.monitor is not None:
             self.monitor(
                 Progress(
                     plan.name, plan.number + 1, state.clock.number + 1, time, float(len(self.system.problem.steps)),
-                    iterations, residual, forces or {}, event, message, places or {},
+                    iterations, residual, forces or {}, event, message, places or {}, krylov,
                 )
             )  # fmt: skip
 

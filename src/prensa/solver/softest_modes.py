@@ -45,17 +45,19 @@ STABLE = Modes(0, np.inf, np.zeros(0), np.zeros(0))
 def softest_modes(system: System, reduced: Reduced, policy: Policy, exactly: bool = False) -> Modes | None:
     """The softest modes of the matrix of the last factors; None without factors or free unknowns, or if they are too coarse.
 
-    exactly: of the last matrix itself, for which factors that do not resolve them are a preconditioner; None where that fails.
+    exactly: of the last matrix by GMRES, for which factors that do not resolve them are a preconditioner; None where that fails.
     """
     factors, free = reduced.factorisation, reduced.free
     bodily = free < system.dofs.tool.slice.stop  # multipliers come last
     if not factors.factored or not bodily.any():
         return None
     columns = min(policy.watched_modes, int(bodily.sum()))
+    # as much as may be left of the softest mode for its sign to count; what the answer misses of stiffer ones does not matter
+    share = policy.soft_mode_error if factors.iterates else policy.mode_residual_share
     forces = None
     for sweep in range(policy.max_mode_sweeps):
         basis = _begun(reduced, bodily, columns) if forces is None else np.linalg.qr(forces)[0]
-        answer = factors.exactly(basis, policy.mode_residual_share) if exactly else factors.solve_with_factors(basis)
+        answer = factors.exactly(basis, share) if exactly else factors.solve_with_factors(basis)
         if answer is None or not np.isfinite(answer).all():
             return None
         forces = np.where(bodily[:, None], answer, 0.0)
@@ -112,13 +114,17 @@ def modes_at(eq: Equilibrium, u: Array, lam: Array, mode: bool = True) -> Modes 
 
     ``mode``: whether the softest one is wanted where none is negative, too.
     """
-    e = eq.evaluate(u, lam)  # the matrix of a last iterate may be a secant, which is stiffer than the tangent
-    if e.failed:
+    e, factors = eq.evaluate(u, lam), eq.reduced.factorisation
+    if e.failed:  # the matrix of a last iterate may be a secant, which is stiffer than the tangent
         return None
+    matrix = eq.reduced.matrix(e, -e.r, spent=True)
     try:
-        eq.reduced.solve(eq.reduced.matrix(e, -e.r, spent=True), -e.r)
+        if factors.iterates:
+            eq.reduced.step(matrix, -e.r, 1.0)
+        else:
+            eq.reduced.solve(matrix, -e.r)
     except SingularError:
         return None
-    if eq.reduced.factorisation.positive and not mode:
+    if factors.positive and not mode:
         return STABLE
-    return softest_modes(eq.system, eq.reduced, eq.policy)
+    return softest_modes(eq.system, eq.reduced, eq.policy, exactly=factors.iterates)

@@ -25,6 +25,7 @@ class NewtonResult:
     ``linear`` (ndof,): change of the dofs by the linearised system, where the iteration began with that.
     ``affordable``: so few points were near a tool that the iteration could take contact steps wherever it wanted.
     ``active_sets``: those of contact that the iteration has tried, by their signature, the last one last.
+    ``krylov``: iterations of GMRES that its linear systems have taken, where these are solved so (in space).
     ``grown``: growth of plastic strain to its evaluation, see `growths`; empty where nobody has asked for it.
     """
 
@@ -49,6 +50,7 @@ class NewtonResult:
     softest: Array | None = None
     rested: bool = False
     grown: Sequence[Array | None] = ()
+    krylov: int = 0
 
     def contact_changed(self, policy: Policy) -> bool:
         """Whether contact points still opened, closed or slipped another way when the iterations ended."""
