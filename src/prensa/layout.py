@@ -107,6 +107,12 @@ class Field:
 
 RIGID = {2: ("x", "y", "rz"), 3: ("x", "y", "z", "rx", "ry", "rz")}
 """Rigid motions of a tool by the dimension of space."""
+ORIENTATION = "orientation"
+"""Field of tools in space: rotations (bx, by, bz) at the start of the step, and rotation vector (ox, oy, oz) of the tool there.
+
+Nothing solves for them. Rotations rx, ry, rz less (bx, by, bz) are the rotation vector of the step: without it, two turns about
+different axes, one after the other, would not be the sum of their vectors.
+"""
 
 
 class DofMap:
@@ -119,7 +125,9 @@ class DofMap:
         self, dimension: int, nodes: int, tools: int = 0, more: Iterable[tuple[str, str, int, tuple[str, ...]]] = ()
     ) -> None:
         axes = ("x", "y", "z")[:dimension]
-        wanted = [("displacement", "node", nodes, axes), ("tool", "tool", tools, RIGID[dimension]), *more]
+        wanted = [("displacement", "node", nodes, axes), ("tool", "tool", tools, RIGID[dimension])]
+        wanted += [(ORIENTATION, "tool", tools, ("bx", "by", "bz", "ox", "oy", "oz"))] * (dimension == 3)
+        wanted += more
         self.fields: dict[str, Field] = {}
         self.size = 0
         for name, entity, count, components in wanted:
@@ -131,6 +139,12 @@ class DofMap:
     def field_of(self, dof: int) -> Field:
         """The field that a degree of freedom belongs to."""
         return next(f for f in self.fields.values() if f.first <= dof < f.first + f.size)
+
+    def orientation(self, tools: Index | int) -> Index:
+        """Places of the `ORIENTATION` (..., 6) of tools (...); (..., 0) in the plane."""
+        if ORIENTATION in self.fields:
+            return self.fields[ORIENTATION].dofs(tools)
+        return np.zeros((*np.shape(tools), 0), dtype=np.int64)
 
     def stencils(self, support: Index, master: Index) -> Index:
         """Degrees of freedom (k, d a + m) of stencils: displacements of their nodes (k, a), then those of a master (m,)."""

@@ -18,7 +18,7 @@ WRONG = [
     (lambda: pr.Circle(radius=-1), "radius of Circle is -1; it must be greater than 0"),
     (lambda: pr.Circle(), "Circle needs 'radius', a length"),
     (lambda: pr.Circle(1, radius=2), "'radius' of Circle is given twice, by its position and by its name; keep one"),
-    (lambda: pr.Motion(1, 2, 3, 4, 5), "Motion is given 5 values and has 4: x, y, rz, z"),
+    (lambda: pr.Motion(1, 2, 3, 4, 5, 6, 7), "Motion is given 7 values and has 6: x, y, rz, z, rx, ry"),
     (lambda: pr.Coulomb(float("nan")), "mu of Coulomb is nan; a finite number is expected"),
     (lambda: pr.Numerics(tolerance=True), "tolerance of Numerics is True; a number is expected"),
     (lambda: pr.Rectangle((1, 2), (3,)), "n of Rectangle has 1 value; a list of 2 whole numbers is expected"),

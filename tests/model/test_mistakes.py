@@ -89,7 +89,7 @@ MISTAKES = [
     ("name: press", "name: 3", "17:11", ["is 3", "text is expected", "put it in quotes"]),
     ("y: -7.5", "y: [[0, 0], [1, 2, 3]]", "18:32", ["y[1]", "has 3 values", "[number, length]"]),
     ("y: -7.5", "y: [[0, 1]]", "18:20", ["has 1 value", "at least 2"]),
-    ("{y: -7.5}", "-7.5", "18:19", ["is -7.5", "x, y, rz and z"]),
+    ("{y: -7.5}", "-7.5", "18:19", ["is -7.5", "x, y, rz, z, rx and ry"]),
     ("flow: {type: voce, s0: 60, Q: 120, b: 8}", "flow: 60", "7:53", ["is 60", "linear, ludwik"]),
     ("[billet.top, billet.right]", "[]", "14:6", ["surface of contact 0 is empty", "'body.boundary'"]),
     (FIXED, "fixed: {billet.bottom: z}", "15:24", ["'z'", "'x', 'y', 'xy'"]),

@@ -266,7 +266,6 @@ def test_a_run_in_space_is_continued_from_its_arrays_bit_for_bit(element):
     [
         ({"enforcement": pr.Exact()}, "'penalty' or 'augmented'"),
         ({"friction": pr.Shear(0.4, k=20.0)}, "proportional to the pressure"),
-        ({"steps": (("turn", {"rz": 0.1}),)}, "tools do not turn in space yet"),
         ({"normal": (0.0, -1.0)}, "normal has 2 components; solid has 3"),
         ({"element": "q4"}, "'q4' is an element of the plane"),
         ({"remesh": "auto"}, "'remesh' is not there in space yet"),

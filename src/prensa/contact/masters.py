@@ -72,11 +72,15 @@ class Master(Protocol):
 
 @dataclass(frozen=True)
 class RigidMaster:
-    """A rigid tool, the ``number``-th; dofs (d + w,): displacements of its reference point and rotations."""
+    """A rigid tool, the ``number``-th; dofs (d + w,): displacements of its reference point and rotations.
+
+    ``orientation`` (6,): where its `prensa.layout.ORIENTATION` stands, in space; (0,) in the plane.
+    """
 
     tool: PlacedTool
     number: int
     dofs: Index
+    orientation: Index
 
     @cached_property
     def name(self) -> str:
@@ -98,9 +102,14 @@ class RigidMaster:
         """Displacements among its degrees of freedom."""
         return len(self.at)
 
-    def place(self, u: Array) -> Array:
-        """Displacement and rotation (d + w,) for degrees of freedom u (ndof,)."""
-        return u[self.dofs]
+    def place(self, u: Array, since: Array | None = None) -> Array:
+        """Displacement and rotation (d + w,) for degrees of freedom u (ndof,); in space (12,), with what rotations count from.
+
+        ``since`` (ndof,): a committed u of the same step, which has the latter.
+        """
+        if self.dimension == 2:
+            return u[self.dofs]
+        return np.append(u[self.dofs], (u if since is None else since)[self.orientation])
 
     def local(self, x: Array, u: Array) -> Array:
         """Positions x (k, d) in its frame."""
@@ -124,12 +133,11 @@ class RigidMaster:
         # slip is a chord from the committed place: both need to know where the point was.
         return self.dimension == 3 or bool(np.isfinite(self.shape.period))
 
-    def pairs(self, X: Array, normal: Array, moved: Array, u: Array, bodies: Geometry, since: Since | None) -> Pairs:
+    def pairs(self, X: Array, normal: Array, moved: Array, place: Array, bodies: Geometry, since: Since | None) -> Pairs:
         """Pairs of points X (k, d) of an undeformed surface with normals (k, d), displaced by ``moved`` (k, d).
 
-        ``since``: where slip goes on; None: from the undeformed surface, or of current coordinates.
+        ``place``: that of the tool. ``since``: where slip goes on; None: from the undeformed surface, or of current coordinates.
         """
-        place = self.place(u)
         if bodies.on_undeformed:
             return reference_pairs(self.shape, X, normal, moved, self.at, place, bodies.reach, since)
         if self.dimension == 3:
@@ -142,12 +150,13 @@ class RigidMaster:
     def stencils(self, s: Surface, bodies: Geometry, u: Array, since: Committed | None) -> Stencils:
         """See `Master`."""
         moved, before = s.points.at(bodies.displacement(u)), None
+        place = self.place(u, None if since is None else since.u)
         if since is not None and (bodies.on_undeformed or self.has_memory):
             before = Since(since.coordinate, s.points.at(bodies.displacement(since.u)), self.place(since.u))
-        pairs = self.pairs(s.X, s.normal, moved, u, bodies, before)
+        pairs = self.pairs(s.X, s.normal, moved, place, bodies, before)
         if s.corners is not None:
             rows = s.corners.rows
-            pairs = pairs.replaced(rows, current_pairs(s.corners, (s.X + moved)[rows], self.at, self.place(u)))
+            pairs = pairs.replaced(rows, current_pairs(s.corners, (s.X + moved)[rows], self.at, place))
         if s.shift is not None:
             pairs = pairs._replace(g=pairs.g + s.points.at(s.shift))
         return pairs.stencils(s.points.N, s.points.coefficients, s.dofs)
@@ -155,7 +164,7 @@ class RigidMaster:
     def node_pairs(self, s: Surface, bodies: Geometry, u: Array) -> Pairs:
         """Gaps, normals and their derivatives at the nodes of a contact's surface, whatever the rule."""
         nodes = s.points.nodes
-        pairs = self.pairs(bodies.X[nodes], s.node_normal, bodies.displacement(u)[nodes], u, bodies, None)
+        pairs = self.pairs(bodies.X[nodes], s.node_normal, bodies.displacement(u)[nodes], self.place(u), bodies, None)
         return pairs if s.shift is None else pairs._replace(g=pairs.g + s.shift[nodes])
 
     def nodes_seen(self, s: Surface, bodies: Geometry, u: Array) -> Seen:

@@ -1,9 +1,9 @@
 """Contact pairs, a point of a body and a rigid tool: gap and slip, with everything their tangent needs.
 
 Generalised coordinates of a pair are q = (body point, motions of the tool): (x, y; x, y, rz) in the plane and
-(x, y, z; x, y, z, rx, ry, rz) in space, rotations being components of the rotation vector. All geometries give the gap g, the t
-surface coordinates s, their derivatives with respect to q and the spin of the frame; `Pairs.stencils` makes of them what forces
-are assembled from.
+(x, y, z; x, y, z, rx, ry, rz) in space, rotations being components of a rotation vector (see `rotation`). All geometries give
+the gap g, the t surface coordinates s, their derivatives with respect to q and the spin of the frame; `Pairs.stencils` makes of
+them what forces are assembled from.
 
 Slip is the way of the point along the tool since the last commit. In the plane tools count their surface coordinate exactly. In
 space it is the chord from the place on the tool that was touched then, r = x_s − x_n, laid on the surface: with m the normal
@@ -76,10 +76,16 @@ class Closer(Protocol):
 
 
 def rotation(turn: Array) -> Array:
-    """Rotation (d, d) by an angle (1,) in the plane, by a rotation vector (3,) in space."""
+    """Rotation (d, d) by an angle (1,) in the plane, by a rotation vector (3,) in space, or by rotations r of a tool (9,).
+
+    The latter are r, the r from which they are counted, and the rotation vector of the orientation there:
+    Q = exp(r - r0) exp(θ0) (Ibrahimbegović, Frey & Kožar 1995). r adds up over the steps of a run, and has no largest angle.
+    """
     if len(turn) == 1:
         c, s = math.cos(turn[0]), math.sin(turn[0])
         return np.array([[c, -s], [s, c]])
+    if len(turn) == 9:
+        return np.asarray(rotation(turn[:3] - turn[3:6]) @ rotation(turn[6:]))
     angle = float(np.linalg.norm(turn))
     W = _cross_matrix(turn)
     # Rodrigues' formula; np.sinc holds sin θ/θ and (1 − cos θ)/θ² through θ = 0, where tools that do not turn are.
@@ -87,14 +93,29 @@ def rotation(turn: Array) -> Array:
 
 
 def spin(turn: Array) -> Array:
-    """Spin (w, w) by the rates of a `rotation`'s angle or vector (w,): ω = T dθ/dt."""
+    """Spin (w, w) by the rates of a `rotation`'s angle, vector (w,) or rotations r: ω = T dr/dt."""
     if len(turn) == 1:
         return np.eye(1)
+    if len(turn) == 9:
+        turn = turn[:3] - turn[3:6]
     angle = float(np.linalg.norm(turn))
     W = _cross_matrix(turn)
     # (θ − sin θ)/θ³ cancels for small angles; below 1e-3 the first term that its series leaves out is under round-off.
     third = (1.0 - np.sinc(angle / np.pi)) / angle**2 if angle > 1e-3 else 1.0 / 6.0 - angle**2 / 120.0
     return np.asarray(np.eye(3) + 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * W + third * W @ W)
+
+
+def rotation_vector(Q: Array, near: Array) -> Array:
+    """Rotation vector (3,) of a rotation Q (3, 3): of those that differ by whole turns the one next to ``near`` (3,)."""
+    from scipy.spatial.transform import Rotation
+
+    x, y, z, w = Rotation.from_matrix(Q).as_quat()
+    axis, size = np.array([x, y, z]), math.sqrt(x * x + y * y + z * z)
+    if size == 0.0:
+        axis, size = near, float(np.linalg.norm(near)) or 1.0
+    angle = 2.0 * math.atan2(math.sqrt(x * x + y * y + z * z), w)
+    axis = axis / size
+    return np.asarray((angle + 2.0 * np.pi * round((float(axis @ near) - angle) / (2.0 * np.pi))) * axis)
 
 
 def _cross_matrix(v: Array) -> Array:
@@ -153,7 +174,7 @@ def _turn_into_space(g, c, n_tool, place, arm, n, e, dg, ds, turn):
 
 
 class Since(NamedTuple):
-    """Where a slip goes on: coordinate s (k, t) and displacement of the body point u (k, d), that of the tool (d + w,) there."""
+    """Where a slip goes on: coordinate s (k, t), displacement of the body point u (k, d), and place of the tool there."""
 
     s: Array | float
     u: Array | float
@@ -161,7 +182,7 @@ class Since(NamedTuple):
 
 
 def spatial_pairs(shape: Closer, X: Array, u: Array, at: Array, place: Array, since: Since | None = None) -> Pairs:
-    """`current_pairs` in space: X, u (k, 3) initial positions and displacements, at (3,), place (6,).
+    """`current_pairs` in space: X, u (k, 3) initial positions and displacements, at (3,), place (6,) or (12,).
 
     ``since``: where slip goes on; None: here, so that the coordinates are zero.
     """
@@ -346,13 +367,14 @@ def reference_pairs(
     # The ray X + h ν meets the tool where N·(X + h ν − x_tool) = 0: h changes by N·dx_tool over N·ν.
     dg = np.concatenate([n, N / slope[:, None], _moment(to_hit, N) @ T / slope[:, None]], axis=1)
     step = place - since.place
+    turned_by = step[d : d + len(T)]
     half, slip, ds = arm + 0.5 * step[:d], np.empty((len(X), d - 1)), np.empty((len(X), d - 1, dg.shape[1]))
     for a in range(d - 1):
         about = -_moment(half, e[:, a])
-        slip[:, a] = (e[:, a] * (u - since.u - step[:d])).sum(axis=1) + about @ step[d:]
+        slip[:, a] = (e[:, a] * (u - since.u - step[:d])).sum(axis=1) + about @ turned_by
         ds[:, a] = np.concatenate([e[:, a], -e[:, a], about], axis=1)
         # the arm of half the way goes half the way of the tool
-        ds[:, a, d : 2 * d] += 0.5 * _crossed(e[:, a], step[d:])
+        ds[:, a, d : 2 * d] += 0.5 * _crossed(e[:, a], turned_by)
     turn = np.zeros((len(X), len(T), dg.shape[1]))
     return Pairs(g, slip + since.s, n, e, dg, ds, turn, arm, False)
 

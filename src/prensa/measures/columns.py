@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from prensa.measures import damage
 from prensa.measures.measure import MeasureError
 from prensa.measures.units import area_unit, energy_unit, force_unit, length_unit, moment_unit
+from prensa.model.fields import motions_in
 from prensa.model.press import Use, use_of, works
 from prensa.model.problem import Problem, ever_stabilised, support_names
 from prensa.model.remeshing import remeshing_of
@@ -82,7 +83,7 @@ def columns(problem: Problem) -> dict[str, Column]:
             out |= {f"fixed.{name}.{c}": _turning(name, c, moment_unit(problem)) for c in force_columns(problem)[d:]}
     working = works(problem)
     for tool, description in problem.tools.items():
-        for k, (key, c) in enumerate(zip(("x", "y", "rz"), force_columns(problem))):
+        for k, (key, c) in enumerate(zip(motions_in(problem.space), force_columns(problem))):
             if description.spring is not None and getattr(description.spring, key) is not None:
                 out[f"{tool}.spring.{c}"] = _spring(tool, k, forces[k])
         if tool in working:
@@ -101,7 +102,7 @@ def _force(tool: str, k: int, unit: str) -> Column:
 
 
 def _spring(tool: str, k: int, unit: str) -> Column:
-    return Column(unit, lambda i: (i.tools[tool].spring or (0.0, 0.0, 0.0))[k])
+    return Column(unit, lambda i: (i.tools[tool].spring or (0.0,) * 6)[k])
 
 
 def _work(tool: str, unit: str) -> Column:

@@ -263,6 +263,9 @@ class _Reader:
         if quantity in ("moment", "rotation"):
             of, unit = (self.forces, moment_unit(p)) if quantity == "moment" else (self.places, "rad")
             return replace(self._column(f"{tool}.{of[-1]}"), unit=unit)
+        if kind in ("moment", "rotation") and axis and axis in "xyz"[: len(self.places) - 3]:
+            of, unit = (self.forces, moment_unit(p)) if kind == "moment" else (self.places, "rad")
+            return replace(self._column(f"{tool}.{of[3 + 'xyz'.index(axis)]}"), unit=unit)
         if kind in vectors and axis and axis in "xyz"[: directions(p)]:
             return self._column(f"{tool}.{(self.forces if kind == 'force' else self.places)['xyz'.index(axis)]}")
         if kind in vectors and not axis:

@@ -8,6 +8,7 @@ from math import isclose
 from typing import Any
 
 from prensa.model import body_contacts, crank, feed, heat, interference, press, space, until
+from prensa.model.fields import force_along, motions_in
 from prensa.model.names import SYMMETRY, Finding, suggest
 from prensa.model.remeshing import remeshing_of
 from prensa.model.units import PRESSURE, factor
@@ -226,11 +227,12 @@ def _tool(p: Any, path: tuple[str | int, ...], tool: Any) -> Iterator[Finding]:
     for w in placed:
         yield from _boundary(p, getattr(tool, w), (*path, w))
     if tool.spring is not None:
-        for name in ("x", "y", "rz"):
-            if p.space == "axisymmetric" and name != "y" and getattr(tool.spring, name) is not None:
+        for name in ("x", "rz"):
+            if p.space == "axisymmetric" and getattr(tool.spring, name) is not None:
                 yield Finding((*path, "spring", name), "in axisymmetry a tool moves along y only", at_key=True)
         if tool.spring == type(tool.spring)():
-            yield Finding((*path, "spring"), "a spring needs a stiffness: x, y or rz")
+            *first, last = motions_in(p.space)
+            yield Finding((*path, "spring"), f"a spring needs a stiffness: {', '.join(first)} or {last}")
     yield from tool.findings(p, path)
 
 
@@ -389,12 +391,12 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
             if key not in p.tools:
                 yield Finding(here, f"unknown tool {key!r}{suggest(key, p.tools)}", at_key=True)
                 continue
-            for name in ("x", "y", "m" if kind == "push" else "rz"):
-                if getattr(motion, name) is None:
+            for freedom in motions_in(p.space):
+                name = force_along(p.space, freedom) if kind == "push" else freedom
+                if getattr(motion, name, None) is None:
                     continue
                 if p.space == "axisymmetric" and name != "y":
                     yield Finding((*here, name), "in axisymmetry a tool moves along y only", at_key=True)
-                freedom = "rz" if name == "m" else name
                 if (
                     kind == "push"
                     and getattr(getattr(dict(p.tools).get(key), "spring", None), freedom, None) is not None
@@ -473,8 +475,9 @@ def _boundary_moved(p: Any, step: Any, path: tuple[str | int, ...], motion: Any)
     yield from _boundary(p, name, path, at_key=True)
     if motion is None:
         return
-    if motion.rz is not None:
-        yield Finding((*path, "rz"), f"{name!r} is a boundary, which has no rotation; give x or y", at_key=True)
+    for turn in ("rx", "ry", "rz"):
+        if getattr(motion, turn) is not None:
+            yield Finding((*path, turn), f"{name!r} is a boundary, which has no rotation; give x or y", at_key=True)
     support = step.fixed.get(name)
     for axis in ("x", "y", "z"):
         if getattr(motion, axis, None) is not None and getattr(support, axis, None) is not None:

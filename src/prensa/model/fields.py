@@ -143,15 +143,28 @@ else:
     ForceDensity = vector_of(value_of(BodyForce))
 
 
+def motions_in(space: str | None) -> tuple[str, ...]:
+    """Motions of a tool as ``move`` and springs name them: displacements, then rotations."""
+    return ("x", "y", "z", "rx", "ry", "rz") if space == "solid" else ("x", "y", "rz")
+
+
+def force_along(space: str | None, motion: str) -> str:
+    """Name in ``push`` of the force or moment along a motion."""
+    return motion if motion in ("x", "y", "z") else "m" + motion[1] * (space == "solid")
+
+
 # ---------------------------------------------------------------------------------------------------------- mounting
 @described
 class Springs:
     """Springs on which a tool is mounted, for each of its motions: ``x``, ``y`` and rotation ``rz`` (moment per rad).
 
     The tool hangs on a mount; ``move`` and ``velocity`` of such a motion move the mount. In plane problems stiffnesses are
-    those of the whole thickness.
+    those of the whole thickness. In space ``z``, ``rx`` and ``ry`` too.
     """
 
     x: Annotated[SpringStiffness, Field(gt=0)] | None = None
     y: Annotated[SpringStiffness, Field(gt=0)] | None = None
     rz: Annotated[Moment, Field(gt=0)] | None = None
+    z: Annotated[SpringStiffness, Field(gt=0)] | None = None
+    rx: Annotated[Moment, Field(gt=0)] | None = None
+    ry: Annotated[Moment, Field(gt=0)] | None = None

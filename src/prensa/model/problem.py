@@ -349,13 +349,17 @@ FixedValue = Annotated[Fixed, BeforeValidator(_as_fixed)]
 class Motion:
     """Displacement (or velocity) ``x``, ``y`` of a tool's reference point and its rotation ``rz``, counter-clockwise.
 
-    In space ``z`` too; tools do not turn there yet.
+    In space ``z``, ``rx`` and ``ry`` too. There the changes of ``rx``, ``ry``, ``rz`` since the start of a step are the rotation
+    vector of the step: the tool turns about one axis in space through its reference point, right-handed, from how it stood at
+    the start of the step. They add up over the steps, and turns about different axes come one after the other.
     """
 
     x: DisplacementValue | None = None
     y: DisplacementValue | None = None
     rz: AngleValue | None = None
     z: DisplacementValue | None = None
+    rx: AngleValue | None = None
+    ry: AngleValue | None = None
 
 
 def _per_second(value: Any) -> Any:
@@ -377,6 +381,8 @@ Velocity = Annotated[Motion, BeforeValidator(_per_second)]
 class Push:
     """Force ``x``, ``y`` on a tool at its reference point and moment ``m``; 0 leaves the tool free to move along or to turn.
 
+    In space forces ``x``, ``y``, ``z`` and moments ``mx``, ``my``, ``mz``, whose directions stay in space when the tool turns.
+
     A number is reached linearly from the force that the tool carries at the start of the step, pushed or moved before.
     In plane problems of the whole ``thickness`` (so per unit thickness where that is 1); strings may be per length of
     thickness too, such as ``-35 N/mm``. In axisymmetry of the whole circumference.
@@ -385,6 +391,10 @@ class Push:
     x: ForceValue | None = None
     y: ForceValue | None = None
     m: MomentValue | None = None
+    z: ForceValue | None = None
+    mx: MomentValue | None = None
+    my: MomentValue | None = None
+    mz: MomentValue | None = None
 
 
 @described

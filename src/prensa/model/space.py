@@ -12,10 +12,11 @@ BRICKS = ("box", "cylinder", "extruded", "revolved", "bricks")
 """Meshes of bodies in space, and of no others."""
 NOT_IN_SPACE = {
     "problem": ("no_contact", "remesh"),
-    "tools": ("spring",),
-    "steps": ("push", "control"),
+    "steps": ("control",),
 }
 """Keys that mean nothing in space yet, where they are given."""
+OF_SPACE = {"fixed": "z", "spring": "z rx ry", "push": "z mx my mz", "move": "z rx ry"}
+"""Axes that the plane has not, by the kind of the entry; ``by`` and ``velocity`` have those of ``move``."""
 _NOTHING = (None, False, "off")
 
 
@@ -31,12 +32,12 @@ def findings(p: Any) -> Iterator[Finding]:
     for path, owner in owners:
         yield from _normals(p, owner, path, solid)
         yield from _loads(owner, path, p.space, 3 if solid else 2)
-        for kind in ("fixed", "move", "by", "velocity", "feed"):
+        for kind in ("fixed", "move", "by", "velocity", "feed", "push"):
             for name, given in getattr(owner, kind, {}).items():
-                axis = "rz" if solid else "z"
-                if getattr(given, axis, None) is not None:
-                    words = "tools do not turn in space yet" if solid else _no_z(p, kind)
-                    yield Finding((*path, kind, name, axis), words, at_key=True)
+                yield from _axes(p, (*path, kind, name), kind, given)
+    for name, tool in p.tools.items():
+        if tool is not None:
+            yield from _axes(p, ("tools", name, "spring"), "spring", tool.spring)
     if not solid:
         return
     for path, owner in owners:
@@ -71,11 +72,18 @@ def _loads(owner: Any, path: tuple[str | int, ...], space: str, dimension: int) 
             yield Finding((*path, *place), f"the {what} has {dimension} components in {space}, not {len(components)}")
 
 
-def _no_z(p: Any, kind: str) -> str:
-    """What to write in the plane instead."""
-    remedy = "write 'x', 'y', 'xy'" if kind == "fixed" else "write 'x', 'y' or 'rz'"
+def _axes(p: Any, path: tuple[str | int, ...], kind: str, given: Any) -> Iterator[Finding]:
+    """Axes of an entry that the space of a problem has not, and what to write instead."""
+    if p.space == "solid":
+        if kind == "push" and getattr(given, "m", None) is not None:
+            yield Finding((*path, "m"), "in space a moment is about an axis: write 'mx', 'my' or 'mz'", at_key=True)
+        return
+    remedy = {"fixed": "write 'x', 'y', 'xy'", "push": "write 'x', 'y' or 'm'"}.get(kind, "write 'x', 'y' or 'rz'")
     about = " In axisymmetry x is the radius and y the axis" if p.space == "axisymmetric" else ""
-    return f"'z' is an axis of 'space: solid'; {remedy}.{about}"
+    for key in OF_SPACE.get(kind, OF_SPACE["move"]).split():
+        if getattr(given, key, None) is not None:
+            is_of = "is an axis of" if key == "z" else "turns a tool about an axis of"
+            yield Finding((*path, key), f"{key!r} {is_of} 'space: solid'; {remedy}.{about}", at_key=True)
 
 
 def _not_yet(owner: Any, kind: str, path: tuple[str | int, ...]) -> Iterator[Finding]:
@@ -113,7 +121,6 @@ def _tools(p: Any, dimension: int) -> Iterator[Finding]:
             if given is not None and len(given) != dimension:
                 yield Finding(("tools", name, key), f"{key} has {len(given)} components; {p.space} has {dimension}")
         if dimension == 3:
-            yield from _not_yet(tool, "tools", ("tools", name))
             placed = tool.touching or tool.above or tool.below
             if tool.direction_key and getattr(tool, tool.direction_key) is None and not placed:
                 yield Finding(("tools", name), f"give {tool.direction_key!r}: where the face looks in space")

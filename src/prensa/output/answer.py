@@ -28,7 +28,8 @@ Table = Mapping[str, NDArray[Any]]
 class Peak(NamedTuple):
     """The largest force, or moment, of a tool: ``value`` in ``unit`` along ``axis``.
 
-    ``axis``: x, y or rz; empty where the tool moves along both axes or turns, and the value is the size of the force.
+    ``axis``: x, y, z, rx, ry or rz; empty where the tool moves along several axes or turns, and the value is the size of the
+    force, or turns about several, and that of the moment.
     ``travel`` in ``travel_unit``: how far the tool was from its first place, None of a tool at rest; ``whole``: how often the
     whole part, with its mirror images, has that force, None where it is no multiple.
     """
@@ -224,7 +225,7 @@ def _gone(table: Table, problem: Problem, step: Step, tool: str = "") -> str:
             continue
         planned = _planned(step, name, dict(zip(columns, start)))
         turns = not any(gone[:d])
-        way, whole = (gone[-1], planned[-1]) if turns else (math.hypot(*gone[:d]), math.hypot(*planned[:d]))
+        way, whole = (math.hypot(*v[d:] if turns else v[:d]) for v in (gone, planned))
         of = f" of {abs(whole):.4g}" if whole else ""
         return f"after {abs(way):.4g} {'rad' if turns else length_unit(problem)}{of}"
     return ""
@@ -250,43 +251,59 @@ def _way(table: Table, tool: str, problem: Problem) -> str:
     ways = place_columns(problem)[: directions(problem)]
     most = max(sizes[c] for c in ways)
     along = "".join(c[1] for c in ways if sizes[c] > NEGLIGIBLE * most)
-    return along or ("rz" if sizes["rz"] else "")
+    return along or turning_about(table, tool, problem)
+
+
+def turning_about(table: Table, tool: str, problem: Problem) -> str:
+    """Motion, rx, ry or rz, by which a tool turns most in a run; nothing of one that does not turn."""
+    turns = place_columns(problem)[directions(problem) :]
+    most = max(turns, key=lambda c: float(np.abs(table[f"{tool}.{c}"]).max(initial=0.0)))
+    return most if table[f"{tool}.{most}"].any() else ""
 
 
 def _peak(table: Table, case: Case, tool: str, way: str, moment: bool) -> Peak | None:
-    problem = case.problem
+    problem, d = case.problem, directions(case.problem)
     round_ = problem.space == "axisymmetric"
-    turned = table[f"{tool}.rz"]
-    if moment and (round_ or not turned.any()):
+    turns = turning_about(table, tool, problem)
+    if moment and (round_ or not turns):
         return None
-    axis = "rz" if moment else "y" if round_ else way if way in ("x", "y", "z") else ""
-    column = {"rz": "mz", "x": "fx", "y": "fy", "z": "fz"}.get(axis)
-    values = table[f"{tool}.{column}"] if column else size_of_force(table, tool, problem)
+    kinds, places = (columns(problem)[d:] if moment else columns(problem)[:d] for columns in (force_columns, place_columns))
+    alone = sum(bool(table[f"{tool}.{c}"].any()) for c in places) == 1
+    axis = (turns if alone else "") if moment else "y" if round_ else way if way in ("x", "y", "z") else ""
+    columns = [c for c in kinds if not axis or c[1] == axis[-1]]
+    values = table[f"{tool}.{columns[0]}"] if len(columns) == 1 else _size(table, tool, columns)
     if not np.isfinite(values).any():
         return None
     k = int(np.nanargmax(np.abs(values)))
-    gone = [float(table[f"{tool}.{c}"][k]) for c in place_columns(problem)[: directions(problem)]]
-    turns = moment or way == "rz"
-    travel = None if not way else abs(float(turned[k])) if turns else math.hypot(*gone)
+    turned = moment or way == turns
+    gone = [float(table[f"{tool}.{c}"][k]) for c in (place_columns(problem)[d:] if turned else place_columns(problem)[:d])]
+    travel = math.hypot(*gone) if way else None
     return Peak(
         tool, "moment" if moment else "force", axis, float(values[k]), moment_unit(problem) if moment else force_unit(problem),
-        travel, "rad" if turns else length_unit(problem), str(table["step"][k]), int(table["increment"][k]),
-        float(table["time"][k]), _whole(case.output.mirror, axis),
+        travel, "rad" if turned else length_unit(problem), str(table["step"][k]), int(table["increment"][k]),
+        float(table["time"][k]), None if axis == "rz" and d == 2 else _whole(case.output.mirror, axis),
     )  # fmt: skip
 
 
 def size_of_force(table: Table, tool: str, problem: Problem) -> NDArray[Any]:
     """Size (n,) of a tool's force in each increment."""
-    return np.asarray(np.linalg.norm([table[f"{tool}.{c}"] for c in force_columns(problem)[: directions(problem)]], axis=0))
+    return _size(table, tool, force_columns(problem)[: directions(problem)])
+
+
+def _size(table: Table, tool: str, columns: Iterable[str]) -> NDArray[Any]:
+    return np.asarray(np.linalg.norm([table[f"{tool}.{c}"] for c in columns], axis=0))
 
 
 def _whole(mirror: Iterable[str], axis: str) -> int | None:
-    """How often the whole part has a force along an axis: each mirror doubles it that lies along the axis.
+    """How often the whole part has a force along an axis, or a moment about one in space: each mirror that doubles it counts.
 
-    Across it the images press against each other, as two dies do.
+    Those of a force lie along the axis; across it the images press against each other, as two dies do. Of a tool that turns
+    about an axis mirrors across that show the rest, while those along it show another tool, which turns the other way.
     """
-    across = {"x": {"left", "right"}, "y": {"bottom", "top"}, "z": {"back", "front"}}.get(axis)
-    return None if across is None else 2 ** len(set(mirror) - across)
+    across = {"x": {"left", "right"}, "y": {"bottom", "top"}, "z": {"back", "front"}}.get(axis[-1:])
+    if across is None:
+        return None
+    return 2 ** len(set(mirror) - across if len(axis) == 1 else set(mirror) & across)
 
 
 # ------------------------------------------------------------------------------------------------------------- numbers

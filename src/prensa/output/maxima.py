@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -111,11 +112,13 @@ def _of_tools(stored: Stored, problem: Problem) -> Iterator[Maximum]:
             k = int(np.argmax(np.abs(values)))
             what = f"force {names['xyz'.index(c[1])]}"
             yield Maximum(what, tool, float(values[k]), style.force_unit(problem), None, *_when(stored, k))
-    for tool in problem.tools:
-        moment = history[f"{tool}.mz"]
-        if not round_ and history[f"{tool}.rz"].any() and moment.any():
+    turns = list(zip(place_columns(problem), force_columns(problem)))[directions(problem) :]
+    for tool, (turn, c) in product(problem.tools, turns):
+        moment = history[f"{tool}.{c}"]
+        if not round_ and history[f"{tool}.{turn}"].any() and moment.any():
             k = int(np.argmax(np.abs(moment)))
-            yield Maximum("moment", tool, float(moment[k]), style.moment_unit(problem), None, *_when(stored, k))
+            what = "moment" if len(turns) == 1 else f"moment {c[1]}"
+            yield Maximum(what, tool, float(moment[k]), style.moment_unit(problem), None, *_when(stored, k))
 
 
 def _of_contacts(stored: Stored, problem: Problem) -> Iterator[Maximum]:

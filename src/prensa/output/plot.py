@@ -19,6 +19,7 @@ from prensa.measures.columns import directions, place_columns
 from prensa.model.names import suggest
 from prensa.model.problem import Problem
 from prensa.output import style
+from prensa.output.answer import turning_about
 from prensa.output.cells import MOST_EDGES, around, outline, triangles
 from prensa.output.maxima import leading_tool
 from prensa.output.outline import outlines
@@ -412,8 +413,8 @@ def force_stroke(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figur
     leading = leading_tool(history, problem)
     history = _from_zero(history)
     along, label = _stroke(history, problem, leading)
-    turning = [t for t in problem.tools if problem.space != "axisymmetric" and np.any(history[f"{t}.rz"])
-               and np.any(history[f"{t}.mz"])]  # fmt: skip
+    about = {t: turning_about(history, t, problem) for t in problem.tools if problem.space != "axisymmetric"}
+    turning = {t: f"{t}.m{turn[1]}" for t, turn in about.items() if turn and np.any(history[f"{t}.m{turn[1]}"])}
     with style.styled():
         figure, panels = _figure(4.5, 5.4 if turning else 3.7, rows=2 if turning else 1, sharex=True)
         axes, below = panels if turning else (panels, None)
@@ -423,9 +424,9 @@ def force_stroke(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figur
                 axes.axvline(at, ymax=0.03, color=style.BLACK, linewidth=0.6)
         axes.set_ylabel(f"force on the tool ({style.force_unit(problem)})")
         if below is not None:
-            for tool in turning:
+            for tool, column in turning.items():
                 i = list(problem.tools).index(tool)
-                below.plot(*broken(along, history[f"{tool}.mz"]), color=style.CYCLE[i % len(style.CYCLE)])
+                below.plot(*broken(along, history[column]), color=style.CYCLE[i % len(style.CYCLE)])
             below.set_ylabel(f"moment ({style.moment_unit(problem)})")
             below.axhline(0.0, color=style.BLACK, linewidth=0.6)
         (below or axes).set_xlabel(label)
@@ -561,14 +562,14 @@ def _from_zero(history: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
 def _stroke(history: Mapping[str, Array], problem: Problem, tool: str | None) -> tuple[Array, str]:
     """Abscissa of forces and its label: travel of a tool along the axis on which it moves most, made positive."""
     if tool is not None:
-        ways, turn = place_columns(problem)[: directions(problem)], history[f"{tool}.rz"]
+        ways, about = place_columns(problem)[: directions(problem)], turning_about(history, tool, problem)
         k = max(range(len(ways)), key=lambda k: (np.abs(history[f"{tool}.{ways[k]}"]).max(initial=0.0), k == 1))
         u = history[f"{tool}.{ways[k]}"]
         if np.any(u):
             name = style.axes_names(problem)[k]
             return _positive(u), f"travel of {tool} along {name} ({style.length_unit(problem)})"
-        if np.any(turn):
-            return _positive(turn), f"rotation of {tool} (rad)"
+        if about:
+            return _positive(history[f"{tool}.{about}"]), f"rotation of {tool} (rad)"
     return history["time"], "time"
 
 

@@ -95,10 +95,13 @@ class ProgressBar(Display):
             return f"{name} {axis} {force:.4g}"
         text = f"{name} {axis} {shown(force, force_unit(p), both=False)}"
         place = progress.places.get(name)
-        gone = 0.0 if place is None else math.hypot(*place[: len(place) // 2 + len(place) % 2])
-        if place is None or not (gone or place.rz):
+        if place is None:
             return text
-        return f"{text} at {shown(gone, length_unit(p))}" if gone else f"{text} at {shown(abs(place.rz), 'rad')}"
+        d = len(place) // 2 + len(place) % 2
+        gone, turned = math.hypot(*place[:d]), math.hypot(*place[d:])
+        if not (gone or turned):
+            return text
+        return f"{text} at {shown(gone, length_unit(p))}" if gone else f"{text} at {shown(turned, 'rad')}"
 
 
 def _krylov(progress: Progress) -> str:

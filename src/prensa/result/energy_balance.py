@@ -25,7 +25,7 @@ def energies_after(system: System, c: Context, u: Array, e: Evaluation, work: Ar
     """
     old = c.state
     pushed = system.surfaces_at(old.clock.time)
-    way = u - old.u if c.through_air is None else u - old.u - c.through_air
+    way = system.way(old.u, u) if c.through_air is None else system.way(old.u, u) - c.through_air
     # Trapezoid: what forces do that jump within the increment is in the imbalance, from which `jump_of` reads when they did.
     external = old.energy.external + 0.5 * float((old.work + work) @ way)
     elastic, plastic, friction = system.elastic_energy(e.history), system.plastic_work(e.history), old.energy.friction
@@ -56,7 +56,7 @@ def tool_work(system: System, c: Context, u: Array, work: Array) -> Array:
     As `energies_after` counts it: what a spring stores between a tool and its mount is work of the mount too.
     """
     old, count = c.state, len(system.tools)
-    way = u - old.u if c.through_air is None else u - old.u - c.through_air
+    way = system.way(old.u, u) if c.through_air is None else system.way(old.u, u) - c.through_air
     each = 0.5 * (old.work + work) * way
     for dof, (stiffness, _) in c.plan.springs.items():
         each[dof] += 0.5 * (work[dof] ** 2 - old.work[dof] ** 2) / stiffness

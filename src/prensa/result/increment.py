@@ -79,7 +79,7 @@ class ToolState:
     place: Place
     force: Force
     direction: tuple[float, ...] = (0.0, -1.0)
-    spring: Force | None = None
+    spring: Force | SpatialForce | None = None
     work: float = 0.0
 
 

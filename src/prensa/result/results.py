@@ -189,8 +189,9 @@ def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolSt
         mounted = getattr(tool.description, "spring", None)
         spring = None
         if mounted is not None:
-            given = [getattr(mounted, key) is not None for key in ("x", "y", "rz")]
-            spring = Force(*(float(v) if g else 0.0 for v, g in zip(system.place_of(t, e.f_ext), given)))
+            given = [getattr(mounted, key) is not None for key in system.dofs.tool.components]
+            on_it = (float(v) if g else 0.0 for v, g in zip(system.place_of(t, e.f_ext), given))
+            spring = FORCE_IN[system.dofs.dimension](*on_it)
         out[tool.name] = ToolState(
             tool.at,
             PLACE[system.dofs.dimension](*map(float, system.place_of(t, state.u))),

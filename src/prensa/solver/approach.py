@@ -93,7 +93,7 @@ def _looks(system: System, s: Surface, state: State, plan: StepPlan, end: float,
         return 1
     dof = int(system.tool_masters[s.against].dofs[0])
     place = dict(zip(plan.moved.tolist(), plan.motion(end).tolist()))
-    way = float(np.hypot(place[dof] - state.u[dof], place[dof + 1] - state.u[dof + 1]))
+    way = float(np.hypot.reduce([place[k] - state.u[k] for k in range(dof, dof + system.dofs.dimension)]))
     return min(1 + int(2 * way / radius), most)
 
 
@@ -142,11 +142,11 @@ def approach_of_tools(system: System, c: Context, policy: Policy = DEFAULT) -> A
 
 def _meets_nothing(tool: str, force: Array, dimension: int) -> str:
     turns = not force[:dimension].any()
-    way = (
-        f"is turned {'counter-' if force[2] > 0 else ''}clockwise by a moment"
-        if turns
-        else f"is pushed along {np.round(force[:2] / np.linalg.norm(force), 6).tolist()}"
-    )
+    way = f"is pushed along {np.round(force[:dimension] / np.linalg.norm(force), 6).tolist()}"
+    if turns and dimension == 2:
+        way = f"is turned {'counter-' if force[2] > 0 else ''}clockwise by a moment"
+    elif turns:
+        way = f"is turned by a moment about {np.round(force[dimension:] / np.linalg.norm(force), 6).tolist()}"
     return (
         f"tool {tool!r} {way} but touches nothing there; check the sign of its {'moment' if turns else 'force'} and where it "
         "is placed"
@@ -217,7 +217,7 @@ def first_clamped(system: System, c: Context, loose: list[Loose], policy: Policy
 def _near(system: System, c: Context, loose: list[Loose], u: Array, policy: Policy) -> bool:
     """Whether bodies moved not more than ten times the largest tool motion (rotation makes levers): none was squeezed out."""
     way = u - c.state.u
-    tools = np.abs(system.dofs.tool.of(way)[:, :2]).max()
+    tools = np.abs(system.dofs.tool.of(way)[:, : system.dofs.dimension]).max()
     return all(np.abs(system.displacement(way)[b.nodes]).max() <= policy.max_approach_ratio * tools for b in loose)
 
 
@@ -233,7 +233,7 @@ def _brought(system: System, c: Context) -> Iterator[int]:
     for master in system.tool_masters.values():
         own = system.against(master.name)
         if own and not any(were_closed(c.state, s) for s in own):
-            yield from (dof for dof in master.dofs[:2].tolist() if dof in c.plan.push)
+            yield from (dof for dof in master.dofs[: master.dimension].tolist() if dof in c.plan.push)
 
 
 # ------------------------------------------------------------------------------------------------ initial overlap

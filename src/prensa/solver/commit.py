@@ -43,12 +43,13 @@ def committed(
     stability, softest = looked(stability, old, result, stabilisation.policy)
     if ended and result.recover is not None:
         result.u, result.recover = result.recover(), None
-    step, step_start = (c.plan.number + 1, result.u) if ended else (c.plan.number, old.step_start)
+    u = system.step_begun(result.u) if ended else result.u
+    step, step_start = (c.plan.number + 1, u) if ended else (c.plan.number, old.step_start)
     nodal = system.dofs.displacement.slice
     difference, damping = old.damped_difference(du, c.dt, nodal)
     clock = Clock(step, old.clock.number + 1, c.time, dt, damping)
     return State(
-        u=result.u, du=du, dt_last=0.0 if ended or c.brought_into_contact else c.dt, second_difference=difference,
+        u=u, du=du, dt_last=0.0 if ended or c.brought_into_contact else c.dt, second_difference=difference,
         history=e.history, contact=contact,
         lam=lam, energy=energy, work=work, clock=clock,
         step_start=step_start, release=None if c.time >= c.plan.t1 else old.release,

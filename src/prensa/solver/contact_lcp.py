@@ -182,7 +182,8 @@ def held_by_friction(eq: Equilibrium, e: Evaluation) -> bool:
         if law is None or law.frictionless:
             continue
         free = ~np.isin(s.dofs[0, s.of_master], eq.reduced.fixed)
-        by_gap, by_way = (np.abs(of).max(axis=0, initial=0.0)[s.of_master] for of in (f.stencils.dg, f.stencils.ds[:, 0]))
+        by_gap, by_way = (np.abs(of).max(axis=0, initial=0.0)[..., s.of_master] for of in (f.stencils.dg, f.stencils.ds))
+        by_way = by_way.max(axis=0)
         if (free & (by_gap <= NEGLIGIBLE * by_way)).any():
             return True
     return False

@@ -155,9 +155,9 @@ def _what_holds(failure: FreeToMove) -> str:
                 f"the reference point of {tool!r} ('at') over what supports it, more of the contact surface under it, or no "
                 "'m' in its 'push': without it, the tool does not turn"
             )
-        case ToolRunaway(axis="rz"):
+        case ToolRunaway(axis=axis) if axis.startswith("r"):
             return (
-                "a prescribed rotation ('rz' in 'move'), or a spring on it; for a tool that rolls: shorter elements in "
+                f"a prescribed rotation ('{axis}' in 'move'), or a spring on it; for a tool that rolls: shorter elements in "
                 "contact, so that some points stick, or more friction"
             )
     return (
@@ -221,12 +221,12 @@ def _free_tools(eq: Equilibrium) -> Iterator[str]:
     for t, tool in enumerate(system.tools):
         dofs = zip(system.dofs.tool.components, system.dofs.tool.dofs(t).tolist())
         pushed = [axis for axis, dof in dofs if dof in c.plan.push]
-        if not pushed or system.dofs.dimension != 2:
+        if not pushed:
             continue
         own = system.against(tool.name)
         if all(system.nodes_seen(s, c.state.u).g.min() > CLOSED * s.points.depth.min() for s in own):
             yield f"tool {tool.name!r} touches nothing and is driven by force along {' and '.join(pushed)}"
-        elif system.dofs.tool.dofs(t)[-1] in c.plan.push and np.isfinite(tool.shape.period):
+        elif system.dofs.dimension == 2 and pushed[-1] == "rz" and np.isfinite(tool.shape.period):
             yield f"tool {tool.name!r} is free to turn, and as it is round only friction resists that"
 
 

@@ -48,7 +48,7 @@ def stages(system: System) -> Iterator[Stage]:
         end = start.copy()
         end[plan.fixed] = plan.values(plan.t1)
         yield Stage(plan, before, start, known, end, after)
-        start, known, before = end, after, plan
+        start, known, before = system.step_begun(end), after, plan
 
 
 class Moment(NamedTuple):

@@ -9,6 +9,7 @@ import numpy as np
 from prensa.friction.fading import Fading, fading
 from prensa.friction.law import FrictionLaw
 from prensa.model import problem as model
+from prensa.model.fields import force_along
 from prensa.model.seconds import duration_of
 from prensa.system.control import FACTOR
 from prensa.system.interference import share_groups
@@ -81,6 +82,8 @@ def plan_step(system: System, number: int, step_start: Array, ends: Array | None
                     )
             else:
                 groups.append(_tool_group(step, name, key, dof, step_start, number))
+    if len(own := system.dofs.orientation(np.arange(system.dofs.tool.count)).ravel()):
+        groups.append(Prescribed(own, step_start[own].copy()))
     if gone:
         multipliers = [np.arange(s.unknowns.start, s.unknowns.stop) for s in system.surfaces or system.removed if s.exact]
         groups += [Prescribed(dofs, np.zeros(len(dofs))) for dofs in multipliers]
@@ -210,7 +213,7 @@ def _push_before(p: model.Problem, tool: str, key: str, number: int, ends: Ends)
 
 
 def _push(p: model.Problem, tool: str, key: str, number: int) -> float | Table | None:
-    return getattr(p.steps[number].push.get(tool), "m" if key == "rz" else key, None)
+    return getattr(p.steps[number].push.get(tool), force_along(p.space, key), None)
 
 
 def _history(sources: list[tuple[int, float | Table | None]], number: int, ends: Ends) -> Amplitude:

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from prensa.errors import coordinates
+from prensa.model.fields import force_along, motions_in
 from prensa.system.planning import plan_step
 from prensa.system.schedule import StepPlan
 from prensa.system.self_equilibrated import self_equilibrated_forces, self_equilibrated_stiffness
@@ -107,21 +108,23 @@ def _rolling(system: System, state: State, plan: StepPlan) -> list[int]:
 
     Such a tool was held for want of a word; the moment that it has belongs to the points that it leaves behind as it rolls.
     """
-    if system.dofs.dimension != 2:
-        return []
+    d, space = system.dofs.dimension, system.problem.space
     now, earlier = system.problem.steps[plan.number], system.problem.steps[: plan.number]
     way = np.zeros(system.ndof)
     way[plan.fixed] = plan.values(plan.t1) - plan.values(plan.t0)
     out = []
     for t, name in enumerate(system.problem.tools):
-        (dx, dy, _), (fx, fy, _) = system.place_of(t, way), system.place_of(t, state.work)
-        said = any(
-            getattr(kind.get(name), key, None) is not None
-            for step in earlier
-            for kind, key in ((step.move, "rz"), (step.velocity, "rz"), (step.push, "m"))
-        )
-        if getattr(now.push.get(name), "m", None) == 0 and not said and abs(dx * fy - dy * fx) > abs(dx * fx + dy * fy):
-            out.append(int(system.dofs.tool.dofs(t)[2]))
+        goes, force = (system.place_of(t, v)[:d] for v in (way, state.work))
+        about = np.atleast_1d(np.cross(goes, force)) if d == 3 else [goes[0] * force[1] - goes[1] * force[0]]
+        for turn, moment, dof in zip(motions_in(space)[d:], about, system.dofs.tool.dofs(t)[d:].tolist()):
+            key = force_along(space, turn)
+            said = any(
+                getattr(kind.get(name), word, None) is not None
+                for step in earlier
+                for kind, word in ((step.move, turn), (step.velocity, turn), (step.push, key))
+            )
+            if getattr(now.push.get(name), key, None) == 0 and not said and abs(moment) > abs(goes @ force):
+                out.append(dof)
     return out
 
 

@@ -163,6 +163,7 @@ class Earlier:
             if self.tool(tool.name, tool.description) is not None:
                 number = list(self.system.problem.tools).index(tool.name)
                 out[system.dofs.tool.dofs(t)] = self.system.place_of(number, values)
+                out[system.dofs.orientation(t)] = values[self.system.dofs.orientation(number)]
         return out
 
 

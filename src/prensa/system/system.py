@@ -13,6 +13,7 @@ import numpy as np
 from prensa.contact.cut import PIERCED, Cut, corners_of, cut, cuts_of
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.masters import Committed, Master, RigidMaster, Seen, SideMaster
+from prensa.contact.pairing import rotation, rotation_vector
 from prensa.contact.record import ContactRecord
 from prensa.contact.recovery import recover
 from prensa.contact.stencil import Stencils
@@ -159,7 +160,8 @@ class System:
     @cached_property
     def tool_masters(self) -> dict[str, RigidMaster]:
         """Those of them that are rigid tools."""
-        return {tool.name: RigidMaster(tool, t, self.dofs.tool.dofs(t)) for t, tool in enumerate(self.tools)}
+        dofs = self.dofs
+        return {tool.name: RigidMaster(tool, t, dofs.tool.dofs(t), dofs.orientation(t)) for t, tool in enumerate(self.tools)}
 
     @cached_property
     def tool_contacts(self) -> list[Surface]:
@@ -173,6 +175,26 @@ class System:
     def place_of(self, t: int, u: Array) -> Array:
         """Displacement and rotation of tool number t."""
         return self.dofs.tool.of(u)[t]
+
+    def step_begun(self, u: Array) -> Array:
+        """Degrees of freedom (ndof,) with the rotations of tools in space counted from where they are, as at a step's start."""
+        if self.dofs.dimension == 2 or not self.tools:
+            return u
+        u = u.copy()
+        for t in range(len(self.tools)):
+            own, turns = self.dofs.orientation(t), self.dofs.tool.dofs(t)[3:]
+            u[own] = np.append(u[turns], rotation_vector(rotation(u[np.append(turns, own)]), np.zeros(3)))
+        return u
+
+    def way(self, before: Array, after: Array) -> Array:
+        """Change (ndof,) of degrees of freedom on which forces do work: the rotations of tools are those about axes in space."""
+        out = after - before
+        for t in range(len(self.tools) if self.dofs.dimension == 3 else 0):
+            turns = self.dofs.tool.dofs(t)[3:]
+            own = np.append(turns, self.dofs.orientation(t))
+            if out[turns].any():
+                out[turns] = rotation_vector(rotation(after[own]) @ rotation(before[own]).T, out[turns])
+        return out
 
     def displacement(self, u: Array) -> Array:
         """Displacements (n, d) of the nodes, a view."""

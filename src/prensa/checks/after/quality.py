@@ -11,6 +11,7 @@ from prensa.checks.thresholds import NOTABLE_DEPTH, SLIGHT
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.record import magnitude
 from prensa.errors import Finding, coordinates
+from prensa.model.fields import motions_in
 from prensa.model.problem import Problem, Step
 from prensa.system.system import System
 
@@ -95,7 +96,7 @@ def soft_springs(system: System, given: Committed) -> Iterator[Finding]:
     if not plan.springs or not _by_springs_alone(system):
         return
     for t, tool in enumerate(system.tools):
-        for axis, dof in zip(("x", "y", "rz"), system.dofs.tool.dofs(t).tolist()):
+        for axis, dof in zip(system.dofs.tool.components, system.dofs.tool.dofs(t).tolist()):
             stiffness, mount = plan.springs.get(dof, (0.0, None))
             way = mount(plan.t1) if mount is not None and mount(plan.t1) != mount(plan.t0) else 0.0
             if abs(u[dof]) < SLIGHT * abs(way):
@@ -111,7 +112,7 @@ def _by_springs_alone(system: System) -> bool:
     p = system.problem
     owners: list[Problem | Step] = [p, *p.steps]
     for owner in owners:
-        held = [v for f in owner.fixed.values() for v in (f.x, f.y)]
+        held = [v for f in owner.fixed.values() for v in (f.x, f.y, f.z)]
         if owner.loads or owner.body_force or any(v not in (None, "held") for v in held):
             return False
     for step in p.steps:
@@ -120,7 +121,7 @@ def _by_springs_alone(system: System) -> bool:
         for kind in ("move", "by", "velocity"):
             for name, motion in getattr(step, kind).items():
                 spring = p.tools[name].spring
-                given = [axis for axis in ("x", "y", "rz") if getattr(motion, axis)]
+                given = [axis for axis in motions_in(p.space) if getattr(motion, axis)]
                 if any(getattr(spring, axis, None) is None for axis in given):
                     return False
     return True

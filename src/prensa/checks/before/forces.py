@@ -10,6 +10,7 @@ from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
 from prensa.materials.flow_curve import stress_at
 from prensa.materials.material import Material
+from prensa.model.fields import motions_in
 from prensa.system.system import System
 
 CRUSHED = 50.0
@@ -25,7 +26,7 @@ def pushes(system: System) -> Iterator[Finding]:
     p = system.problem
     for i, step in enumerate(p.steps):
         for name, push in step.push.items():
-            for axis, key in enumerate("xy"):
+            for axis, key in enumerate(motions_in(p.space)[: system.dofs.dimension]):
                 value = getattr(push, key)
                 most = max(abs(v) for _, v in value) if isinstance(value, tuple) else abs(value or 0.0)
                 own = [s for s in system.surfaces if s.against == name]
@@ -33,7 +34,7 @@ def pushes(system: System) -> Iterator[Finding]:
                     continue
                 # The largest area that can bear the push, at the strength of metal that has flowed: what is beyond that by far
                 # is another unit.
-                bears = sum(_area(system, s, 1 - axis) * _strength(p.bodies[s.body].material) for s in own)
+                bears = sum(_area(system, s, axis) * _strength(p.bodies[s.body].material) for s in own)
                 if most > CRUSHED * bears > 0:  # along a flat surface nothing is pressed
                     yield Finding(
                         f"steps.{i}.push.{name}.{key}",
@@ -43,8 +44,11 @@ def pushes(system: System) -> Iterator[Finding]:
                     )
 
 
-def _area(system: System, s: Surface, across: int) -> float:
-    """Area of a contact surface as seen along an axis; ``across``: the other one."""
+def _area(system: System, s: Surface, axis: int) -> float:
+    """Area of a contact surface as seen along an axis."""
+    if system.dofs.dimension == 3:
+        return float(np.prod(np.delete(np.ptp(system.X[s.points.nodes], axis=0), axis)))
+    across = 1 - axis
     low, high = (float(v) for v in (system.X[s.points.nodes, across].min(), system.X[s.points.nodes, across].max()))
     if system.axisymmetric and across == 0:
         return float(np.pi * (high**2 - low**2))
@@ -62,7 +66,8 @@ def mounts(system: System) -> Iterator[Finding]:
     p = system.problem
     stiffness = system.stiffness / system.length
     for name, tool in p.tools.items():
-        for axis, unit in (("x", stiffness), ("y", stiffness), ("rz", stiffness * system.length**2)):
+        for axis in motions_in(p.space):
+            unit = stiffness if axis[0] != "r" else stiffness * system.length**2
             k = getattr(tool.spring, axis, None)
             if k is not None and k > STIFFEST_MOUNT * unit:
                 yield Finding(

@@ -9,6 +9,7 @@ import numpy as np
 from prensa.checks.check import StepBegun, warning
 from prensa.checks.thresholds import NO_DIFFERENCE, SLIGHT
 from prensa.errors import Finding
+from prensa.model.fields import force_along
 from prensa.system.moments import AXES, stages
 from prensa.system.planning import plan_step
 from prensa.system.schedule import Amplitude, StepPlan, Table, tabulated
@@ -100,7 +101,7 @@ def _differences(system: System, state: State, plan: StepPlan) -> Iterator[str]:
     ended = state.clock.time
     for dof, amplitude in plan.push.items():
         tool, component = (int(v) for v in system.dofs.tool.split(np.asarray(dof)))
-        key = "m" if system.dofs.tool.components[component] == "rz" else system.dofs.tool.components[component]
+        key = force_along(system.problem.space, system.dofs.tool.components[component])
         yield from _jump(f"push.{system.tools[tool].name}.{key}", amplitude, float(state.work[dof]), plan)
     for name, load in plan.loads.items():
         for key, course in load.courses.items():

@@ -9,6 +9,7 @@ import numpy as np
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding
 from prensa.model.feed import ends_early
+from prensa.model.fields import motions_in
 from prensa.model.units import factor
 from prensa.system.system import System
 
@@ -53,16 +54,16 @@ def lengths(system: System) -> Iterator[Finding]:
         # A step that ends early gives a travel that need not be reached.
         for kind in ("move", "by", "velocity", "control") if not ends_early(step) else ():
             for name, motion in getattr(step, kind).items():
-                for key in ("x", "y", "rz"):
+                for key in motions_in(system.problem.space):
                     value = getattr(motion, key)
                     most = (
                         max((abs(v) for _, v in value), default=0.0) if isinstance(value, tuple) else abs(value or 0.0)
                     )
                     path = f"steps.{i}.{kind}.{name}.{key}"
                     # Degrees are mostly written as multiples of five, and ten radians are more than one and a half turns.
-                    if key == "rz" and most >= 10 and most % 5 == 0:
+                    if key[0] == "r" and most >= 10 and most % 5 == 0:
                         yield Finding(path, f"a turn of {most:g} radians; for degrees write '{most:g} deg'")
-                    elif key != "rz" and most > 20 * size:
+                    elif key[0] != "r" and most > 20 * size:
                         yield Finding(
                             path, f"a travel of {most:.4g} {unit} past bodies of {size:.4g} {unit}; is the unit right?"
                         )

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from prensa.checks.check import Attempted, Failed, cut_by, ended_by
+from prensa.contact.pairing import rotation
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
 from prensa.linear.rigid_modes import free_to_move
@@ -200,29 +201,22 @@ def _through(system: System, s: Surface, start: Array, end: Array, policy: Polic
 
 def turned_through(system: System, state: State, u: Array, policy: Policy = DEFAULT) -> TurnedThrough | None:
     """A tool that turned far in a single increment, and through a body on the way; None if none did. Round ones may."""
+    d = system.dofs.dimension
     for s in system.tool_contacts:
-        if system.dofs.dimension != 2:
-            break
         master = system.tool_masters[s.against]
         tool, place = master.tool, master.place(u)
-        angle = float(place[2] - master.place(state.u)[2])
-        if not abs(angle) > MAX_TOOL_ROTATION:
+        turned = (system.place_of(master.number, u) - system.place_of(master.number, state.u))[d:]
+        angle = float(np.linalg.norm(turned))
+        if not angle > MAX_TOOL_ROTATION:
             continue
-        x = system.positions(u)[s.points.nodes] - tool.at - place[:2]
-        angles = place[2] - angle * np.linspace(
-            0.0, 1.0, 2 + int(min(abs(angle) / (0.5 * MAX_TOOL_ROTATION), policy.max_tunnel_samples))
-        )
-        depth = [float(-tool.shape.closest(x @ turn).g.min()) for turn in _turns(angles)]
+        x = system.positions(u)[s.points.nodes] - tool.at - place[:d]
+        shares = np.linspace(0.0, 1.0, 2 + int(min(angle / (0.5 * MAX_TOOL_ROTATION), policy.max_tunnel_samples)))
+        now = rotation(place[d:])
+        depth = [float(-tool.shape.closest(x @ (rotation(-share * turned) @ now)).g.min()) for share in shares]
         # The angles run back from the end of the increment: depth[0] is what contact left there, a penalty's penetration say.
         if max(depth) - max(depth[0], 0.0) > SWEPT_DEPTH_RATIO * float(s.points.depth.min()):
-            return TurnedThrough(tool.name, s.body, abs(angle))
+            return TurnedThrough(tool.name, s.body, angle)
     return None
-
-
-def _turns(angles: Array) -> Array:
-    """Matrices (k, 2, 2) that turn rows of vectors into frames turned by angles (k,)."""
-    c, d = np.cos(angles), np.sin(angles)
-    return np.stack([np.stack([c, -d], axis=1), np.stack([d, c], axis=1)], axis=1)
 
 
 def _in_tool(system: System, s: Surface, u: Array) -> Array:
