@@ -28,14 +28,14 @@ from prensa_bench.robustness.checks import (
 from prensa_bench.robustness.drawn import Drawn, Placed
 from prensa_bench.robustness.files import Record, Shape
 
-AXES = "xyz"
-AREA = 1e-4  # of the pressure on a node times its area, to the normal part of its force: areas of warped faces are integrated
-CONE = 1e-6  # of the bound by which friction may exceed it
-CLOSED = 0.15  # of the work: what an increment's path leaves open between work and stored and dissipated energies
-SIDES = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))  # of a brick
+XYZ = "xyz"
+FORCE_AND_AREA = 1e-4  # of the largest force at a node: what areas of warped faces leave between it and pressure times area
+BEYOND_CONE = 1e-6  # of the bound by which friction may exceed it
+OPEN_WORK = 0.15  # of the work: what an increment's path leaves open between work and stored and dissipated energies
+BRICK_SIDES = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))  # of a brick
 TETRAHEDRA = ((0, 1, 3, 4), (1, 2, 3, 6), (4, 6, 5, 1), (4, 7, 6, 3), (1, 3, 4, 6))  # of a brick
-CORNERS = np.array([(a, b, c) for c in (-1.0, 1.0) for a, b in ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))])
-GAUSS = 0.5 / np.sqrt(3.0)  # of a side, from its middle
+BRICK_SIGNS = np.array([(a, b, c) for c in (-1.0, 1.0) for a, b in ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))])
+GAUSS_PLACE = 0.5 / np.sqrt(3.0)  # of a side, from its middle
 
 
 class Touching(NamedTuple):
@@ -67,8 +67,8 @@ def wrong_with(d: Drawn, records: list[Record]) -> str:
 def seen_by(tool: Placed, name: str, record: Record, row: int, x: Array) -> tuple[Array, Array]:
     """Signed distance (k,) of points to a tool where the history says that it is, and outward normals (k, 3)."""
     h = record.history
-    R = turn(np.array([h[f"{name}.r{a}"][row] for a in AXES]))
-    gap, n = tool.outline((x - np.asarray(tool.at) - [h[f"{name}.u{a}"][row] for a in AXES]) @ R)
+    R = turn(np.array([h[f"{name}.r{a}"][row] for a in XYZ]))
+    gap, n = tool.outline((x - np.asarray(tool.at) - [h[f"{name}.u{a}"][row] for a in XYZ]) @ R)
     return gap, n @ R.T
 
 
@@ -84,7 +84,7 @@ def turn(v: Array) -> Array:
 
 def outer_faces(cells: Index) -> Index:
     """Faces (b, 4) that belong to one brick only."""
-    faces = np.concatenate([cells[:, side] for side in SIDES])
+    faces = np.concatenate([cells[:, side] for side in BRICK_SIDES])
     _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
     return faces[first[count == 1]]
 
@@ -93,8 +93,8 @@ def tributary(faces: Index, x: Array) -> Array:
     """∫ N dΓ (n,) of the nodes of bilinear faces of a shape x (n, 3), by four Gauss points a face."""
     area = np.zeros(len(x))
     a, b, c, d = (x[faces[:, k]] for k in range(4))
-    for s in (0.5 - GAUSS, 0.5 + GAUSS):
-        for t in (0.5 - GAUSS, 0.5 + GAUSS):
+    for s in (0.5 - GAUSS_PLACE, 0.5 + GAUSS_PLACE):
+        for t in (0.5 - GAUSS_PLACE, 0.5 + GAUSS_PLACE):
             along, across = (1 - t) * (b - a) + t * (c - d), (1 - s) * (d - a) + s * (c - b)
             piece = 0.25 * np.linalg.norm(np.cross(along, across), axis=1)
             for node, share in zip(faces.T, ((1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t)):
@@ -120,10 +120,10 @@ def touchings(d: Drawn, record: Record) -> Iterator[tuple[int, pr.Contact, Touch
             t = record.contacts[c.name][number]
             body = c.surface[0].partition(".")[0]
             nodes, x = t["node"].astype(np.int64), np.zeros_like(shape[body].X)
-            x[nodes] = np.stack([t[a] for a in AXES], axis=1)
+            x[nodes] = np.stack([t[a] for a in XYZ], axis=1)
             own = faces[body][np.isin(faces[body], nodes).all(axis=1)]
             gap, n = seen_by(d.tools[c.against], c.against, record, row, x[nodes])
-            force = np.stack([t[f"force_{a}"] for a in AXES], axis=1)
+            force = np.stack([t[f"force_{a}"] for a in XYZ], axis=1)
             yield row, c, Touching(nodes, x[nodes], gap, n, tributary(own, x)[nodes], force, _beside(own, x)[nodes])
 
 
@@ -166,12 +166,12 @@ def cone(d: Drawn, record: Record) -> str:
         table, at = record.contacts[c.name][int(record.history["increment"][row])], f"time {record.history['time'][row]:.4g}"
         normal = (t.force * t.normal).sum(axis=1)
         whole = float(np.abs(normal).max(initial=0.0))
-        if (off := np.abs(normal - t.area * table["pressure"])).max(initial=0.0) > AREA * whole:
+        if (off := np.abs(normal - t.area * table["pressure"])).max(initial=0.0) > FORCE_AND_AREA * whole:
             return f"{at}: {c.name}: the force of a node is {off.max() / whole:.1e} off its pressure times its area"
         sideways = np.linalg.norm(t.force - normal[:, None] * t.normal, axis=1)
-        if (over := sideways - d.mu[c.name] * normal).max(initial=0.0) > CONE * whole:
+        if (over := sideways - d.mu[c.name] * normal).max(initial=0.0) > BEYOND_CONE * whole:
             return f"{at}: {c.name}: friction is {over.max() / whole:.1e} of the largest force above its bound"
-        if (off := np.abs(sideways - t.area * np.abs(table["shear"]))).max(initial=0.0) > AREA * whole:
+        if (off := np.abs(sideways - t.area * np.abs(table["shear"]))).max(initial=0.0) > FORCE_AND_AREA * whole:
             return f"{at}: {c.name}: the friction of a node is {off.max() / whole:.1e} off its shear times its area"
     return ""
 
@@ -179,9 +179,9 @@ def cone(d: Drawn, record: Record) -> str:
 def balance(d: Drawn, record: Record) -> str:
     """Nodal contact forces against the force on each tool, tools against supports."""
     h = record.history
-    tool = {t: np.stack([h[f"{t}.f{a}"] for a in AXES], axis=1) for t in record.problem.tools}
+    tool = {t: np.stack([h[f"{t}.f{a}"] for a in XYZ], axis=1) for t in record.problem.tools}
     held = np.zeros((len(h["time"]), 3))
-    for k, a in enumerate(AXES):
+    for k, a in enumerate(XYZ):
         held[:, k] += sum(v for key, v in h.items() if key.startswith("fixed.") and key.endswith(f".f{a}"))
     nodal = {t: np.zeros_like(held) for t in tool}
     for row, c, t in touchings(d, record):
@@ -206,7 +206,7 @@ def moments(d: Drawn, record: Record) -> str:
         on_tool[c.against][row] += np.cross(t.x, t.force).sum(axis=0)
     told, force = {}, np.zeros(len(h["time"]))
     for name in on_tool:
-        u, f, m = (np.stack([h[f"{name}.{key}{a}"] for a in AXES], axis=1) for key in "ufm")
+        u, f, m = (np.stack([h[f"{name}.{key}{a}"] for a in XYZ], axis=1) for key in "ufm")
         told[name] = m + np.cross(np.asarray(d.tools[name].at) + u, f)
         force = np.maximum(force, np.linalg.norm(f, axis=1))
     reach = max([size, *(float(np.linalg.norm(d.tools[t].at)) for t in on_tool)])
@@ -234,7 +234,7 @@ def driven(d: Drawn, record: Record) -> str:
         return f"steps {list(dict.fromkeys(record.steps))} were made of {[s.name for s in record.problem.steps]}"
     for step in record.problem.steps:
         for name, asked in step.move.items():
-            for a in AXES:
+            for a in XYZ:
                 value, found = getattr(asked, a), h[f"{name}.u{a}"]
                 if value is not None and abs(found[last[step.name]] - value) > REACHED * max(np.abs(found).max(), abs(value)):
                     return f"step {step.name!r}: {name}.u{a} is {found[last[step.name]]:.6g} where {value:.6g} was asked"
@@ -252,13 +252,13 @@ def energy(d: Drawn, record: Record) -> str:
     work = np.zeros(len(h["time"]))
     for name in record.problem.tools:
         for key in ("u", "r"):
-            for a in AXES:
+            for a in XYZ:
                 force, way = (np.append(0.0, h[f"{name}.{c}{a}"]) for c in ("f" if key == "u" else "m", key))
                 work -= np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(way))
     if (off := np.abs(work - h["energy.external"]).max()) > WORK * whole:
         return f"external work is {off:.2e} off forces times paths, {whole:.2e}"
     rest = abs(h["energy.external"][-1] - sum(h[f"energy.{e}"][-1] for e in parts[1:]))
-    return f"stored and dissipated energies are {rest / whole:.0%} off the work" if rest > CLOSED * whole else ""
+    return f"stored and dissipated energies are {rest / whole:.0%} off the work" if rest > OPEN_WORK * whole else ""
 
 
 # ------------------------------------------------------------------------------------------------------------------- volume
@@ -285,7 +285,7 @@ def elements(d: Drawn, record: Record) -> str:
 
 def deformation(s: Shape) -> Array:
     """Deformation gradients (m, 3, 3) in the middle of bricks."""
-    X, x = (np.einsum("mai,aj->mij", v[s.cells], CORNERS) for v in (s.X, s.x))
+    X, x = (np.einsum("mai,aj->mij", v[s.cells], BRICK_SIGNS) for v in (s.X, s.x))
     return np.asarray(x @ np.linalg.inv(X))
 
 

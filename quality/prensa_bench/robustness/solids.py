@@ -15,7 +15,7 @@ from prensa_bench.robustness.drawn import Placed
 from prensa_bench.robustness.outlines import Corners, Outline, Round
 
 Place = tuple[float, float, float]
-SECTION = {"x": [2, 1], "z": [0, 1]}  # axes of the plane across a horizontal axis
+ACROSS = {"x": [2, 1], "z": [0, 1]}  # axes of the plane across a horizontal axis
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Prismatic:
 
     def __call__(self, x: Array) -> tuple[Array, Array]:
         """That of the section."""
-        across = SECTION[self.axis]
+        across = ACROSS[self.axis]
         gap, flat = self.section(x[:, across])
         n = np.zeros_like(x)
         n[:, across] = flat

@@ -18,8 +18,8 @@ from prensa.model.tables import DRIVEN, read_columns
 from prensa.model.units import FORCE, LENGTH, Displacement, Energy, Force, Moment
 from prensa.precision import NEGLIGIBLE
 
-OPPOSITE = {"x": ("left", "right"), "y": ("bottom", "top"), "z": ("back", "front")}
-IMAGES_BESIDE = {axis: tuple(s for other, pair in OPPOSITE.items() if other != axis for s in pair) for axis in OPPOSITE}
+OPPOSITE_SIDES = {"x": ("left", "right"), "y": ("bottom", "top"), "z": ("back", "front")}
+IMAGES_BESIDE = {axis: tuple(s for other, pair in OPPOSITE_SIDES.items() if other != axis for s in pair) for axis in OPPOSITE_SIDES}
 """Sides along which an axis lies: a mirror image there doubles the force along it; across it doubles the stroke."""
 Side = Literal["left", "right", "bottom", "top", "back", "front"]
 
@@ -69,7 +69,7 @@ class Press:
                 raise ValueError("the strokes of 'capacity' must increase strictly")
             if strokes[0] > 0.0:
                 raise ValueError(f"'capacity' begins at a stroke of {strokes[0]:g}; give it from 0 on, the tool's first place")
-        for pair in OPPOSITE.values():
+        for pair in OPPOSITE_SIDES.values():
             if sum(side in pair for side in self.mirror or ()) > 1:
                 raise ValueError(f"'mirror' names one side of {pair[0]!r} and {pair[1]!r} at most, once")
         return self

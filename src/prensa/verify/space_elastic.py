@@ -17,10 +17,10 @@ from prensa.types import Array
 from prensa.verify.space import imbalance
 from prensa.verify.table import Row, case, row
 
-E, NU, H, RADIUS = 1000.0, 0.3, 10.0, 10.0
+E, NU, H, BALL_RADIUS = 1000.0, 0.3, 10.0, 10.0
 E_STAR = E / (1.0 - NU**2)
-SHEAR = E / (2.0 * (1.0 + NU))
-CORNERS = ((0, 0), (1, 0), (1, 1), (0, 1))
+SHEAR_MODULUS = E / (2.0 * (1.0 + NU))
+LOWER_FACE = ((0, 0), (1, 0), (1, 1), (0, 1))
 """Nodes of the lower face of a brick along x and y."""
 
 
@@ -37,7 +37,7 @@ def bricks(x: Array, y: Array, z: Array) -> pr.Bricks:
     points = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
     number = np.arange(len(points)).reshape(len(x), len(y), len(z))
     a, b, c = (len(v) - 1 for v in (x, y, z))
-    cells = np.stack([number[i : a + i, j : b + j, k : c + k] for k in (0, 1) for i, j in CORNERS], axis=-1).reshape(-1, 8)
+    cells = np.stack([number[i : a + i, j : b + j, k : c + k] for k in (0, 1) for i, j in LOWER_FACE], axis=-1).reshape(-1, 8)
     at = {"left": (0, x[0]), "right": (0, x[-1]), "bottom": (1, y[0]), "top": (1, y[-1]), "back": (2, z[0])}
     named = {name: np.flatnonzero(points[:, axis] == value) for name, (axis, value) in at.items()}
     sides = {name: tuple(nodes.tolist()) for name, nodes in named.items()}
@@ -77,10 +77,11 @@ def rms(increment: Increment, semi_axes: tuple[float, float], p0: float) -> floa
 @case("Hertz, sphere on a block", suite="space", slow=True)
 def hertz(E_scale: float = 1.0) -> Iterator[Row]:
     """Force at the depths of a = 0.7 and 1 mm, 8 bricks a radius at the second, and pressures within 0.8 a."""
-    exact = [hertz_sphere(P, RADIUS, E, NU) for P in (50.0, 146.52)]
+    exact = [hertz_sphere(P, BALL_RADIUS, E, NU) for P in (50.0, 146.52)]
     side = lines(0.125, 1.125, H, 1.3)
     ways = [s.delta - tables.BLOCK_CORRECTION * s.P / (E_STAR * H) for s in exact]
-    p = block(bricks(side, upright(0.125, 1.0, 1.3), side), pr.Sphere(RADIUS, at=(0.0, H + RADIUS, 0.0)), pressed(*ways), E_scale)
+    ball = pr.Sphere(BALL_RADIUS, at=(0.0, H + BALL_RADIUS, 0.0))
+    p = block(bricks(side, upright(0.125, 1.0, 1.3), side), ball, pressed(*ways), E_scale)
     increments = list(pr.solve(p))
     for s, inc in zip(exact, increments):
         yield row(f"P (N), a = {s.a:.1f} mm", s.P, 4.0 * abs(inc.force("tool").y), 0.005)
@@ -109,14 +110,14 @@ def mindlin(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     tangential tractions: 2 % in the shift, a brick in the radius.
     """
     mu = 0.3 * mu_scale
-    s = hertz_sphere(20.0, RADIUS, E, NU)
+    s = hertz_sphere(20.0, BALL_RADIUS, E, NU)
     h = s.a / 6.0
     side = lines(h, 1.2 * s.a, H, 1.4)
     mesh = bricks(np.concatenate([-side[:0:-1], side]), upright(h, 0.8 * s.a, 1.4), side)
-    whole = 3.0 * 0.3 * s.P * (2.0 - NU) / (16.0 * SHEAR * s.a)
+    whole = 3.0 * 0.3 * s.P * (2.0 - NU) / (16.0 * SHEAR_MODULUS * s.a)
     slide = pr.Step("slide", move={"tool": pr.Motion(x=0.9 * whole)}, friction={"block.top-tool": pr.Coulomb(mu)}, increments=6)
     press = pressed(s.delta - tables.BLOCK_CORRECTION * s.P / (E_STAR * H))
-    p = block(mesh, pr.Sphere(RADIUS, at=(0.0, H + RADIUS, 0.0)), (*press, slide), E_scale, fixed={"block.back": "z"})
+    p = block(mesh, pr.Sphere(BALL_RADIUS, at=(0.0, H + BALL_RADIUS, 0.0)), (*press, slide), E_scale, fixed={"block.back": "z"})
     shifts, theory, forces, radii, stuck = [], [], [], [], []
     increments = list(pr.solve(p))
     for inc in increments[1:]:
@@ -144,7 +145,7 @@ def drag(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     p = pr.Problem(
         "drag", space="solid", friction=pr.Coulomb(0.3 * mu_scale),
         bodies={"block": pr.Body(mesh, pr.NeoHooke(E * E_scale, NU), "h8")},
-        tools={"tool": pr.Sphere(RADIUS, at=(0.0, H + RADIUS, 0.0))}, contacts=(pr.Contact("block.top", "tool"),),
+        tools={"tool": pr.Sphere(BALL_RADIUS, at=(0.0, H + BALL_RADIUS, 0.0))}, contacts=(pr.Contact("block.top", "tool"),),
         fixed={"block.back": "z", "block.bottom": "xyz"},
         steps=(pr.Step("press", move={"tool": pr.Motion(y=-1.0)}, increments=4), *shifts),
     )  # fmt: skip

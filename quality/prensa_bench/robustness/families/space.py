@@ -15,23 +15,23 @@ from prensa_bench.robustness.claims import sprung_back
 from prensa_bench.robustness.drawn import Drawn, Placed, Twin, friction, metal, number
 from prensa_bench.robustness.solids import Place, ball, cone, plate, punch, roll
 
-CELLS = (3, 6)  # bricks along an axis, at least and less than
-FINER = 1.5  # bricks of the second mesh for each of the first along an axis
-SAME_FORCE = 0.06  # of the two, under a plate
+BRICKS_ALONG = (3, 6)  # bricks along an axis, at least and less than
+FINER_BY = 1.5  # bricks of the second mesh for each of the first along an axis
+SAME_ON_FINER = 0.06  # of the two, under a plate
 SAME_TURNED = 1e-5  # of a problem that is turned about the upright axis
 ONE_IN = 10  # problems of which one is solved on a second mesh
-AXES = ("fx", "fy", "fz")
+FORCES_XYZ = ("fx", "fy", "fz")
 
 
 @dataclass(frozen=True)
 class QuarterTurn(Twin):
     """The same problem turned by 90° about y: what lay along x lies along −z, and what lay along z along x."""
 
-    axes: tuple[str, ...] = AXES
+    axes: tuple[str, ...] = FORCES_XYZ
 
     def forces(self, history: Mapping[str, Any], tool: str) -> dict[str, Any]:
         """Forces of a tool by axis, turned back."""
-        fx, fy, fz = (np.asarray(history[f"{tool}.{a}"]) for a in AXES)
+        fx, fy, fz = (np.asarray(history[f"{tool}.{a}"]) for a in FORCES_XYZ)
         return {"fx": -fz, "fy": fy, "fz": fx}
 
 
@@ -43,7 +43,7 @@ class Finer(Twin):
 
     def forces(self, history: Mapping[str, Any], tool: str) -> dict[str, Any]:
         """Forces of a tool by axis."""
-        return {a: np.asarray(history[f"{tool}.{a}"]) for a in AXES}
+        return {a: np.asarray(history[f"{tool}.{a}"]) for a in FORCES_XYZ}
 
 
 @dataclass(frozen=True)
@@ -88,9 +88,9 @@ def _twins(rng: np.random.Generator, p: pr.Problem, body: Body, tool: str) -> tu
     if not body.box:
         return ()
     if tool == "plate" and rng.random() < 1.0 / ONE_IN * 5:  # one in five bodies under a plate is a box that is drawn here
-        n = tuple(round(FINER * k) for k in body.mesh.n)
+        n = tuple(round(FINER_BY * k) for k in body.mesh.n)
         finer = replace(p, bodies={"body": replace(p.bodies["body"], mesh=replace(body.mesh, n=n))})
-        return (Finer(finer, tolerance=SAME_FORCE),)
+        return (Finer(finer, tolerance=SAME_ON_FINER),)
     turned = _turned(p, body)
     return (QuarterTurn(turned, tolerance=SAME_TURNED),) if turned is not None and rng.random() < 0.3 else ()
 
@@ -158,7 +158,7 @@ def _held(rng: np.random.Generator, quarter: bool) -> dict[str, Any]:
 
 def _sizes(rng: np.random.Generator) -> tuple[Array, tuple[int, int, int]]:
     size = rng.uniform(6.0, 14.0, 3)
-    n = tuple(int(k) for k in rng.integers(*CELLS, 3))
+    n = tuple(int(k) for k in rng.integers(*BRICKS_ALONG, 3))
     return size, (n[0], n[1], n[2])
 
 
@@ -190,7 +190,7 @@ def _cylinder(rng: np.random.Generator) -> tuple[str, Body]:
     quarter = rng.random() < 0.5
     part = "top-right" if quarter else "full"
     section = pr.Disc(radius=R, n=(2 * int(rng.integers(1, 3)), int(rng.integers(2, 4))), part=part)
-    mesh = pr.Extrusion(section=section, axis="y", length=H, n=int(rng.integers(*CELLS)))
+    mesh = pr.Extrusion(section=section, axis="y", length=H, n=int(rng.integers(*BRICKS_ALONG)))
     return ("quarter of a cylinder" if quarter else "cylinder"), _named(mesh, rng, R, H, quarter)
 
 
@@ -199,7 +199,7 @@ def _tube(rng: np.random.Generator) -> tuple[str, Body]:
     R, H = number(rng, 5.0, 9.0), number(rng, 5.0, 10.0)
     wall = number(rng, 0.3, 0.6) * R
     quarter = rng.random() < 0.6
-    section = pr.Rectangle(size=(wall, H), origin=(R - wall, 0.0), n=(int(rng.integers(2, 4)), int(rng.integers(*CELLS))))
+    section = pr.Rectangle(size=(wall, H), origin=(R - wall, 0.0), n=(int(rng.integers(2, 4)), int(rng.integers(*BRICKS_ALONG))))
     mesh = pr.Revolution(section=section, angle=np.pi / 2 if quarter else 2 * np.pi, n=5 if quarter else 16)
     return ("quarter of a tube" if quarter else "tube"), _named(mesh, rng, R, H, quarter)
 
