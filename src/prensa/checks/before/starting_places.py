@@ -12,6 +12,7 @@ from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
 from prensa.linear.rigid_modes import CLOSED
 from prensa.model.interference import interference_of
+from prensa.precision import ROUND_OFF
 from prensa.system.system import System
 from prensa.types import Array
 
@@ -38,6 +39,8 @@ def starting_places(system: System) -> Iterator[Finding]:
                     "reverse the order of its 'points' (those of a file with 'points: {file: …, reverse: true}'): the tool "
                     "has to lie on their left"
                 )
+            elif getattr(tool.description, "type", "") == "stl":
+                how = "turn its normals round with 'reverse: true'"
             yield Finding(
                 f"tools.{name}" + (f".{key}" if key and getattr(tool.description, key) is not None else ""),
                 f"its normal points the same way as that of {surface!r}: it stands behind the surface and would pull it "
@@ -54,12 +57,11 @@ def starting_places(system: System) -> Iterator[Finding]:
         behind = np.where(facing > TOWARDS, depth, 0.0)
         k = int(np.argmax(behind))
         if behind[k] > NOTABLE_DEPTH and not start.contact.closed[s.rows].any():
-            x, y = system.X[nodes[k]]
             to_touch = _to_touch(system, s, int(nodes[k]))
             yield Finding(
                 f"tools.{name}",
-                f"it starts so deep inside {surface!r} that node {nodes[k] - system.offsets[s.body]} ({x:.4g}, {y:.4g}) is "
-                "nearer to its far side, through which it would be pulled: move the tool "
+                f"it starts so deep inside {surface!r} that node {nodes[k] - system.offsets[s.body]} ({_at(system.X[nodes[k]])}) "
+                "is nearer to its far side, through which it would be pulled: move the tool "
                 f"out{to_touch}{tool.description.hint()}",
                 Severity.REFUSE,
             )
@@ -72,24 +74,28 @@ def _inside(system: System, s: Surface, pairs: Pairs, depth: Array) -> Finding:
     """What to say of a tool that starts inside a surface; its nodes are as deep as ``depth`` (n,) over an element."""
     nodes, tool, surface = s.points.nodes, system.tool_masters[s.against].tool, "+".join(s.description.surface)
     k = int(np.argmax(depth))
-    x, y = system.X[nodes[k]]
     n, unit = pairs.n[k], system.problem.units.length
     plastic = system.problem.bodies[s.body].material.plastic
     return Finding(
         f"tools.{tool.name}",
         f"it starts {-pairs.g[k]:.4g} inside {surface!r}, deepest at node {nodes[k] - system.offsets[s.body]} "
-        f"({x:.4g}, {y:.4g}): the first increment has to push it out; "
+        f"({_at(system.X[nodes[k]])}): the first increment has to push it out; "
         + (
             _along_axis(system, s)
             if system.axisymmetric
             # Adding 0.0 turns a minus zero into a zero.
-            else f"move the tool by ({pairs.g[k] * n[0] + 0.0:.4g}, {pairs.g[k] * n[1] + 0.0:.4g}) {unit}"
+            else f"move the tool by ({_at(pairs.g[k] * n)}) {unit}"
             + _to_touch(system, s, int(nodes[k]))
         )
         + (tool.description.hint() if depth[k] > SUNK else "")
         + f"; if the overlap is meant, say so in contact {s.name!r}: 'interference: geometry'",
         Severity.REFUSE if plastic and depth[k] > SUNK else Severity.WARN,
     )
+
+
+def _at(x: Array) -> str:
+    """Components (d,) of a place or way, without those that are round-off of the others."""
+    return ", ".join(f"{v:.4g}" for v in np.where(np.abs(x) > ROUND_OFF * np.abs(x).max(), x, 0.0))
 
 
 def _to_touch(system: System, s: Surface, node: int) -> str:
