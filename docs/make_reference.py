@@ -54,6 +54,7 @@ VALUES = {
     ("FlowTable", "points"): "{}, or the name of a CSV file of ε̄, σ_y",
     ("Profile", "points"): "{}, or the name of a DXF or CSV file, or [Drawing](#drawing)",
     **{(t, "fillet"): "number ≥ 0, or a list with one for each point" for t in ("Profile", "Polygon")},
+    ("Stl", "unit"): "{}, or a unit alone, such as `inch`",
     ("Step", "friction"): "names of contacts: a friction law or `null`",
     **{(t, "section"): "[Rectangle](#rectangle) or another mesh of the plane" for t in ("Extrusion", "Revolution")},
     **{(t, "section"): "[Circle](#circle) or another tool of the plane" for t in ("Extruded", "Revolved")},
@@ -65,6 +66,7 @@ UNITS = {
 }
 EXAMPLES = Path(__file__).parent / "reference_examples.yaml"
 DEFAULTS = {
+    **{(t, "radius"): "automatic" for t in ("Pyramid", "Polyhedron")},
     ("Step", "increments"): "automatic", ("Profile", "fillet"): "automatic", ("Polygon", "fillet"): "automatic",
     ("Load", "follower"): "`true`, or as before",
 }  # fmt: skip
@@ -150,7 +152,7 @@ def example(cls: type, key: str) -> str:
     for given in examples().get(cls.__name__, ()):
         if key in given:
             shown = re.sub(r'"([-\w.][-\w .^/*%]*)"', r"\1", text.line(_plain(given[key])))  # quantities need no quotes
-            return shown.replace("RUN", "results/press").replace("MESH", "block.msh")
+            return shown.replace("RUN", "results/press").replace("MESH", "block.msh").replace("SURFACE", "punch.stl")
     raise KeyError(f"{EXAMPLES.name} has no example of '{cls.__name__}.{key}'")
 
 

@@ -42,7 +42,8 @@ def given(cls: type, folder: Path) -> list[dict[str, Any]]:
             return {k: placed(v) for k, v in value.items()}
         if isinstance(value, list):
             return [placed(v) for v in value]
-        return {"RUN": str(folder), "MESH": str(MESH)}.get(value, value) if isinstance(value, str) else value
+        files = {"RUN": str(folder), "MESH": str(MESH), "SURFACE": str(MESH.with_name("tetrahedron.stl"))}
+        return files.get(value, value) if isinstance(value, str) else value
 
     (folder / "checkpoint.h5").touch()
     (folder / "punch.dxf").touch()

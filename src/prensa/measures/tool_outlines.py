@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from prensa.result.increment import ToolState
-from prensa.tools.tool import ToolShape
-from prensa.types import Array
+from prensa.tools.tool import ToolShape, rotation_of
+from prensa.types import Array, Index
 
 
 def outlines(tool: ToolShape, state: ToolState, depth: float, axisymmetric: bool = False) -> list[Array]:
@@ -28,6 +28,17 @@ def outlines(tool: ToolShape, state: ToolState, depth: float, axisymmetric: bool
     if axisymmetric and not tool.mirrored(on_axis, np.array(state.direction)):
         polygons += [p * (-1.0, 1.0) for p in polygons]
     return polygons
+
+
+def surface(tool: ToolShape, state: ToolState, depth: float) -> tuple[Array, Index]:
+    """Triangles of *tool* in space at its current place: points (n, 3), and three of them for each (m, 3).
+
+    ``depth``: extent (length) to draw of what has none.
+    """
+    place: Array = np.array(tuple(state.place), dtype=np.float64)
+    points, triangles = tool.facets(np.array(state.direction), depth)
+    moved = points @ rotation_of(place[3:].tolist()).T
+    return np.asarray(moved + state.at + place[:3], dtype=np.float64), triangles
 
 
 def _angle(tool: ToolShape, state: ToolState) -> float:

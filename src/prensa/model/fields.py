@@ -89,6 +89,8 @@ if TYPE_CHECKING:
 else:
     Position = vector_of(Length)
     Direction = vector_of(Number)
+Turn: TypeAlias = tuple[Angle, Angle, Angle]
+"""Rotation in space: a vector along the axis, as long as the angle about it; of one component, the angle about that axis."""
 
 
 # --------------------------------------------------------------------------------------------- time-dependent values

@@ -19,7 +19,7 @@ from prensa.model.units import FORCE, LENGTH, Displacement, Energy, Force, Momen
 from prensa.precision import NEGLIGIBLE
 
 OPPOSITE_SIDES = {"x": ("left", "right"), "y": ("bottom", "top"), "z": ("back", "front")}
-IMAGES_BESIDE = {axis: tuple(s for other, pair in OPPOSITE_SIDES.items() if other != axis for s in pair) for axis in OPPOSITE_SIDES}
+IMAGES_BESIDE = {a: tuple(s for other, pair in OPPOSITE_SIDES.items() if other != a for s in pair) for a in OPPOSITE_SIDES}
 """Sides along which an axis lies: a mirror image there doubles the force along it; across it doubles the stroke."""
 Side = Literal["left", "right", "bottom", "top", "back", "front"]
 

@@ -76,6 +76,7 @@ def _remove(directory: Path) -> None:
     old += files[:-1]
     old += [path for _, path in numbered(directory / vtk.FIELDS_FOLDER, ".vtu")]
     old += [path for _, path in numbered(directory / vtk.FIELDS_FOLDER, f".vtu{TEMPORARY}")]
+    old += (directory / vtk.FIELDS_FOLDER).glob(f"{vtk.TOOLS}[0-9]*.vtu*")
     old += [path for path in (directory / pictures.PICTURES).glob("*.png") if pictures.is_picture(path)]
     for path in old:
         path.unlink(missing_ok=True)

@@ -374,7 +374,8 @@ def pressures_in_space(increment: Increment, problem: Problem, contact: str) -> 
     values = {name: contact_pressures(increment, name) for name in increment.bodies}
     ends = 0.0, max((float(v.max(initial=0.0)) for v in values.values()), default=0.0) or 1.0
     label = f"contact pressure ({style.pressure_unit(problem)})"
-    return picture(increment, problem, lambda name, _: values[name], label, style.SEQUENTIAL, ends, title(increment, contact))
+    return picture(increment, problem, lambda name, _: values[name], label, style.SEQUENTIAL, ends, title(increment, contact),
+                   tools=False)  # fmt: skip
 
 
 def title(increment: Increment, contact: str) -> str:

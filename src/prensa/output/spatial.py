@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from prensa.measures.tool_outlines import surface
 from prensa.mesh.bricks import outside
 from prensa.model.problem import Problem
 from prensa.output import style
 from prensa.output.cells import MOST_EDGES
+from prensa.output.clipping import within
+from prensa.precision import DRAWN
 from prensa.result.increment import BodyState, Increment
 from prensa.types import Array, Index
 
@@ -27,16 +30,18 @@ _LIGHT = np.array([0.35, 0.85, 0.4])
 def picture(
     increment: Increment, problem: Problem, values: Callable[[str, BodyState], Array], label: str, colours: str,
     ends: tuple[float, float], title: str, mesh: bool | None = None, copies: Sequence[Copy] = ((np.asarray, 1.0),),
-    box: Sequence[float] | None = None,
+    box: Sequence[float] | None = None, tools: bool = True,
 ) -> Figure:  # fmt: skip
     """Deformed bodies seen from outside; ``values`` (n,) at the nodes of a body, ``label`` and colour map of them.
+
+    ``tools``: draw what of the tools is near the bodies, transparent.
 
     ``mesh``: draw the sides of the faces; None draws them where they can be distinguished. ``copies``: of the bodies, mirrored.
     ``box``: limits (x from, to, y from, to, z from, to); those of the bodies if None.
     """
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
+    from matplotlib.colors import Normalize, to_rgba
     from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
@@ -53,9 +58,17 @@ def picture(
                 colour[:, :3] *= _lit(x, faces)[:, None]
                 corners.append(_upright(x)[faces])
                 colours_of.append(colour)
+        if tools:
+            near = _tools(increment, problem, copies)
+            corners.append(_upright(near)[:, [0, 1, 2, 2]])
+            colours_of.append(_shaded(near))
         # One collection: within it the nearer faces cover those behind, of all bodies and copies.
         shown, colour = np.concatenate(corners), np.concatenate(colours_of)
-        edge = style.BLACK if (len(shown) <= MOST_EDGES if mesh is None else mesh) else colour
+        bodies = len(shown) - (len(near) if tools else 0)
+        edge = colour.copy()
+        edge[bodies:, 3] = 0.0
+        if bodies <= MOST_EDGES if mesh is None else mesh:
+            edge[:bodies] = to_rgba(style.BLACK)
         axes.add_collection3d(Poly3DCollection(shown, facecolors=colour, edgecolors=edge, linewidths=0.25))
         _frame(axes, shown.reshape(-1, 3) if box is None else _upright(np.reshape(box, (3, 2)).T), problem)
         axes.view_init(**VIEW)
@@ -71,6 +84,35 @@ def contact_pressures(increment: Increment, body: str) -> Array:
         if contact.body == body:
             np.maximum.at(out, contact.node, contact.pressure)
     return out
+
+
+def _tools(increment: Increment, problem: Problem, copies: Sequence[Copy]) -> Array:
+    """Corners (k, 3, 3) of the triangles of the tools that are near the bodies, and of their mirror images."""
+    x = np.concatenate([body.x for body in increment.bodies.values()])
+    low, high = x.min(axis=0), x.max(axis=0)
+    size = float((high - low).max())
+    ends = np.array([low, high])
+    out = ends + 0.25 * size * np.array([[-1.0], [1.0]])
+    for of, _ in copies:  # a side about which the bodies are mirrored is where their tools are cut
+        for k in range(3):
+            step = size * np.eye(3)[k]
+            still = np.abs(of(ends)[:, k] - ends[:, k]) < DRAWN * size
+            still &= of(ends + step)[:, k] < ends[:, k]
+            out[still, k] = ends[still, k]
+    near = [np.zeros((0, 3, 3))]
+    for name, tool in problem.tools.items():
+        points, triangles = surface(tool, increment.tools[name], 2.0 * size)
+        near.append(within(points[triangles], out[0], out[1], size / 12))
+    found = np.concatenate(near)
+    return np.concatenate([of(found.reshape(-1, 3)).reshape(found.shape) for of, _ in copies])
+
+
+def _shaded(triangles: Array) -> Array:
+    """Colours (k, 4) of triangles (k, 3, 3) of tools."""
+    n = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    n /= np.maximum(np.linalg.norm(n, axis=1), np.finfo(float).tiny)[:, None]
+    grey = 0.4 + 0.4 * np.abs(n @ _LIGHT)
+    return np.column_stack([grey, grey, grey, np.full(len(grey), 0.2)])
 
 
 def _upright(x: Array) -> Array:

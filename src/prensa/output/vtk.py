@@ -4,7 +4,8 @@ Points are at their **current** positions, so that a file opens as the deformed 
 ``displacement`` leads back to the initial shape (filter *Warp By Vector*, scale factor −1). All bodies are in one file:
 the cell array ``body`` counts them from 0 in the order of the description. Vectors have three components and stresses
 six (xx, yy, zz, xy, yz, xz: the order of VTK), also in two dimensions. In axisymmetric problems x is the radius, y the
-axis and zz the hoop stress.
+axis and zz the hoop stress. In space the surfaces of the tools at their current places are in files of their own,
+``fields/tools_NNNN.vtu``, second parts of the moments in the list; the cell array ``tool`` counts them.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ from typing import Any
 import numpy as np
 
 from prensa.errors import PrensaError, take_path
+from prensa.measures.tool_outlines import surface
+from prensa.model.problem import Problem
 from prensa.output.cells import vtk_type
 from prensa.output.files import numbered, replacing, write_text
 from prensa.result.increment import SLIDING_FIELDS, BodyState, Increment
@@ -27,6 +30,7 @@ from prensa.types import Array, Index
 
 FIELDS_FOLDER = "fields"
 COLLECTION = "fields.pvd"
+TOOLS = "tools_"
 DAMAGE = "damage_"  # and the name of a law: a field
 RATIOS = ("mean_stress", "triaxiality", "lode")
 IF_KNOWN = ("strain_rate", "surface_expansion")
@@ -43,11 +47,14 @@ _ENTRY = re.compile(r'<DataSet timestep="([^"]+)" group="" part="0" file="([^"]+
 class Fields:
     """Writer of ``fields/NNNN.vtu`` and ``fields.pvd`` in *directory*; *keep* continues, without later increments.
 
+    ``problem``: in space the surfaces of its tools are written too.
+
     The files are complete, and with the operating system; whoever refers to them brings them to the disk (`files.flush`).
     """
 
-    def __init__(self, directory: Path, keep: int | None = None) -> None:
+    def __init__(self, directory: Path, keep: int | None = None, problem: Problem | None = None) -> None:
         self._directory = directory
+        self._problem = problem if problem is not None and problem.space == "solid" else None
         self._times = {} if keep is None else _times_until(directory, keep)
         self._write_collection()
 
@@ -56,23 +63,47 @@ class Fields:
         path = write_fields(self._directory / FIELDS_FOLDER / f"{increment.number:04d}.vtu", increment)
         name = f"{FIELDS_FOLDER}/{path.name}"
         self._times[name] = increment.time
+        if self._problem is not None:
+            write_tools(path.with_name(f"{TOOLS}{path.name}"), increment, self._problem)
         try:
             with open(
                 self._directory / COLLECTION, "rb+"
             ) as file:  # in place: writing all of it again takes ever longer
                 file.seek(-len(_TAIL), 2)
-                file.write((_entry(name, increment.time) + _TAIL).encode())
+                file.write((_entry(self._directory, name, increment.time) + _TAIL).encode())
         except FileNotFoundError:
             self._write_collection()
         return path
 
     def _write_collection(self) -> None:
-        entries = [_entry(name, time) for name, time in self._times.items()]
+        entries = [_entry(self._directory, name, time) for name, time in self._times.items()]
         write_text(self._directory / COLLECTION, "".join([_HEAD, *entries, _TAIL]), durable=False)
 
 
-def _entry(name: str, time: float) -> str:
-    return f'    <DataSet timestep="{float(time)!r}" group="" part="0" file="{name}" />\n'
+def _entry(directory: Path, name: str, time: float) -> str:
+    """Of a file of bodies, and of that of the tools where there is one."""
+    tools = f"{FIELDS_FOLDER}/{TOOLS}{Path(name).name}"
+    files = [name, tools] if (directory / tools).is_file() else [name]
+    return "".join(
+        f'    <DataSet timestep="{float(time)!r}" group="" part="{k}" file="{file}" />\n' for k, file in enumerate(files)
+    )
+
+
+def write_tools(path: Path, increment: Increment, problem: Problem) -> Path:
+    """Write the surfaces of the tools in space at their current places as a ``.vtu`` file; those without end near the bodies."""
+    import meshio
+
+    size = max(float(np.ptp(body.x, axis=0).max()) for body in increment.bodies.values())
+    made = [surface(tool, increment.tools[name], 2.0 * size) for name, tool in problem.tools.items()]
+    offset = np.cumsum([0, *(len(x) for x, _ in made)])
+    mesh = meshio.Mesh(
+        np.concatenate([np.zeros((0, 3)), *(x for x, _ in made)]),
+        [("triangle", np.concatenate([np.zeros((0, 3), dtype=np.int64), *(t + k for (_, t), k in zip(made, offset))]))],
+        cell_data={"tool": [np.repeat(np.arange(len(made), dtype=np.int32), [len(t) for _, t in made])]},
+    )
+    with replacing(path, durable=False) as temporary:
+        mesh.write(temporary, file_format="vtu", binary=True, compression="zlib")
+    return path
 
 
 def as_mesh(increment: Increment) -> Any:
@@ -116,10 +147,10 @@ def write_fields(path: Path, increment: Increment) -> Path:
 
 
 def read_collection(path: str | Path) -> list[tuple[float, str]]:
-    """Pairs (time, file relative to the collection) of a ``.pvd`` file; raises PrensaError if it is damaged."""
+    """Pairs (time, file relative to the collection) of the bodies in a ``.pvd`` file; raises PrensaError if it is damaged."""
     path = take_path("read_collection", path)
     try:
-        sets = list(ET.parse(path).getroot().iter("DataSet"))
+        sets = [d for d in ET.parse(path).getroot().iter("DataSet") if d.get("part", "0") == "0"]
         return [(float(d.get("timestep", "nan")), d.get("file", "")) for d in sets]
     except (ET.ParseError, ValueError, OSError) as error:
         raise PrensaError(f"{path}: the collection cannot be read ({error}); run the case again") from None
@@ -196,6 +227,7 @@ def _times_until(directory: Path, last: int) -> dict[str, float]:
     for number, path in numbered(directory / FIELDS_FOLDER, ".vtu"):
         if number > last:
             path.unlink()
+            path.with_name(f"{TOOLS}{path.name}").unlink(missing_ok=True)
     collection = directory / COLLECTION
     text = collection.read_text(encoding="utf-8", errors="replace") if collection.is_file() else ""
     out: dict[str, float] = {}

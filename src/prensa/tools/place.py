@@ -19,6 +19,9 @@ ONE_NORMAL = np.cos(np.radians(5.0))  # cosine of the angle to the mean normal u
 FACING = 0.5  # cosine of the angle between the mean normal and a tool's way up to which the tool goes towards the boundary
 
 
+UNFIT = "shape, 'at', or the order of its points (somebody who walks along them has the tool on the left)"
+
+
 class ToolError(PrensaError):
     """A tool that cannot be placed; the message names it."""
 
@@ -134,6 +137,6 @@ def place(
         raise ToolError(
             f"tools.{name}: moved along {(-outward).tolist()} until it touches {target!r}, the {d.type} has the node at "
             f"({', '.join(f'{v:g}' for v in points[k])}) inside by {inside:.3g}: the boundary does not fit into it; change its "
-            "shape, 'at', or the order of its points (somebody who walks along them has the tool on the left)"
+            + (f"shape or 'at'{d.hint()}" if d.hint() else UNFIT)
         )
     return PlacedTool(name, shape, where, direction, d)

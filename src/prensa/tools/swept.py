@@ -12,12 +12,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from prensa.precision import NEGLIGIBLE
 from prensa.tools.analytic import Analytic, Closest, Tool, marched_along, turned
-from prensa.types import Array, Flags
+from prensa.types import Array, Flags, Index
 
 
 def section_axes(axis: Array) -> Array:
@@ -30,6 +31,66 @@ def section_axes(axis: Array) -> Array:
     up /= np.linalg.norm(up)
     across = np.cross(up, axis)
     return np.stack([across * np.sign(across[np.abs(across).argmax()]), up], axis=1)
+
+
+def thinned(line: Array) -> Array:
+    """Points (n, 2) of a line without those between which it turns by less than six degrees."""
+    way = np.diff(line, axis=0)
+    angle = np.abs(np.angle(np.exp(1j * np.diff(np.arctan2(way[:, 1], way[:, 0])))))
+    turns = np.floor(np.cumsum(angle) / np.radians(6.0))
+    kept = np.diff(turns, prepend=-1.0) > 0.0
+    return line[np.concatenate([[True], kept, [True]])]
+
+
+def extruded_facets(polygon: Array, axis: Array, depth: float) -> tuple[Array, Index]:
+    """Points (2 n, 3) and triangles (2 n, 3) of a closed polygon (n, 2) of the section, a length to either side along an axis."""
+    polygon = thinned(polygon)
+    n, flat = len(polygon), polygon @ section_axes(axis).T
+    return np.concatenate([flat - depth * axis, flat + depth * axis]), _strips(np.arange(n), n + np.arange(n), True)
+
+
+def revolved_facets(line: Array, axis: Array, steps: int = 96) -> tuple[Array, Index]:
+    """Points and triangles of an open line (n, 2) of radii and heights, revolved about an axis."""
+    line = thinned(line)
+    e = section_axes(axis)[:, 0]
+    a = 2.0 * np.pi * np.arange(steps) / steps
+    about = np.cos(a)[:, None] * e + np.sin(a)[:, None] * np.cross(axis, e)
+    points = line[:, None, :1] * about + line[:, None, 1:] * axis
+    number = np.arange(len(line) * steps).reshape(len(line), steps)
+    return points.reshape(-1, 3), np.concatenate([_strips(number[i], number[i + 1], True) for i in range(len(line) - 1)])
+
+
+def half(polygon: Array) -> list[Array]:
+    """The lines (n, 2) of a closed polygon at positive x, from where it crosses x = 0 to where it does again."""
+    inside = polygon[:, 0] >= 0.0
+    if inside.all() or not inside.any():
+        return [np.vstack([polygon, polygon[:1]])] if inside.all() else []
+    begin = int(np.flatnonzero(~inside)[0])
+    p = np.roll(polygon, -begin, axis=0)
+    p = np.vstack([p, p[:1]])
+    out: list[Array] = []
+    line: list[Array] = []
+    for a, b in pairwise(p):
+        if (a[0] < 0.0) != (b[0] < 0.0):
+            line.append(a + a[0] / (a[0] - b[0]) * (b - a))
+        if b[0] >= 0.0:
+            line.append(b)
+        elif line:
+            out, line = [*out, np.array(line)], []
+    return [*out, np.array(line)] if line else out
+
+
+def joined(parts: list[tuple[Array, Index]]) -> tuple[Array, Index]:
+    """Points and triangles of several surfaces together."""
+    first = np.cumsum([0, *(len(x) for x, _ in parts)])
+    return np.concatenate([x for x, _ in parts]), np.concatenate([t + k for (_, t), k in zip(parts, first)])
+
+
+def _strips(a: Index, b: Index, closed: bool) -> Index:
+    """Triangles (2 n, 3) between two rows of points (n,)."""
+    c, d = np.roll(a, -1), np.roll(b, -1)
+    both = np.stack([np.stack([a, b, c], axis=1), np.stack([c, b, d], axis=1)], axis=1)
+    return both.reshape(-1, 3) if closed else both[:-1].reshape(-1, 3)
 
 
 @dataclass(frozen=True)

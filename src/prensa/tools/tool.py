@@ -13,9 +13,9 @@ rays and pictures are derived from it::
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from prensa.model.fields import Position, Springs
 from prensa.model.names import Finding
 from prensa.model.press import Press, PressValue
 from prensa.tools.implicit import Implicit
-from prensa.types import Array
+from prensa.types import Array, Index
 
 if TYPE_CHECKING:
     from prensa.tools.analytic import Tool
@@ -39,6 +39,25 @@ COMMON: dict[str, Any] = {
     "press": PressValue | None,
 }
 """Keys that all tools have, after their own."""
+
+
+def rotation_of(turn: Sequence[float]) -> Array:
+    """Rotation (3, 3) of a vector along its axis, as long as its angle (Rodrigues's formula)."""
+    w = np.array(turn, dtype=np.float64)
+    angle = float(np.linalg.norm(w))
+    if angle == 0.0:
+        return np.eye(3)
+    x, y, z = w / angle
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * (K @ K)
+
+
+class Touched(NamedTuple):
+    """Of triangles that are touched: largest height of their chords (length) and angle between them; ``beyond`` open borders."""
+
+    chord: float
+    angle: float
+    beyond: bool
 
 
 class ToolShape(Member, abstract=True):
@@ -145,6 +164,10 @@ class ToolShape(Member, abstract=True):
         """What to add to the message that the tool cannot be placed, or starts inside a body."""
         return ""
 
+    def touched(self, shape: Tool, xi: Array) -> Touched | None:
+        """How coarse the surface is where points (k, 3) in its frame touch it; None of what has no triangles."""
+        return None
+
     # ----------------------------------------------------------------------------------------------- words and pictures
     def details(self, shape: Tool, direction: Array) -> str:
         """What ``prensa check`` says of the placed tool besides its place."""
@@ -166,6 +189,13 @@ class ToolShape(Member, abstract=True):
         ``depth``: extent (length) to draw of what has none.
         """
         return self._implicit().outline(depth)
+
+    def facets(self, direction: Array, depth: float) -> tuple[Array, Index]:
+        """Triangles of the surface in space about the reference point, for pictures: points (n, 3), and three for each (m, 3).
+
+        ``direction`` (3,): where its face looks; ``depth``: extent (length) to draw of what has none.
+        """
+        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
 
     def _implicit(self) -> Implicit:
         """The shape that follows from what the tool states."""

@@ -12,6 +12,7 @@ from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity, coordinates
 from prensa.linear.rigid_modes import CLOSED
 from prensa.model.interference import interference_of
+from prensa.precision import ROUND_OFF
 from prensa.system.system import System
 from prensa.types import Array
 
@@ -38,6 +39,8 @@ def starting_places(system: System) -> Iterator[Finding]:
                     "reverse the order of its 'points' (those of a file with 'points: {file: …, reverse: true}'): the tool "
                     "has to lie on their left"
                 )
+            elif getattr(tool.description, "type", "") == "stl":
+                how = "turn its normals round with 'reverse: true'"
             yield Finding(
                 f"tools.{name}" + (f".{key}" if key and getattr(tool.description, key) is not None else ""),
                 f"its normal points the same way as that of {surface!r}: it stands behind the surface and would pull it "
@@ -71,8 +74,7 @@ def _inside(system: System, s: Surface, pairs: Pairs, depth: Array) -> Finding:
     """What to say of a tool that starts inside a surface; its nodes are as deep as ``depth`` (n,) over an element."""
     nodes, tool, surface = s.points.nodes, system.tool_masters[s.against].tool, "+".join(s.description.surface)
     k = int(np.argmax(depth))
-    # Adding 0.0 turns a minus zero into a zero.
-    way, unit = pairs.g[k] * pairs.n[k] + 0.0, system.problem.units.length
+    way, unit = pairs.g[k] * pairs.n[k], system.problem.units.length
     plastic = system.problem.bodies[s.body].material.plastic
     return Finding(
         f"tools.{tool.name}",
@@ -81,13 +83,18 @@ def _inside(system: System, s: Surface, pairs: Pairs, depth: Array) -> Finding:
         + (
             _along_axis(system, s)
             if system.axisymmetric
-            else f"move the tool by ({coordinates(way)}) {unit}"
+            else f"move the tool by ({_at(way)}) {unit}"
             + _to_touch(system, s, int(nodes[k]))
         )
         + (tool.description.hint() if depth[k] > SUNK else "")
         + f"; if the overlap is meant, say so in contact {s.name!r}: 'interference: geometry'",
         Severity.REFUSE if plastic and depth[k] > SUNK else Severity.WARN,
     )
+
+
+def _at(x: Array) -> str:
+    """Components (d,) of a place or way, without those that are round-off of the others."""
+    return coordinates(np.where(np.abs(x) > ROUND_OFF * np.abs(x).max(), x, 0.0))
 
 
 def _to_touch(system: System, s: Surface, node: int) -> str:

@@ -11,8 +11,9 @@ from prensa.geometry.outline import block
 from prensa.model.fields import Direction
 from prensa.precision import NEGLIGIBLE
 from prensa.tools.analytic import Analytic, Closest
+from prensa.tools.swept import section_axes
 from prensa.tools.tool import ToolShape
-from prensa.types import Array
+from prensa.types import Array, Index
 
 __all__ = ["Plane"]
 
@@ -33,6 +34,12 @@ class Plane(ToolShape):
     def outline(self, depth: float) -> list[Array]:
         """Rectangle above y = 0."""
         return [block(-depth, depth, depth, 0.0)]
+
+    def facets(self, direction: Array, depth: float) -> tuple[Array, Index]:
+        """Square about the reference point."""
+        axes = section_axes(direction)
+        corners = depth * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) @ axes.T
+        return corners, np.array([[0, 1, 2], [0, 2, 3]])
 
     def mirrored(self, on_axis: bool, direction: Array) -> bool:
         """Whether it looks along the axis."""

@@ -10,8 +10,9 @@ from pydantic import Field
 
 from prensa.model.units import Length
 from prensa.tools.analytic import Analytic, Closest
+from prensa.tools.swept import revolved_facets
 from prensa.tools.tool import ToolShape
-from prensa.types import Array
+from prensa.types import Array, Index
 
 __all__ = ["Sphere"]
 
@@ -27,6 +28,11 @@ class Sphere(ToolShape):
     def shape(self, direction: Array, rounding: float = 0.0) -> Ball:
         """Ball about the reference point."""
         return Ball(self.radius)
+
+    def facets(self, direction: Array, depth: float) -> tuple[Array, Index]:
+        """A half circle revolved."""
+        a = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 49)
+        return revolved_facets(self.radius * np.stack([np.cos(a), np.sin(a)], axis=1), np.eye(3)[1])
 
     def face(self) -> tuple[float, str]:
         """The radius."""

@@ -14,9 +14,9 @@ from prensa.tools.analytic import Tool
 
 # A section is a tool of the plane: those of the package have to be known before their union is made.
 from prensa.tools.shapes import circle, ellipse, plane, polygon, profile, ring, stamp  # noqa: F401
-from prensa.tools.swept import Prism, Revolution, section_axes
+from prensa.tools.swept import Prism, Revolution, extruded_facets, half, joined, revolved_facets, section_axes
 from prensa.tools.tool import ToolShape
-from prensa.types import Array
+from prensa.types import Array, Index
 
 __all__ = ["Extruded", "Revolved"]
 
@@ -74,6 +74,12 @@ class _SweptShape(ToolShape, abstract=True):
         """That of the section."""
         return self.section.outline(depth)
 
+    def _polygons(self, looks: Array, depth: float) -> list[Array]:
+        """The section's outline in its plane, turned to where it looks."""
+        at = np.zeros(2) if self.section.at is None else np.array(self.section.at)
+        x, y = looks if self.section.direction_key else (0.0, -1.0)
+        return [p @ np.array([[-y, x], [-x, -y]]) + at for p in self.section.outline(depth)]
+
 
 class Extruded(_SweptShape):
     """A tool of the plane, ``section``, extruded endlessly along ``axis``: a roll is an extruded circle.
@@ -90,6 +96,11 @@ class Extruded(_SweptShape):
         """See `prensa.tools.swept`."""
         return self._swept(Prism, self._section_looks(-(direction @ section_axes(self._unit))), rounding)
 
+    def facets(self, direction: Array, depth: float) -> tuple[Array, Index]:
+        """The outline of the section, extruded."""
+        looks = self._section_looks(-(direction @ section_axes(self._unit)))
+        return joined([extruded_facets(p, self._unit, depth) for p in self._polygons(looks, depth)])
+
 
 class Revolved(_SweptShape):
     """A tool of the plane, ``section``, revolved about ``axis`` through the reference point: a torus is a revolved circle off it.
@@ -105,3 +116,9 @@ class Revolved(_SweptShape):
     def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
         """See `prensa.tools.swept`."""
         return self._swept(Revolution, self._section_looks(np.array([0.0, -(direction @ self._unit)])), rounding)
+
+    def facets(self, direction: Array, depth: float) -> tuple[Array, Index]:
+        """The outline of the section, what has positive radii of it, revolved."""
+        looks = self._section_looks(np.array([0.0, -(direction @ self._unit)]))
+        lines = [line for p in self._polygons(looks, depth) for line in half(p)]
+        return joined([revolved_facets(line, self._unit) for line in lines])

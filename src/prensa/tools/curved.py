@@ -1,0 +1,199 @@
+"""Tools of triangles, read as curved patches through the corners and the normals there.
+
+The normals are those of `prensa.tools.facets`. A side is curved as Nagata (2005) has it, c·n_a = d·n_a and c·n_b = −d·n_b with d
+from end to end, where its two normals lean apart; else it is straight: a parabola would fold there, and a flat beside a fillet,
+which leans at one end alone, stays flat. On a sharp edge both surfaces have a say: one that is flat keeps the edge in its plane.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from prensa.importers.stl import Surface
+from prensa.precision import DRAWN, ROUND_OFF
+from prensa.tools import patches
+from prensa.tools.analytic import Analytic, Closest, marched_along
+from prensa.tools.facets import BORDER, CREASE, SIDE_CORNERS, Facets
+from prensa.tools.tool import Touched
+from prensa.types import Array, Flags, Index
+
+_LOOKS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.5, 0.0], [1.0, 0.5], [0.5, 0.5], [0.75, 0.25]])
+"""Places e, z on a patch at which it must not be folded: corners, middles of sides, the inside."""
+
+
+class Curved(Analytic):
+    """A triangulated surface read as curved patches.
+
+    Parameters
+    ----------
+    surface
+        Points and triangles, in the tool's frame.
+    sharp
+        Angle between triangles from which their common edge is one of the tool.
+
+    """
+
+    def __init__(self, surface: Surface, sharp: float) -> None:
+        self.surface, self.sharp, self.facets = surface, sharp, Facets(surface, sharp)
+        self.size, self._P = self.facets.size, self.facets.x
+        self._C = self._coefficients()
+        self._curved = np.ascontiguousarray((self._C != 0.0).any(axis=(1, 2)))
+        self._kinds, self._means = self._places()
+
+    # ------------------------------------------------------------------------------------------------------ as a tool
+    @property
+    def extent(self) -> float:  # type: ignore[override]
+        """Twice the farthest point from the reference point."""
+        return 2.0 * self.size
+
+    @property
+    def cavity(self) -> bool:  # type: ignore[override]
+        """Whether it is closed and bodies are inside."""
+        return self.surface.closed and self.surface.volume < 0.0
+
+    @property
+    def centre(self) -> Array:
+        """Middle of its points."""
+        x = self.surface.points
+        return np.asarray(0.5 * (x.min(axis=0) + x.max(axis=0)))
+
+    @property
+    def radius(self) -> float:
+        """0 with sharp edges; else nothing is said."""
+        return 0.0 if (self.facets.edge_kinds == CREASE).any() else np.inf
+
+    def closest(self, xi: Array) -> Closest:
+        """Points (k, 3) → `Closest`."""
+        xi = np.ascontiguousarray(xi)
+        k = len(xi)
+        out = Closest(np.empty(k), np.empty((k, 3)), np.empty((k, 3, 3)))
+        triangle, where, at = self._nearest(xi)
+        patches.closest(
+            self._P, self._C, self._curved, self._kinds, self._means, ROUND_OFF * self.size, xi, triangle, where, at, *out[:3]
+        )
+        return out
+
+    def along(self, xi: Array, direction: Array, limit: float) -> Array:
+        """Distance (k,) from points (k, 3) along a unit vector (3,) to the surface."""
+        return marched_along(lambda x: self.closest(x).g, lambda x: self.closest(x).n, self.size, xi, direction, limit)
+
+    def touched(self, xi: Array) -> Touched:
+        """What there is to say of the surface at the places closest to points (k, 3)."""
+        triangle, where, _ = self._nearest(np.ascontiguousarray(xi))
+        beyond = bool((self._kinds[triangle, where] == BORDER).any())
+        return Touched(float(self.chords[triangle].max()), float(self.facet_angles[triangle].max()), beyond)
+
+    def _nearest(self, xi: Array) -> tuple[Index, Index, Array]:
+        k = len(xi)
+        triangle, where, at = np.zeros(k, dtype=np.int64), np.zeros(k, dtype=np.int64), np.zeros((k, 2))
+        patches.nearest(self._P, self._C, self._curved, *self._tree, xi, triangle, where, at)
+        return triangle, where, at
+
+    # --------------------------------------------------------------------------------------------------- how coarse it is
+    @cached_property
+    def chords(self) -> Array:
+        """Largest distance (m,) of each patch from its flat triangle, at the middle of its sides."""
+        return 0.25 * np.abs(np.einsum("msi,mi->ms", self._C, self.facets.normals)).max(axis=1)
+
+    @cached_property
+    def facet_angles(self) -> Array:
+        """Largest angle (m,) between each triangle and its neighbours across edges that are not sharp."""
+        return self.facets.edge_angles[self.facets.side_edges].max(axis=1)
+
+    # -------------------------------------------------------------------------------------------------------- construction
+    def _coefficients(self) -> Array:
+        """Coefficients (m, 3, 3) of the sides of patches: see the module."""
+        c = self._edge_coefficients()
+        while True:
+            C = c[self.facets.side_edges]
+            folded = self._folded(C)
+            if not folded.any():
+                return np.ascontiguousarray(C)
+            c[self.facets.side_edges[folded]] = 0.0
+
+    def _edge_coefficients(self) -> Array:
+        s, normals = self.surface, self.facets.corner_normals.reshape(-1, 3)
+        d = s.points[s.edges[:, 1]] - s.points[s.edges[:, 0]]
+        A, right, curved = np.zeros((len(d), 4, 3)), np.zeros((len(d), 4)), np.zeros(len(d), dtype=bool)
+        for side in range(2):
+            owner = s.sides[:, side]
+            there = owner >= 0
+            if side == 1:
+                there &= self.facets.edge_kinds == CREASE  # the other side of a smooth edge has the same normals
+            at = [normals[self.facets.corners_at(owner, s.edges[:, e])] for e in range(2)]
+            p, q = (np.einsum("ki,ki->k", n, d) for n in at)
+            # The tangents at the ends meet over the chord, and not all but at one end of it.
+            less, more = np.minimum(abs(p), abs(q)), np.maximum(abs(p), abs(q))
+            leans = there & (p * q < 0.0) & (less >= 0.25 * more) & (more > DRAWN * np.linalg.norm(d, axis=1))
+            curved |= leans
+            for row, n, value in ((2 * side, at[0], p), (2 * side + 1, at[1], -q)):
+                A[:, row] = np.where(there[:, None], n, 0.0)
+                right[:, row] = np.where(leans, value, 0.0)
+        out = np.zeros((len(d), 3))
+        rows = np.flatnonzero(curved)
+        if len(rows):
+            out[rows] = np.einsum("kij,kj->ki", np.linalg.pinv(A[rows], rcond=DRAWN), right[rows])
+        return out
+
+    def _folded(self, C: Array) -> Flags:
+        """Which curved patches (m,) turn from their flat triangle by more than a sharp edge does."""
+        P, out = self._P, np.zeros(len(C), dtype=bool)
+        least = np.cos(self.sharp)
+        for e, z in _LOOKS:
+            a, b = 1.0 - e, e - z
+            xe = P[:, 1] - P[:, 0] - C[:, 0] * (a - b) - C[:, 1] * z + C[:, 2] * z
+            xz = P[:, 2] - P[:, 1] + C[:, 0] * a - C[:, 1] * (b - z) - C[:, 2] * a
+            n = np.cross(xe, xz)
+            out |= np.einsum("mi,mi->m", n, self.facets.normals) < least * np.linalg.norm(n, axis=1)
+        return out & (C != 0.0).any(axis=(1, 2))
+
+    def _places(self) -> tuple[Index, Array]:
+        """Kinds (m, 7) and mean normals (m, 7, 3) of the insides, sides and corners of triangles: see `patches.closest`."""
+        s, m, f = self.surface, len(self.surface.triangles), self.facets.normals
+        kinds, means = np.zeros((m, 7), dtype=np.int64), np.zeros((m, 7, 3))
+        kinds[:, 1:4] = self.facets.edge_kinds[self.facets.side_edges]
+        points = np.zeros(len(s.points), dtype=np.int64)
+        for kind in (CREASE, BORDER):  # a border goes before an edge that ends there
+            points[s.edges[self.facets.edge_kinds == kind].ravel()] = kind
+        kinds[:, 4:] = points[s.triangles]
+        both = f[s.sides[:, 0]] + np.where(s.sides[:, 1:] >= 0, f[s.sides[:, 1]], 0.0)
+        around = np.zeros((len(s.points), 3))
+        np.add.at(around, s.triangles, self.facets.angles[:, :, None] * f[:, None])
+        means[:, 0], means[:, 1:4], means[:, 4:] = f, both[self.facets.side_edges], around[s.triangles]
+        return kinds, means / np.maximum(np.linalg.norm(means, axis=2, keepdims=True), ROUND_OFF)
+
+    @cached_property
+    def _tree(self) -> tuple[Array, Index]:
+        """Heap of boxes and triangles of its leaves: see `patches.nearest`."""
+        P, C = self._P, self._C
+        ends = P[:, SIDE_CORNERS]
+        net = np.concatenate([P, 0.5 * (ends.sum(axis=2) - C)], axis=1)
+        slack = ROUND_OFF * self.size
+        low, high = net.min(axis=1) - slack, net.max(axis=1) + slack
+        m = len(P)
+        leaves = 1 << max(m - 1, 0).bit_length()
+        order = np.full(leaves, -1)
+        order[:m] = np.arange(m)
+        centre = np.full((leaves + 1, 3), np.inf)  # the last row is that of no triangle
+        centre[:m] = P.mean(axis=1)
+        blocks = 1
+        while blocks < leaves:
+            rows = order.reshape(blocks, -1)
+            at = centre[rows]
+            known = np.isfinite(at)
+            width = np.where(known, at, -np.inf).max(axis=1) - np.where(known, at, np.inf).min(axis=1)
+            key = np.take_along_axis(at, np.argmax(width, axis=1)[:, None, None], axis=2)[:, :, 0]
+            order = np.take_along_axis(rows, np.argsort(key, axis=1, kind="stable"), axis=1).ravel()
+            blocks *= 2
+        boxes = np.tile([np.inf] * 3 + [-np.inf] * 3, (2 * leaves, 1))
+        there = order >= 0
+        boxes[leaves:][there] = np.concatenate([low, high], axis=1)[order[there]]
+        first = leaves
+        while first > 1:
+            pairs = boxes[first : 2 * first].reshape(-1, 2, 6)
+            first //= 2
+            boxes[first : 2 * first, :3] = pairs[:, :, :3].min(axis=1)
+            boxes[first : 2 * first, 3:] = pairs[:, :, 3:].max(axis=1)
+        return boxes, order

@@ -1,0 +1,289 @@
+"""Batch kernels of surfaces of curved triangles: closest points through a tree of boxes.
+
+A triangle with corners x0, x1, x2 is the quadratic patch (Nagata 2005, Computer Aided Geometric Design 22, eq. 19)
+
+    x(e, z) = x0 (1 − e) + x1 (e − z) + x2 z − c0 (1 − e)(e − z) − c1 (e − z) z − c2 (1 − e) z,    0 ≤ z ≤ e ≤ 1
+
+whose sides 0-1, 1-2, 0-2 are the parabolas a + (b − a) s − c s (1 − s). All c zero: it is flat.
+
+Where the closest point lies on a side or corner at which the surface is smooth, or ends, the patch itself goes on beyond it:
+normals of neighbours differ a little there, and a fan of normals between them would be one of a tiny radius. At sharp edges and
+corners normals do fan out: they are arcs and spheres of radius zero.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from prensa.kernels.compiled import njit
+from prensa.precision import NEGLIGIBLE, ROUND_OFF
+from prensa.tools.facets import BORDER, CREASE
+
+FOOT_STEPS = 20
+"""Newton steps to the foot of a perpendicular, quadratic from the third on."""
+# where on a patch a closest point lies: inside, on a side, at a corner
+_WITHIN, _SIDE, _CORNER = 0, 1, 4
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@njit(cache=True, error_model="numpy")
+def _at(X, C, e, z, x, xe, xz):
+    """Place x (3,) and its derivatives by e and z of the patch of corners X (3, 3) and coefficients C (3, 3)."""
+    a, b = 1.0 - e, e - z
+    for i in range(3):
+        c0, c1, c2 = C[0, i], C[1, i], C[2, i]
+        x[i] = X[0, i] * a + X[1, i] * b + X[2, i] * z - c0 * (a * b) - c1 * (b * z) - c2 * (a * z)
+        xe[i] = X[1, i] - X[0, i] - c0 * (a - b) - c1 * z + c2 * z
+        xz[i] = X[2, i] - X[1, i] + c0 * a - c1 * (b - z) - c2 * a
+
+
+@njit(cache=True, error_model="numpy")
+def _foot(X, C, p, e, z, x, xe, xz):
+    """Foot of the perpendicular from p on an endless patch by Newton's method from (e, z): e, z, whether it was found.
+
+    x, xe, xz (3,): its place and derivatives.
+    """
+    r = np.empty(3)
+    for _ in range(FOOT_STEPS):
+        _at(X, C, e, z, x, xe, xz)
+        for i in range(3):
+            r[i] = x[i] - p[i]
+        fe, fz = _dot(r, xe), _dot(r, xz)
+        g11, g12, g22 = _dot(xe, xe), _dot(xe, xz), _dot(xz, xz)
+        b0, b1, b2 = _dot(r, C[0]), _dot(r, C[1]), _dot(r, C[2])
+        h11, h12, h22 = g11 + 2.0 * b0, g12 - b0 - b1 + b2, g22 + 2.0 * b1
+        # Beyond a centre of curvature the distance is no minimum there: the first fundamental form leads downhill all the same.
+        if h11 <= 0.0 or h11 * h22 - h12 * h12 <= 0.25 * (g11 * g22 - g12 * g12):
+            h11, h12, h22 = g11, g12, g22
+        det = h11 * h22 - h12 * h12
+        de, dz = -(h22 * fe - h12 * fz) / det, -(h11 * fz - h12 * fe) / det
+        size = max(abs(de), abs(dz))
+        if size > 0.5:
+            de, dz = 0.5 * de / size, 0.5 * dz / size
+        e += de
+        z += dz
+        if size < NEGLIGIBLE:
+            _at(X, C, e, z, x, xe, xz)
+            return e, z, True
+    return e, z, False
+
+
+@njit(cache=True, error_model="numpy")
+def _on_side(a, b, c, p):
+    """Squared distance of p to the parabola a + (b − a) s − c s (1 − s), 0 ≤ s ≤ 1, and s."""
+    # Half the derivative of the square is f = f0 + f1 s + f2 s² + f3 s³.
+    f0, f1, f2, f3, dd = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(3):
+        r, t = a[i] - p[i], b[i] - a[i] - c[i]
+        f0 += r * t
+        f1 += t * t + 2.0 * r * c[i]
+        f2 += 3.0 * t * c[i]
+        f3 += 2.0 * c[i] * c[i]
+        dd += (b[i] - a[i]) ** 2
+    low, high, s = 0.0, 1.0, 0.5
+    if f0 >= 0.0:
+        s = 0.0
+    elif f0 + f1 + f2 + f3 <= 0.0:
+        s = 1.0
+    else:
+        s = min(max(-f0 / f1 if f1 > 0.0 else 0.5, 0.0), 1.0)
+        for _ in range(60):
+            f = f0 + s * (f1 + s * (f2 + s * f3))
+            if f > 0.0:
+                high = s
+            else:
+                low = s
+            slope = f1 + s * (2.0 * f2 + s * 3.0 * f3)
+            to = s - f / slope if slope > 0.0 else 0.5 * (low + high)
+            if to <= low or to >= high:
+                to = 0.5 * (low + high)
+            done = abs(to - s) < ROUND_OFF
+            s = to
+            if done:
+                break
+    d = 0.0
+    for i in range(3):
+        d += (a[i] + (b[i] - a[i]) * s - c[i] * (s * (1.0 - s)) - p[i]) ** 2
+    return d, s
+
+
+@njit(cache=True, error_model="numpy")
+def _nearest_of(X, C, curved, p, x, xe, xz, found):
+    """Squared distance of p to a patch, and where: inside, or the number of the side or corner; found (2,): its e, z or s."""
+    # The foot on the flat triangle is where Newton's method begins, and all there is of a flat one.
+    s11, s12, s22, f1, f2 = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(3):
+        u, v, w = X[1, i] - X[0, i], X[2, i] - X[0, i], p[i] - X[0, i]
+        s11 += u * u
+        s12 += u * v
+        s22 += v * v
+        f1 += u * w
+        f2 += v * w
+    det = s11 * s22 - s12 * s12
+    b, z = (s22 * f1 - s12 * f2) / det, (s11 * f2 - s12 * f1) / det
+    e = b + z
+    there = True
+    if curved:
+        e, z, there = _foot(X, C, p, min(max(e, 0.0), 1.0), min(max(z, 0.0), 1.0), x, xe, xz)
+    if there and -ROUND_OFF <= z <= e + ROUND_OFF and e <= 1.0 + ROUND_OFF:
+        if not curved:
+            _at(X, C, e, z, x, xe, xz)
+        found[0], found[1] = e, z
+        return (x[0] - p[0]) ** 2 + (x[1] - p[1]) ** 2 + (x[2] - p[2]) ** 2, _WITHIN
+    best, where = np.inf, _WITHIN
+    for k in range(3):
+        i, j = (0, 1) if k == 0 else ((1, 2) if k == 1 else (0, 2))
+        d, s = _on_side(X[i], X[j], C[k], p)
+        if d < best:
+            best = d
+            found[0] = s
+            where = _CORNER + i if s == 0.0 else (_CORNER + j if s == 1.0 else _SIDE + k)
+    return best, where
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _beyond(box, p):
+    """Squared distance of p to a box (6,)."""
+    d = 0.0
+    for i in range(3):
+        way = max(box[i] - p[i], 0.0, p[i] - box[3 + i])
+        d += way * way
+    return d
+
+
+@njit(cache=True, error_model="numpy")
+def nearest(P, C, curved, boxes, order, xi, triangle, where, at):
+    """Points xi (k, 3) → nearest triangles (k,), where on them (k,), and parameters there (k, 2).
+
+    P, C (m, 3, 3), curved (m,): patches. ``boxes`` (2 l, 6): binary heap, node i with children 2i and 2i + 1, leaves last, of
+    which ``order`` (l,) are the triangles (−1: none).
+    """
+    first = boxes.shape[0] // 2
+    x, xe, xz, found = np.empty(3), np.empty(3), np.empty(3), np.empty(2)
+    stack = np.empty(64, dtype=np.int64)
+    for k in range(xi.shape[0]):
+        p = xi[k]
+        best, t_best, w_best = np.inf, -1, 0
+        stack[0], top = 1, 1
+        while top > 0:
+            top -= 1
+            i = stack[top]
+            # Neighbours are equally near at their common side, but for round-off: the first one is taken, always.
+            if _beyond(boxes[i], p) > best * (1.0 + NEGLIGIBLE):
+                continue
+            if i < first:
+                l, r = 2 * i, 2 * i + 1
+                if _beyond(boxes[l], p) <= _beyond(boxes[r], p):
+                    l, r = r, l
+                stack[top], stack[top + 1] = l, r
+                top += 2
+                continue
+            t = order[i - first]
+            if t < 0:
+                continue
+            d, w = _nearest_of(P[t], C[t], curved[t], p, x, xe, xz, found)
+            same = d <= best * (1.0 + NEGLIGIBLE) and t < t_best
+            if d < best * (1.0 - NEGLIGIBLE) or same or t_best < 0:
+                best, t_best, w_best = min(best, d), t, w
+                at[k, 0], at[k, 1] = found[0], found[1]
+        triangle[k], where[k] = t_best, w_best
+
+
+@njit(cache=True, error_model="numpy")
+def _of_patch(C, xe, xz, x, p, n, H):
+    """Gap of p over the foot x of a patch with derivatives xe, xz; normal n (3,) and H = ∂n/∂p (3, 3).
+
+    With the fundamental forms G and L: dn = −E G⁻¹ L (G − g L)⁻¹ Eᵀ dp.
+    """
+    n[0] = xe[1] * xz[2] - xe[2] * xz[1]
+    n[1] = xe[2] * xz[0] - xe[0] * xz[2]
+    n[2] = xe[0] * xz[1] - xe[1] * xz[0]
+    size, g = np.sqrt(_dot(n, n)), 0.0
+    for i in range(3):
+        n[i] /= size
+        g += n[i] * (p[i] - x[i])
+    b0, b1, b2 = _dot(n, C[0]), _dot(n, C[1]), _dot(n, C[2])
+    g11, g12, g22 = _dot(xe, xe), _dot(xe, xz), _dot(xz, xz)
+    l11, l12, l22 = 2.0 * b0, -b0 - b1 + b2, 2.0 * b1
+    m11, m12, m22 = g11 - g * l11, g12 - g * l12, g22 - g * l22
+    det_g, det_m = g11 * g22 - g12 * g12, m11 * m22 - m12 * m12
+    for j in range(3):
+        be, bz = (m22 * xe[j] - m12 * xz[j]) / det_m, (m11 * xz[j] - m12 * xe[j]) / det_m
+        le, lz = -(l11 * be + l12 * bz), -(l12 * be + l22 * bz)
+        ge, gz = (g22 * le - g12 * lz) / det_g, (g11 * lz - g12 * le) / det_g
+        for i in range(3):
+            H[i, j] = xe[i] * ge + xz[i] * gz
+    return g
+
+
+@njit(cache=True, error_model="numpy")
+def _fan(foot, t, bend, mean, p, least, n, H):
+    """Gap of p over a sharp place at ``foot``; t (3,): tangent of the side there, 0 at corners; bend (3,): half its derivative.
+
+    ``mean`` (3,): mean normal, which says on which side of the surface p is; ``least``: distance below which it is the normal.
+    """
+    d, side = np.empty(3), 0.0
+    for i in range(3):
+        d[i] = p[i] - foot[i]
+        side += d[i] * mean[i]
+    r, sign = np.sqrt(_dot(d, d)), 1.0 if side >= 0.0 else -1.0
+    length = _dot(t, t)
+    along = 0.0
+    if length > 0.0:
+        along = 1.0 / (length - 2.0 * _dot(d, bend))
+    for i in range(3):
+        n[i] = sign * d[i] / r if r > least else mean[i]
+    for i in range(3):
+        for j in range(3):
+            H[i, j] = sign / max(r, least) * ((1.0 if i == j else 0.0) - n[i] * n[j] - along * t[i] * t[j])
+    return sign * r
+
+
+@njit(cache=True, error_model="numpy")
+def _place(where, at):
+    """Parameters e, z of a place that `_nearest_of` found."""
+    s = at[0]
+    if where == _WITHIN:
+        return at[0], at[1]
+    if where == _SIDE:
+        return s, 0.0
+    if where == _SIDE + 1:
+        return 1.0, s
+    if where == _SIDE + 2:
+        return s, s
+    return (0.0, 0.0) if where == _CORNER else ((1.0, 0.0) if where == _CORNER + 1 else (1.0, 1.0))
+
+
+@njit(cache=True, error_model="numpy")
+def closest(P, C, curved, kinds, means, least, xi, triangle, where, at, g, n, H):
+    """Points xi (k, 3) and what `nearest` says of them → gaps g (k,), normals n (k, 3), H = ∂n/∂ξ (k, 3, 3).
+
+    kinds (m, 7): what sides 0 to 2 (from column 1) and corners 0 to 2 (from column 4) of triangles are; means (m, 7, 3): mean
+    normals of the surface there.
+    """
+    x, xe, xz, t = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    none = np.zeros(3)
+    for k in range(xi.shape[0]):
+        p, m, w = xi[k], triangle[k], where[k]
+        e, z = _place(w, at[k])
+        if kinds[m, w] != CREASE:
+            e_foot, z_foot, there = _foot(P[m], C[m], p, e, z, x, xe, xz)
+            # A curved patch is not followed farther than by its own size.
+            if there and (not curved[m] or (abs(e_foot - 0.5) <= 1.5 and abs(z_foot - 0.5) <= 1.5)):
+                g[k] = _of_patch(C[m], xe, xz, x, p, n[k], H[k])
+                continue
+        _at(P[m], C[m], e, z, x, xe, xz)
+        if kinds[m, w] == BORDER:  # it goes on straight
+            g[k] = _of_patch(C[m], xe, xz, x, p, n[k], H[k])
+            H[k] = 0.0
+            continue
+        if w >= _CORNER or w == _WITHIN:
+            g[k] = _fan(x, none, none, means[m, w], p, least, n[k], H[k])
+            continue
+        for i in range(3):
+            t[i] = xe[i] if w == _SIDE else (xz[i] if w == _SIDE + 1 else xe[i] + xz[i])
+        g[k] = _fan(x, t, C[m, w - _SIDE], means[m, w], p, least, n[k], H[k])

@@ -1,0 +1,123 @@
+"""Rigid tools in space of triangulated surfaces in files."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from prensa.importers import stl
+from prensa.model.fields import Turn
+from prensa.model.tables import digest_of, found_file
+from prensa.model.units import Angle, Length, Number
+from prensa.tools.analytic import Tool
+from prensa.tools.curved import Curved
+from prensa.tools.facets import CREASE
+from prensa.tools.tool import ToolShape, Touched, rotation_of
+from prensa.types import Array, Index
+
+__all__ = ["Stl"]
+
+
+def _found(path: Any, info: Any) -> Any:
+    return found_file(path, info.context, "STL file") if isinstance(path, str) else path
+
+
+def _one(value: Any) -> Any:
+    """A unit by its name alone is one of it."""
+    return f"1 {value}" if isinstance(value, str) and value.strip()[:1].isalpha() else value
+
+
+class Stl(ToolShape):
+    """Rigid tool in space bounded by the triangles of an STL ``file``, read as curved patches.
+
+    The patches go through the corners of the triangles and have the mean normals there, so that they are not as coarse as the
+    facets; flats stay flat. Edges between triangles that differ by more than the angle ``sharp`` are edges of the tool. The
+    origin of the file is the reference point. ``unit``: what one is in the file, such as mm or inch (default: one of the case);
+    ``scale``: a factor besides. ``turn``: rotation at the start, by which a z that is upright in the file becomes y:
+    ``[-90 deg, 0, 0]``. Of a closed surface the normals look outwards; ``reverse`` turns them round, and ``false`` says that a
+    closed one whose normals look inwards is a cavity with bodies inside. An open surface goes on straight beyond its borders.
+    ``digest`` is filled in by the program: a run is resumed only with the file that it began with.
+    """
+
+    file: Annotated[str, BeforeValidator(_found)]
+    unit: Annotated[Length, Field(gt=0), BeforeValidator(_one)] = 1.0
+    scale: Annotated[Number, Field(gt=0)] = 1.0
+    turn: Turn = (0.0, 0.0, 0.0)
+    reverse: bool | None = None
+    sharp: Annotated[Angle, Field(gt=0, lt=math.pi)] = math.pi / 6
+    digest: str | None = None
+    type: Literal["stl"] = "stl"
+
+    dimensions: ClassVar[tuple[int, ...]] = (3,)
+
+    @model_validator(mode="after")
+    def _check(self) -> Stl:
+        digest = digest_of(self.file)
+        if self.digest not in (None, digest):
+            raise ValueError(f"STL file {self.file!r} has changed since this case was written; run the case again")
+        object.__setattr__(self, "digest", digest)
+        surface = stl.read(self.file, digest)
+        if surface.closed and surface.volume < 0.0 and self.reverse is None:
+            raise ValueError(
+                f"the surface in {Path(self.file).name!r} is inside out, its normals look into it: turn them round with "
+                "'reverse: true' (or say 'reverse: false' if the tool is a cavity with bodies inside)"
+            )
+        return self
+
+    def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
+        """See `prensa.tools.curved`."""
+        return self._made()
+
+    def _made(self) -> Curved:
+        return _curved(self.file, self.digest or "", self.unit * self.scale, self.turn, bool(self.reverse), self.sharp)
+
+    def touched(self, shape: Tool, xi: Array) -> Touched | None:
+        """See `prensa.tools.curved`."""
+        return shape.touched(xi) if isinstance(shape, Curved) else None
+
+    def facets(self, direction: Array, depth: float) -> tuple[Array, Index]:
+        """The triangles of the file."""
+        surface = self._made().surface
+        return surface.points, surface.triangles
+
+    def hint(self) -> str:
+        """Which way the normals look, and units."""
+        return "; or its normals look the wrong way ('reverse: true' turns them round), or its 'unit' is another one"
+
+    def details(self, shape: Tool, direction: Array) -> str:
+        """How large and how coarse it is."""
+        if not isinstance(shape, Curved):
+            return ""
+        x, s = shape.surface.points, shape.surface
+        size = " x ".join(f"{v:.4g}" for v in np.ptp(x, axis=0))
+        sharp = int((shape.facets.edge_kinds == CREASE).sum())
+        chord = float(shape.chords.max())
+        coarse = f"facets up to {math.degrees(float(shape.facet_angles.max())):.3g}° apart"
+        coarse += f" with chords up to {chord:.2g}, good for contacts deeper than {50.0 * chord:.2g}" if chord else ""
+        return (
+            f", {Path(self.file).name}, {size}, {len(s.triangles)} triangles in {s.parts} part{'s' * (s.parts > 1)}, "
+            f"{'closed' if s.closed else 'open'}, {coarse}, {sharp} sharp edges"
+        )
+
+    def notes(self) -> tuple[str, ...]:
+        """What was mended."""
+        s = stl.read(self.file, self.digest or "")
+        said = [
+            f"{s.turned} triangles looked the other way than their neighbours, and are turned" if s.turned else "",
+            f"{s.left_out} triangles without an area are left out" if s.left_out else "",
+        ]
+        return tuple(f"{Path(self.file).name}: {words}" for words in said if words)
+
+
+@lru_cache(maxsize=8)
+def _curved(file: str, digest: str, unit: float, turn: tuple[float, ...], reverse: bool, sharp: float) -> Curved:
+    """The shape, made once for all that ask for it."""
+    surface = stl.read(file, digest)
+    surface = surface.reversed() if reverse else surface
+    return Curved(replace(surface, points=unit * surface.points @ rotation_of(turn).T), sharp)

@@ -1,0 +1,213 @@
+"""Tools of STL files: patches against the surfaces that the triangles stand for, flats, derivatives, borders, mistakes, a run."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+
+import meshio
+import numpy as np
+import pytest
+
+import prensa as pr
+from differences import belongs_together
+from prensa.model.schema import loads
+from prensa.output import vtk
+from prensa.tools.facets import BORDER, CREASE
+from prensa.verify.stl import DIE_PROFILE, extruded, faceted, icosphere, write
+
+DOWN = -np.eye(3)[1]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    made = tmp_path_factory.mktemp("stl")
+    write(made / "ball.stl", *icosphere(10.0, 3))
+    write(made / "die.stl", *extruded(faceted(DIE_PROFILE, 2.0), 20.0), binary=False)
+    points, triangles = icosphere(10.0, 1)
+    write(made / "inside_out.stl", points, triangles[:, ::-1])
+    return made
+
+
+def degrees(a, b):
+    return np.degrees(np.arccos(np.clip((a * b).sum(axis=1), -1.0, 1.0)))
+
+
+def beside(shape, k=1500, box=((-15, 15), (-1, 5), (-15, 15)), seed=0):
+    """Points (k, 3) within 0.05 of a surface."""
+    rng = np.random.default_rng(seed)
+    x = np.stack([rng.uniform(*b, k) for b in box], axis=1)
+    close = shape.closest(x)
+    return x - (close.g - rng.uniform(-0.05, 0.05, k))[:, None] * close.n
+
+
+def test_a_sphere_of_triangles_is_a_sphere(folder):
+    """Gap to 1e-4 of the radius over chords of 4e-3, normals within 0.1°, curvature within 5 %; triangles 8.6° long."""
+    shape, exact = pr.Stl(str(folder / "ball.stl")).shape(DOWN), pr.Sphere(10.0).shape(DOWN)
+    x = beside(exact, box=((-12, 12),) * 3)
+    ours, sphere = shape.closest(x), exact.closest(x)
+    assert shape.surface.closed and shape.surface.volume == pytest.approx(4 / 3 * np.pi * 1000, rel=0.02)
+    assert not shape.facets.flats.any()
+    assert np.abs(ours.g - sphere.g).max() < 2e-4 * 10.0
+    assert degrees(ours.n, sphere.n).max() < 0.1
+    assert np.abs(ours.c - sphere.c).max() < 0.05 / 10.0
+    assert 0.02 < shape.chords.max() < 0.05
+
+
+def test_the_tangent_is_exact(folder):
+    """N = ∇g and ∂n/∂x by differences away from sides of patches, to 1e-8; each point for itself, the same each time."""
+    for name, box in (("ball.stl", ((-12, 12),) * 3), ("die.stl", ((-15, 15), (-1, 5), (-15, 15)))):
+        shape = pr.Stl(str(folder / name)).shape(DOWN)
+        x = beside(shape, 600, box)
+        slope, bend = belongs_together(shape, x)
+        smooth = bend < 1e-3
+        assert smooth.mean() > 0.97
+        assert max(slope[smooth].max(), bend[smooth].max()) < 1e-8
+        first, again = shape.closest(x), shape.closest(x[::7])
+        assert all(np.array_equal(a[::7], b) for a, b in zip(first[:3], again))
+
+
+def test_a_die_as_cad_writes_it(folder):
+    """Flats flat to 1e-12, others to the file's seven digits; fillets of 10° within 0.1° and 1e-4, borders apart."""
+    shape = pr.Stl(str(folder / "die.stl")).shape(DOWN)
+    exact = pr.Extruded(pr.Profile(points=DIE_PROFILE, fillet=2.0)).shape(DOWN)
+    x = beside(exact)
+    ours, profile = shape.closest(x), exact.closest(x)
+    flat = np.abs(profile.c).max(axis=(1, 2)) == 0.0
+    level = flat & (np.abs(profile.n[:, 1]) == 1.0)
+    assert level.sum() > 100 and (~flat).sum() > 50
+    assert np.abs(ours.g - profile.g)[level].max() < 1e-12 and np.abs(ours.n - profile.n)[level].max() < 1e-12
+    assert np.abs(ours.g - profile.g)[flat].max() < 1e-5 and degrees(ours.n, profile.n)[flat].max() < 1e-3
+    assert np.abs(ours.g - profile.g)[~flat].max() < 1e-4 and degrees(ours.n, profile.n)[~flat].max() < 0.1
+    assert shape.chords.max() > 5e-3
+
+
+def punch(folder, n=36):
+    """A closed cylindrical punch of radius 5 and fillet 1, in facets of 10°."""
+    a = np.radians(np.arange(0.0, 91.0, 10.0))
+    line = [(0.0, 0.0), *zip(4.0 + np.sin(a), 1.0 - np.cos(a)), (5.0, 10.0), (0.0, 10.0)]
+    points, rows = [], []
+    for r, y in line:
+        rows.append(len(points) + np.arange(n) * (r > 0.0))
+        points += [(r * np.cos(w), y, r * np.sin(w)) for w in 2 * np.pi * np.arange(n if r > 0.0 else 1) / n]
+    quads = [(a[i], b[i], b[(i + 1) % n], a[(i + 1) % n]) for a, b in pairwise(rows) for i in range(n)]
+    strips = [t for i, j, k, l in quads for t in ((i, j, k), (i, k, l))]
+    triangles = np.array([t for t in strips if len(set(t)) == 3])
+    return write(folder / "punch.stl", np.array(points), triangles)
+
+
+def test_a_punch_has_flats_fillets_sides_and_a_sharp_rim(folder):
+    """Normals within 3°, the flat face flat, the straight lines of its side straight, the sharp rim a circle."""
+    shape, exact = pr.Stl(punch(folder)).shape(DOWN), pr.Revolved(pr.Stamp(10.0, 1.0)).shape(DOWN)
+    x = beside(exact, 3000, ((-6, 6), (-0.5, 6), (-6, 6)))
+    x = x[np.abs(exact.closest(x).g) < 0.06]
+    ours, stamp = shape.closest(x), exact.closest(x)
+    assert shape.surface.closed and (shape.facets.edge_kinds == CREASE).sum() == 36
+    assert degrees(ours.n, stamp.n).max() < 3.0
+    assert np.abs(ours.g - stamp.g).max() < 2e-3
+    face = np.array([[0.3, -0.01, 0.7], [-2.0, 0.01, 2.0]])
+    assert np.abs(shape.closest(face).n - DOWN).max() < 1e-12
+    rim = 5.0 * np.array([[np.cos(w), 0.0, np.sin(w)] for w in np.radians(np.arange(2.0, 90.0, 7.0))]) + [0.0, 10.0, 0.0]
+    assert np.abs(shape.closest(rim).g).max() < 1e-4
+
+
+def test_an_open_surface_goes_on_straight(folder):
+    """Beyond its borders, which are said to be touched; near its middle they are not."""
+    shape = pr.Stl(str(folder / "die.stl")).shape(DOWN)
+    assert (shape.facets.edge_kinds == BORDER).sum() > 50 and not shape.surface.closed
+    beyond, within = np.array([[-24.0, 2.0, 3.0], [-15.0, 2.5, 26.0]]), np.array([[-15.0, 2.5, 3.0]])
+    assert np.allclose(shape.closest(beyond).g, [1.0, 0.5], atol=1e-12)
+    assert shape.touched(beyond).beyond and not shape.touched(within).beyond
+
+
+def test_what_files_get_wrong_is_mended(folder):
+    """Corners that differ by round-off are joined, triangles that look the other way turned; both are reported."""
+    points, triangles = icosphere(1.0, 1)
+    triangles[5] = triangles[5, ::-1]
+    loose = points[triangles].reshape(-1, 3) * (1.0 + 1e-8 * np.random.default_rng(0).normal(size=(3 * len(triangles), 1)))
+    path = write(folder / "loose.stl", loose, np.arange(len(loose)).reshape(-1, 3), binary=False)
+    tool = pr.Stl(path)
+    surface = tool.shape(DOWN).surface
+    assert (surface.closed, surface.turned, len(surface.points)) == (True, 1, len(points))
+    assert tool.notes() == ("loose.stl: 1 triangles looked the other way than their neighbours, and are turned",)
+
+
+CASE = """
+name: stl
+space: solid
+bodies:
+  b: {mesh: {type: box, size: [4, 2, 1], n: [8, 4, 2]}, material: {type: elastic, E: 1000, nu: 0.3}}
+tools:
+  t: {type: stl, file: die.stl, touching: b.top, at: [0, 0, 0]}
+contacts: [{surface: b.top, against: t}]
+fixed: {b.bottom: y, b.left: x, b.back: z}
+steps: [{name: press, move: {t: {y: -0.02}}, increments: 1}]
+"""
+
+
+def test_units_turns_and_texts(folder):
+    """One of the file's unit is a length of the case, by its name or a number; turned; what is written is read again."""
+    given = loads(CASE.replace("die.stl,", "die.stl, unit: inch, scale: 0.5, turn: [0, 90 deg, 0],"), folder=folder).problem
+    size = np.ptp(given.tools["t"].shape(DOWN).surface.points, axis=0)
+    assert np.allclose(size, [12.7 * 40, 12.7 * 3, 12.7 * 40], rtol=1e-6)
+    assert loads(pr.dump(given)).problem == given
+    assert pr.discretise(loads(CASE, folder=folder).problem).tools[0].at == pytest.approx([0.0, 2.0, 0.0], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("die.stl", "nothing.stl", "7:.*STL file 'nothing.stl': there is no such file; the folder has"),
+        ("die.stl", "case.yaml", "'case.yaml' is no STL file that can be read"),
+        ("die.stl", "inside_out.stl", "the surface in 'inside_out.stl' is inside out.* 'reverse: true'"),
+        ("die.stl", "three.stl", "3 triangles of 'three.stl' meet in one edge, near .0.5, 0, 0. of the file"),
+        ("die.stl,", "die.stl, scale: 0,", "scale .* must be greater than 0"),
+        ("die.stl,", "die.stl, unit: kN,", "unit.*'1 kN' is not a length"),
+    ],
+)
+def test_mistakes_in_files_are_reported(folder, old, new, words):
+    """With the line and a remedy, before anything is solved."""
+    (folder / "case.yaml").write_text(CASE)
+    x = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]])
+    write(folder / "three.stl", x, np.array([[0, 1, 2], [0, 1, 3], [0, 1, 4]]))
+    with pytest.raises(pr.CaseError, match=words):
+        loads(CASE.replace(old, new), folder=folder)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ((("die.stl,", "die.stl, reverse: true,"),), "never meets 'b.top'.* its normals look the wrong way .'reverse: true'"),
+        ((("die.stl,", "die.stl, reverse: true,"), ("touching: b.top, at: [0, 0", "at: [0, 2")), "'reverse: true', or name"),
+        ((("die.stl,", "die.stl, unit: m,"),), "the tool measures 2e.04 mm and the bodies 4: an STL file states no unit"),
+        ((("touching: b.top, at: [0, 0", "at: [0, 1.5"),), "it starts 0.5 inside 'b.top', .* move the tool by .0, 0.5, 0. mm"),
+    ],
+)  # fmt: skip
+def test_mistakes_of_place_are_reported(folder, changes, words):
+    """Normals the wrong way, another unit, a body inside the tool."""
+    from prensa.checks.before.preflight import preflight
+
+    text = CASE
+    for old, new in changes:
+        text = text.replace(old, new)
+    with pytest.raises(pr.PrensaError, match=words):
+        found = [*preflight(pr.discretise(loads(text, folder=folder).problem))]
+        raise pr.PrensaError("; ".join(map(str, found)))
+
+
+def test_a_run_says_how_coarse_it_is(folder, tmp_path, caplog):
+    """Chords of more than 2 % of the depth, and borders within the contact; fields have the tools at their places."""
+    text = CASE.replace("size: [4,", "size: [8,").replace("y: -0.02", "y: -0.25").replace("at: [0, 0, 0]", "at: [0, 0, -19.5]")
+    problem = loads(text, folder=folder).problem
+    with caplog.at_level("WARNING", "prensa"):
+        fields = vtk.Fields(tmp_path, problem=problem)
+        for increment in pr.solve(problem):
+            fields.append(increment)
+    said = " ".join(r.message for r in caplog.records)
+    assert "the contact goes beyond an open border of its surface" in said
+    assert re.search("leave chords of 0.0062 mm .9° between them., 2.5 % of the depth of contact 0.249", said)
+    grid = meshio.read(tmp_path / "fields" / "tools_0001.vtu")
+    tool = problem.tools["t"]
+    assert np.allclose(grid.points, tool.shape(DOWN).surface.points + np.array([0.0, 1.75, -19.5]))
+    assert (tmp_path / "fields.pvd").read_text().count('part="1"') == 1
+    assert len(vtk.read_collection(tmp_path / "fields.pvd")) == 1
