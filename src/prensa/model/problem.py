@@ -580,6 +580,8 @@ class Numerics:
     second order, whose automatic increments are twice as long where bodies flow, or ``auto``: ``bdf2`` in automatic increments
     in which flow is steady. ``time_tolerance``, not of the first: automatic increments are as short as it takes for first and
     second order to differ by no more than this share of the plastic flow; without it they go by plastic strain and travel alone.
+    ``energy_tolerance``: automatic increments of a step that ends by the work of a tool are so short that the energy balance of
+    each misses no more than this share of that work.
     """
 
     tolerance: Annotated[Number, Field(gt=0, le=1e-4)] = 1e-9
@@ -594,6 +596,7 @@ class Numerics:
     threads: Literal["auto"] | Annotated[Whole, Field(ge=1)] = "auto"
     time_rule: Literal["auto", "backward_euler", "bdf2"] = "auto"
     time_tolerance: Annotated[Number, Field(gt=0, lt=1)] | None = None
+    energy_tolerance: Annotated[Number, Field(gt=0, lt=1)] = 1e-4
 
     @model_validator(mode="after")
     def _check(self) -> Numerics:
