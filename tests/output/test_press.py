@@ -282,7 +282,8 @@ def test_the_interactive_plot_has_the_capacity_beside_the_force(tmp_path: Path) 
 
     curve = pr.Press(((0.0, 4e3), (1.0, 20e3)), mirror="left")
     tools = {"t": pr.Plane(touching="b.top", press=curve), "u": pr.Plane(at=(0.0, 9.0))}
-    half = upset_block(stroke(-0.2, 4), material=ALUMINIUM, tools=tools, n=(4, 4), fixed={"b.bottom": "y", "b.left": "x"}, thickness=10.0)
+    fixed = {"b.bottom": "y", "b.left": "x"}
+    half = upset_block(stroke(-0.2, 4), material=ALUMINIUM, tools=tools, n=(4, 4), fixed=fixed, thickness=10.0)
     pr.run(pr.Case(half, output=pr.Output(pictures=False, report=False, mirror="left")), out=tmp_path, quiet=True)
     made = scene(stored_run(tmp_path))["capacities"]
     assert list(made) == ["t"]

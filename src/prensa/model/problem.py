@@ -613,7 +613,8 @@ class Output:
 
     ``mirror``: sides (``left``, ``right``, ``bottom``, ``top``, in space ``back`` and ``front``) of the bodies on which pictures
     show their mirror image, where a part of the whole was modelled; in axisymmetry the axis mirrors by itself. ``wear``: by
-    tool, an `Archard` or ``relative``: loads along the tool's outline and its wear, in the report.
+    tool, an `Archard` or ``relative``: loads along the tool's outline and its wear, in the report. ``points``: fields have
+    stresses, plastic strains and damage at the integration points too, which nothing was recovered from.
     """
 
     fields: Annotated[Whole, Field(ge=0)] = 1
@@ -623,6 +624,7 @@ class Output:
         tuple[Literal["left", "right", "bottom", "top", "back", "front"], ...], BeforeValidator(as_names)
     ] = ()
     wear: Mapping[str, WearValue] = field(default_factory=dict)
+    points: bool = False
 
     @model_validator(mode="after")
     def _check(self) -> Output:

@@ -70,7 +70,8 @@ def lines(table: Table, case: Case, summary: Mapping[str, Any]) -> list[str]:
     out = [*presses, end] if summary["status"] == "completed" else [end, *presses]
     out += [_of_blow(blow, case.problem) for blow in press.blows(table, case.problem)]
     out += map(sentence, peaks(table, case))
-    out += damage.sentences(table, case.problem, partial(shown, both=False))
+    damages = damage.stated(summary["damage"]) if "damage" in summary else damage.damages(table, case.problem)
+    out += damage.sentences(damages, case.problem, partial(shown, both=False))
     for name, measure in summary.get("measures", {}).items():
         last = measure["last"]
         out.append(f"{name}: {'no value' if last is None else shown(last, measure['unit'])}")

@@ -26,6 +26,7 @@ from prensa.model.metals import metals_of
 from prensa.model.problem import Case, Problem
 from prensa.model.schema import plain
 from prensa.output import answer, checkpoint, damage, history, lock, measured, passages, press, runlog
+from prensa.output.edges import Edges
 from prensa.output.files import Contents, write_text
 from prensa.output.stored import Placement, Stored
 from prensa.types import Array
@@ -72,6 +73,7 @@ def summarise(directory: Path, system: System, case: Case, state: State | None, 
         "warnings": known["warnings"],
         "warnings_about": {w: about[w] for w in answer.weighed(known["warnings"], about) if w in about},
         "stopped_by": known["stopped_by"],
+        **({"damage": _located(directory, system, case, tables)} if known["status"] in ENDED else {}),
         "fill": _fill(directory, system, case) if known["status"] in ENDED else {},
         "folds": [w for w in known["warnings"] if FOLDS in w],
         "case": text,
@@ -234,6 +236,12 @@ def _forces(problem: Problem) -> list[tuple[str, str]]:
     """Names of a tool's forces and moments in the summary, with their columns: x, y and m in the plane."""
     names = ("x", "y", "z", "mx", "my", "mz") if problem.space == "solid" else ("x", "y", "m")
     return list(zip(names, force_columns(problem)))
+
+
+def _located(directory: Path, system: System, case: Case, tables: _Tables) -> list[dict[str, Any]]:
+    """The damages, with the tools at whose sharp edges of contact they are largest."""
+    found = damage.damages(tables.history, case.problem)
+    return [d.entry() for d in damage.located(found, Edges(directory, system, case).tool_at)] if found else []
 
 
 def _fill(directory: Path, system: System, case: Case) -> dict[str, Any]:

@@ -231,6 +231,23 @@ class BodyState(Tabular):
         return rows + [(f"largest {name}", f"{v.max(initial=0):.5g}") for name, v in largest.items()]
 
 
+@dataclass(frozen=True, repr=False)
+class MaterialPoints(Shown):
+    """What a body holds at its q integration points of m cells, before anything is recovered at the nodes.
+
+    ``stress`` (m, q, 4) Cauchy stress xx, yy, zz, xy, in space (m, q, 6) with yz and xz; ``plastic_strain`` (m, q) equivalent;
+    ``damage``: D (m, q) by the name of each damage law of the body.
+    """
+
+    stress: Array
+    plastic_strain: Array
+    damage: Mapping[str, Array] = field(default_factory=dict)
+
+    def _line(self) -> str:
+        cells, points = self.plastic_strain.shape
+        return f"{cells} elements of {points} points, plastic strain ≤ {self.plastic_strain.max(initial=0):.4g}"
+
+
 @dataclass(frozen=True)
 class Shape:
     """Where a body is, without its stresses: n nodes, m cells as in `BodyState`.
@@ -317,6 +334,7 @@ class More(NamedTuple):
     plastic_power: Callable[[], Mapping[str, PlasticPower]]
     assembled: Callable[[], Assembled] | None = None
     folding: Callable[[], Mapping[str, Folding]] | None = None
+    points: Callable[[], Mapping[str, MaterialPoints]] | None = None
 
 
 @dataclass(frozen=True)
@@ -462,6 +480,13 @@ class Increment(Drawn):
         if self._known.folding is None:
             raise PrensaError("an increment read back has no outlines; those that solve yields have")
         return self._known.folding()
+
+    @cached_property
+    def points(self) -> Mapping[str, MaterialPoints]:
+        """Stresses, plastic strains and damage at the integration points by body; in files with ``output: {points: true}``."""
+        if self._known.points is None:
+            raise PrensaError("this increment has no values at integration points; those that solve yields have")
+        return self._known.points()
 
     @cached_property
     def plastic_power(self) -> Mapping[str, PlasticPower]:

@@ -30,6 +30,7 @@ from prensa.result.increment import (
     ContactState,
     Force,
     Increment,
+    MaterialPoints,
     More,
     Parse,
     Place,
@@ -82,7 +83,7 @@ def increment_of(
         _more=More(system.problem, parse, lambda: shapes(system, whole(), start),
                    lambda: plastic_power(system, old, state.history, seconds),
                    None if context is None else lambda: assembled(system, context, whole().u, lam),
-                   lambda: folding(system, whole().u, start)),
+                   lambda: folding(system, whole().u, start), lambda: material_points(system, state)),
     )  # fmt: skip
 
 
@@ -111,6 +112,19 @@ def plastic_power(system: System, old: Sequence[Array], new: Sequence[Array], se
         if b.law.plastic and seconds > 0.0:
             work = (b.field(after, "plastic_work") - b.field(before, "plastic_work"))[..., 0] / seconds
         out[b.body] = PlasticPower(work, b.volume)
+    return out
+
+
+def material_points(system: System, state: State) -> dict[str, MaterialPoints]:
+    """Stresses, plastic strains and damage of a committed state, at the integration points."""
+    out = {}
+    for k, b in enumerate(system.blocks):
+        history = np.asarray(state.history[k])
+        stress = b.law.cauchy(b.at_law(history).reshape(-1, b.law.size)).reshape(*b.volume.shape, -1)
+        strain = b.field(history, "plastic_strain")[..., 0] if b.law.plastic else np.zeros(b.volume.shape)
+        laws = system.problem.bodies[b.body].damage
+        damage = {law.name: state.damage[k][..., j] for j, law in enumerate(laws)}
+        out[b.body] = MaterialPoints(stress, strain, damage)
     return out
 
 
