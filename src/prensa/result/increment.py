@@ -70,7 +70,8 @@ class ToolState:
 
     ``spring``: force of the springs that it is mounted on, on the tool (None: on none).
 
-    ``work`` of the tool on the bodies since the step began, with what its springs store.
+    ``work`` of the tool on the bodies since the step began, with what its springs store; ``wear``: normal force times way of slip
+    on it since the run began (force × length), nan where it is not known; times k/H of Archard's law it is the worn volume.
 
     ``direction`` (d,) outward normal of the face of a plane, stamp or ring before any rotation (``place.rz`` turns it).
     """
@@ -81,6 +82,7 @@ class ToolState:
     direction: tuple[float, ...] = (0.0, -1.0)
     spring: Force | None = None
     work: float = 0.0
+    wear: float = float("nan")
 
 
 @dataclass(frozen=True, repr=False)
