@@ -671,6 +671,9 @@ def die(
     folder: Folder,
     tool: Annotated[str, typer.Option(help="The tool of the run.", show_default=False)],
     thickness: Annotated[float, typer.Option(help="By which its outline is offset to a section.")] = 0.0,
+    mesh: Annotated[
+        Path | None, typer.Option(help="A mesh of the die (.msh, .inp), in the coordinates of the case, in place of that.")
+    ] = None,
     span: Annotated[
         str | None, typer.Option(metavar="FROM:TO", help="Of its outline; what is touched and a thickness more if not given.")
     ] = None,
@@ -701,7 +704,7 @@ def die(
         from prensa.cli import dies
 
         run = _results_of(folder, voice)
-        asked = dies.asked(thickness, modulus, nu, span, size, fix or (), back_pressure, ring)
+        asked = dies.asked(thickness, modulus, nu, span, size, fix or (), back_pressure, ring, mesh)
         moment: int | str = int(at) if at.isdecimal() else at
         from prensa.output.die_folder import write_die
 
