@@ -172,10 +172,15 @@ def test_files_and_report(run):
     assert names == pictures | {"die.json", "die.vtu", "face.csv", "loads.csv"}
     assert made["imbalance"] < 1e-10
     assert made["wear"]["parts"] > 0.0
+    worn = run.summary["wear"]["die"]
+    assert worn["parts"] == pytest.approx(made["wear"]["parts"])
+    (line,) = (text for text in run.summary["answer"] if text.startswith("wear of die"))
+    assert f"{round(worn['parts'], -3):.0f} parts until 0.05 mm" in line
     from prensa.output.report import write_report
 
     page = write_report(run.directory).read_text(encoding="utf-8")
     assert "<h2>Dies</h2>" in page
+    assert page.index(line) < page.index("<h2>")  # on the first screen
     assert "Loads and wear along the outline of die" in page
     assert "its give is not fed back" in page
 

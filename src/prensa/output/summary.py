@@ -9,6 +9,7 @@ from __future__ import annotations
 import datetime
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -75,6 +76,7 @@ def summarise(directory: Path, system: System, case: Case, state: State | None, 
         "stopped_by": known["stopped_by"],
         **({"damage": _located(directory, system, case, tables)} if known["status"] in ENDED else {}),
         "fill": _fill(directory, system, case) if known["status"] in ENDED else {},
+        "wear": _wear(directory, system, case) if known["status"] in ENDED else {},
         "folds": [w for w in known["warnings"] if FOLDS in w],
         "case": text,
     }
@@ -242,6 +244,21 @@ def _located(directory: Path, system: System, case: Case, tables: _Tables) -> li
     """The damages, with the tools at whose sharp edges of contact they are largest."""
     found = damage.damages(tables.history, case.problem)
     return [d.entry() for d in damage.located(found, Edges(directory, system, case).tool_at)] if found else []
+
+
+def _wear(directory: Path, system: System, case: Case) -> dict[str, Any]:
+    """Deepest wear by tool, of those of which the case asks for it; '' where nothing has pressed on one."""
+    if case.problem.space == "solid" or not case.output.wear:
+        return {}
+    from prensa.dies.loads import tool_loads
+    from prensa.dies.wear import wear, wear_summary
+
+    out: dict[str, Any] = {}
+    stored = Stored(directory, case, {t.name: Placement(_pair(t.at), _pair(t.direction)) for t in system.tools})
+    for tool, law in case.output.wear.items() if len(stored) else ():
+        with suppress(PrensaError):  # nothing has pressed on it
+            out[tool] = wear_summary(wear(tool_loads(stored, case.problem, tool), law.k, law.hardness), law.depth)
+    return out
 
 
 def _fill(directory: Path, system: System, case: Case) -> dict[str, Any]:
