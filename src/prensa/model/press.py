@@ -1,4 +1,4 @@
-"""The press that drives a tool: what it can bear and give, how much of that a tool needs, and errors in writing it."""
+"""The press that drives a tool: its capacity, how much of that a tool needs, and errors in writing it."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ else:
 class Press:
     """The press behind a tool: every increment has its ``press_utilisation``, 1 where the press is at its limit.
 
-    ``capacity``: the force that it can bear, a number, a table of strokes and forces (strokes from the first place of the tool,
+    ``capacity``: the largest force, a number, a table of strokes and forces (strokes from the first place of the tool,
     linear between) or the name of a CSV file of them. ``torque``: of the crank shaft of a mechanical press, whose tool the
     steps drive by ``crank``; it allows the force torque / (way of the slide per angle of the crank). ``energy``: of one blow of
     a hammer or a screw press: the work of the tool in a step. Capacities and energies are those of the machine, so of the
@@ -115,7 +115,7 @@ class Use:
         return math.hypot(x if "x" in self.axis else 0.0, y if "y" in self.axis else 0.0)
 
     def force(self, fx: float, fy: float) -> float:
-        """Force that the press bears when the model's tool does."""
+        """Force on the press when the model's tool does."""
         return self.forces * self.along(fx, fy)
 
     def stroke(self, ux: float, uy: float) -> float:
@@ -123,7 +123,7 @@ class Use:
         return self.strokes * self.along(ux, uy)
 
     def capacity(self, stroke: float, time: float, number: int) -> float:
-        """Force that the press can bear at a stroke and a time of step *number* (from 0); infinite where nothing limits it.
+        """Capacity at a stroke and a time of step *number* (from 0); infinite where nothing limits it.
 
         Of a crank by virtual work, torque × turn = force × way (its friction left out), where a step turns it.
         """
@@ -144,7 +144,7 @@ class Use:
     def utilisation(
         self, force: tuple[float, float], place: tuple[float, float], work: float, time: float, number: int
     ) -> float:
-        """The largest share of its limits that the press bears, at a time of step *number* (from 0).
+        """The largest share of its limits that is used, at a time of step *number* (from 0).
 
         ``force`` and ``place`` of the model's tool along x and y, its ``work`` in the step.
         """
@@ -191,7 +191,7 @@ def findings(p: Any) -> Iterator[Finding]:
         if p.space == "solid":
             yield Finding(path, "presses are of plane and axisymmetric problems so far; leave it out")
         elif p.space in ("plane strain", "plane stress") and p.thickness == 1.0:
-            message = "a press bears the whole part, and forces here are per length: give 'thickness', how long the part is"
+            message = "a press forms the whole part, and forces here are per length: give 'thickness', how long the part is"
             yield Finding(path, message)
         if whole:
             yield from _driven(p, path, name, tool.press)

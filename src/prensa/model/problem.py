@@ -126,7 +126,7 @@ else:
 class Body:
     """Deformable body: a mesh of one material and ``element``.
 
-    ``q4_fbar`` does not lock in volume and bears large plastic flow; ``q4_enhanced`` does not lock in bending either;
+    ``q4_fbar`` does not lock in volume and withstands large plastic flow; ``q4_enhanced`` does not lock in bending either;
     ``q4_sheet`` is ``q4_enhanced`` with nine points across each layer, for elastic-plastic bending and springback;
     ``q8`` (2 × 2 points) and ``t6`` are quadratic; ``q4``, ``t3`` and ``q8_full`` (3 × 3 points) are the textbook elements,
     which lock in plastic flow.

@@ -1,4 +1,4 @@
-"""What the tools of a run bear, in files: loads along their outlines, wear, stresses of dies."""
+"""Tools of a run, in files: loads along their outlines, wear, stresses of dies."""
 
 from __future__ import annotations
 

@@ -346,7 +346,7 @@ class Derivatives:
     ``flat`` by path: what is left of the residual along the derivative, over the forces, for a change of the parameter by its
     own size; round-off where the derivative is exact. ``switched`` by contact: points that have closed or opened in the
     increment, where forces over a parameter have kinks. ``at_kinks`` by contact: points that are at a kink themselves, since they
-    just touch, or stick with all that friction bears: the derivative is that of the one side, at such times and from there on.
+    just touch, or stick with the bound of friction: the derivative is that of the one side, at such times and from there on.
     """
 
     flat: Mapping[str, float]

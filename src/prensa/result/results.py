@@ -402,7 +402,7 @@ def skin_stress(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
 
 
 def _borne(system: System, state: State, b: Block, history: Array, nodal: Array) -> Array:
-    """Stresses (n, 4) of the nodes of a plastic body of which none is more than metal there bears.
+    """Stresses (n, 4) of the nodes of a plastic body of which none is more than the flow stress of the metal there.
 
     Plastic strains begin with a kink, on whose far side patches have too little of them: those carried from the elements
     that a node belongs to count too, if they are larger.
@@ -414,7 +414,7 @@ def _borne(system: System, state: State, b: Block, history: Array, nodal: Array)
     strain = np.maximum(_recovered(x, b, plastic, history), recover(x[own], cells, b.positions(x), plastic, kinked=kinked))
     law: Any = b.law  # plastic laws have one
     limit = law.flow_stress(np.maximum(strain[:, 0], 0.0))
-    # Points may bear more than the curve at rest: rate-dependent metals, and those that yield on the Kirchhoff stress.
+    # Points may carry more than the curve at rest: rate-dependent metals, and those that yield on the Kirchhoff stress.
     np.maximum.at(limit, cells, points.max(axis=1)[:, None])
     return borne(x[own], cells, nodal, limit, system.problem.space == "plane stress")
 

@@ -13,19 +13,19 @@ from prensa.result.increment import Increment
 from prensa.system.discretise import discretise
 from prensa.types import Array
 from prensa.verify.balance import BALANCE_TOLERANCE, Balance, imbalance
+from prensa.verify.forming import BILLET_FLOW
 from prensa.verify.table import Row, case, row
 
-FLOW = pr.Ludwik(250.0, 500.0, 0.3)
-LAWS = {
+DAMAGE_LAWS = {
     "cockcroft_latham": pr.CockcroftLatham(), "cockcroft_latham_plain": pr.CockcroftLathamPlain(), "oyane_tenth": pr.Oyane(A=0.1),
     "rice_tracey": pr.RiceTracey(), "plastic_work": pr.Freudenthal(),
 }  # fmt: skip
 """By their columns of the table."""
-PULLED = {"b.bottom": "y", "b.left": "x", "b.top": {"y": 1.0}}
-PATHS: dict[str, tuple[str, dict[str, str | dict[str, float | str]], float]] = {
-    "uniaxial tension": ("axisymmetric", PULLED, 1e-8),
-    "equibiaxial tension (plane stress)": ("plane stress", {**PULLED, "b.right": {"x": 1.0}}, 1e-8),
-    "plane strain tension (plane stress sheet)": ("plane stress", {**PULLED, "b.right": "x"}, 2e-3),
+PULLED_UP = {"b.bottom": "y", "b.left": "x", "b.top": {"y": 1.0}}
+DAMAGE_PATHS: dict[str, tuple[str, dict[str, str | dict[str, float | str]], float]] = {
+    "uniaxial tension": ("axisymmetric", PULLED_UP, 1e-8),
+    "equibiaxial tension (plane stress)": ("plane stress", {**PULLED_UP, "b.right": {"x": 1.0}}, 1e-8),
+    "plane strain tension (plane stress sheet)": ("plane stress", {**PULLED_UP, "b.right": "x"}, 2e-3),
     "pure shear": ("plane strain", {"b.bottom": "xy", "b.top": {"x": 2.0, "y": "held"}}, 2e-3),
 }
 """Space, supports of one element, tolerance: what the elastic beginning takes where it has other ratios of stresses."""
@@ -36,15 +36,15 @@ def paths(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """One element pulled and sheared to a plastic strain of 0.5, against the rigid-plastic integrals of the table."""
     strain, apart = 0.5, 0.0
     known = {d.path: d for d in tables.damage_paths() if d.strain == strain}
-    for path, (space, fixed, tolerance) in PATHS.items():
-        steel = pr.J2(200e3 * E_scale, 0.3, FLOW)
-        body = pr.Body(pr.Rectangle((1.0, 1.0), (1, 1)), steel, damage=tuple(LAWS.values()))
+    for path, (space, fixed, tolerance) in DAMAGE_PATHS.items():
+        steel = pr.J2(200e3 * E_scale, 0.3, BILLET_FLOW)
+        body = pr.Body(pr.Rectangle((1.0, 1.0), (1, 1)), steel, damage=tuple(DAMAGE_LAWS.values()))
         until = pr.Until(measure={"b.max.plastic_strain": strain})
         steps = (pr.Step("s", increments=160, until=until),)
         *_, last = pr.solve(pr.Problem("one", space=space, bodies={"b": body}, fixed=fixed, steps=steps))
         found, held = last.bodies["b"].damage, np.array(last.bodies["b"].reaction[:, 1])
         apart = max(apart, abs(float(held.sum())) / float(np.abs(held).max()))
-        for column, law in LAWS.items():
+        for column, law in DAMAGE_LAWS.items():
             within = max(tolerance, 1e-3) if law.of_stress else tolerance
             yield row(f"{path}: {column}", getattr(known[path], column), float(found[law.name].mean()), within)
     yield row("forces out of balance / largest force", 0.0, apart, BALANCE_TOLERANCE, "absolute")
@@ -52,7 +52,7 @@ def paths(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
 
 def billet(mu: float, n: tuple[int, int], E_scale: float = 1.0) -> pr.Problem:
     """Half of a billet between plates, pressed to six tenths of its height."""
-    body = pr.Body(pr.Rectangle((10.0, 7.5), n), pr.J2(200e3 * E_scale, 0.3, FLOW), damage=pr.CockcroftLatham())
+    body = pr.Body(pr.Rectangle((10.0, 7.5), n), pr.J2(200e3 * E_scale, 0.3, BILLET_FLOW), damage=pr.CockcroftLatham())
     return pr.Problem(
         "billet", space="axisymmetric", bodies={"billet": body}, tools={"die": pr.Plane(touching="billet.top")},
         contacts=(pr.Contact(("billet.top", "billet.right"), "die", pr.Coulomb(mu)),), fixed={"billet.bottom": "y"},
@@ -99,7 +99,7 @@ def bursting(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     radius, angle = 5.0 * math.sqrt(0.9), math.tan(math.radians(30.0))
     outline = ((7.0, 1.0 + (7.0 - radius) / angle), (radius, 1.0), (radius, 0.0), (radius + 1.0, -20.0))
     mesh = pr.Wire(length=20.0, diameter=10.0, n=(30, 6), nose=pr.Nose(length=6.0, thickness=2.0 * radius - 0.1), front=-2.0)
-    bar = pr.Body(mesh, pr.J2(200e3 * E_scale, 0.3, FLOW), damage=(pr.CockcroftLatham(), pr.Oyane(A=0.1)))
+    bar = pr.Body(mesh, pr.J2(200e3 * E_scale, 0.3, BILLET_FLOW), damage=(pr.CockcroftLatham(), pr.Oyane(A=0.1)))
     problem = pr.Problem(
         "extrusion", space="axisymmetric", bodies={"bar": bar},
         tools={"die": pr.Profile(outline, fillet=0.5, at=(0, 0))},
