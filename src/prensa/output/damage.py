@@ -63,8 +63,10 @@ def damages(table: Table, problem: Problem) -> list[Damage]:
 def located(found: Iterable[Damage], edge: Callable[[str, int, tuple[float, float]], str]) -> Iterator[Damage]:
     """Damages with the tools at whose sharp edges of contact they are; ``edge``: that tool by body, increment and place."""
     for d in found:
-        both = (m and m._replace(edge_of=edge(d.body, m.increment, m.place)) for m in (d.at, d.reached))
-        yield d._replace(**dict(zip(("at", "reached"), both)))
+        at, reached = d.at._replace(edge_of=edge(d.body, d.at.increment, d.at.place)), d.reached
+        if reached is not None:
+            reached = reached._replace(edge_of=edge(d.body, reached.increment, reached.place))
+        yield d._replace(at=at, reached=reached)
 
 
 def stated(entries: Iterable[Mapping[str, Any]]) -> Iterator[Damage]:
