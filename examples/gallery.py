@@ -35,6 +35,8 @@ from prensa.measures import parse_all
 from prensa.output import plot, style
 from prensa.reference.drawing import cup_force, slab_drawing, strip_upper_bound, wire_upper_bound
 from prensa.reference.rolling import orowan_rolling
+from prensa.reference.tables import die_deflection
+from prensa.result.increment import Increment
 from prensa.verify.table import Row, cells, heard, not_meant, row
 
 HERE = Path(__file__).resolve().parent
@@ -47,11 +49,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Run:
-    """Measures of a case over its increments: ``table`` by name, ``ends`` the row at the end of each step."""
+    """Measures of a case over its increments: ``table`` by name, ``ends`` the row at the end of each step, the ``last`` one."""
 
     problem: pr.Problem
     table: dict[str, Array]
     ends: dict[str, int]
+    last: Increment | None = None
 
     def __getitem__(self, name: str) -> float:
         """The last value of a measure."""
@@ -314,6 +317,46 @@ def thick_tube(run: Run) -> Iterator[Row]:
         yield row(f"pressure (MPa) at a bore of {radius:g} mm", exact, force / (2.0 * math.pi * radius), 0.005)
 
 
+@example("Die of an upsetting, its load and deflection", quick=True)
+def die_load(run: Run) -> Iterator[Row]:
+    """Force and lift of the face of the die beside a solution in which die and billet are elastic together."""
+    known = die_deflection()
+    k = int(np.argmin(np.abs(known["half_height"] - (7.5 - 1.45932))))
+    yield row("force (kN), die and billet elastic together", float(known["force"][k]), run["force"] / 1e3, 0.003)
+    die = None if run.last is None else pr.die_stress(run.last, run.problem, "die", pr.Die(thickness=20.0, span=(0.0, 20.0)))
+    for r in (0, 10, 20) if die is not None else ():
+        lift = float(np.interp(r, die.X[:, 0], die.u[:, 1]))
+        exact, within = 1e3 * float(known[f"lift_{r}"][k]), 0.015 if r else 0.03
+        yield row(f"lift of the face (µm) at r = {r} mm", exact, 1e3 * lift, within)
+    worn = 1e-5 / 6000.0 * run["wear"]
+    yield beside("worn volume a part (mm³), k/H times normal force times way of slip", float("nan"), worn)
+
+
+@example("Two blows of a hammer", quick=True)
+def hammer(run: Run) -> Iterator[Row]:
+    """Energy given beside what became of it, blow by blow."""
+    ends = {name: run.ends[name] for name in ("first blow", "up", "second blow")}
+    for blow, before, given in (("first blow", None, 500e3), ("second blow", "up", 800e3)):
+        row_of = lambda name: run.table[name][ends[blow]] - (0.0 if before is None else run.table[name][ends[before]])  # noqa: E731, B023
+        spent = sum(row_of(name) for name in ("plastic", "friction", "elastic", "contact"))
+        yield row(f"{blow}: plastic, friction and elastic (J), energy given", given / 1e3, spent / 1e3, 0.001)
+        yield beside(f"{blow}: efficiency (%)", float("nan"), 100.0 * (row_of("plastic") + row_of("friction")) / given)
+
+
+@example("Upsetting until the equator cracks", quick=True)
+def upsetting_cracks(run: Run) -> Iterator[Row]:
+    """Cockcroft and Latham's damage at the equator beside Lévy and Mises' flow on its free surface."""
+    if run.last is None:
+        stretched = float(run["equator"])
+    else:
+        body = run.last.bodies["billet"]
+        side = np.flatnonzero((body.X[:, 0] == 10.0) & (body.X[:, 1] < 4.0))
+        Y, y = body.X[side, 1], body.x[side, 1]
+        slope = np.polynomial.Polynomial.fit(Y[Y > 0] ** 2, y[Y > 0] / Y[Y > 0], 2)(0.0)
+        stretched = 2.0 / 3.0 * (2.0 * math.log(run["largest_radius"] / 10.0) + math.log(slope))
+    yield row("damage at the equator, from the stretch of its surface", stretched, run["equator"], 0.03)
+
+
 @example("Indentation and unloading", box=(-15.0, 15.0, -15.0, 6.0))
 def indentation(run: Run) -> Iterator[Row]:
     """Hardness and the slope of unloading."""
@@ -372,7 +415,7 @@ def solve(name: str, pictures: Path | None = None) -> Found:
                 if increment.end_of_step:
                     ends[increment.step] = k
                     shown = increment if shown is None or increment.step not in ("release", "unload") else shown
-        run = Run(problem, {m: np.array(v) for m, v in table.items()}, ends)
+        run = Run(problem, {m: np.array(v) for m, v in table.items()}, ends, increment)
         rows = [*chosen.compare(run), *not_meant(warnings, chosen.told)]
     except PrensaError as error:
         print(f"{name}: {error}", file=sys.stderr)

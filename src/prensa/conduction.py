@@ -7,6 +7,7 @@ node gets the work of its friction in the increment, of which the tool takes its
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -16,9 +17,12 @@ from scipy.sparse.linalg import spsolve
 
 from prensa.elements.shapes import square, table, triangle
 from prensa.model.heat import Heat
+from prensa.model.metals import metals_of
 from prensa.result.increment import ContactState, Increment, Temperatures
 from prensa.system.system import System
 from prensa.types import Array, Index
+
+log = logging.getLogger("prensa")
 
 
 class Conduction:
@@ -43,8 +47,15 @@ class Conduction:
 
     def along(self, increments: Iterator[Increment]) -> Iterator[Increment]:
         """The increments with their temperatures."""
+        least, most = dict[str, float](), dict[str, float]()
         for increment in increments:
-            yield replace(increment, temperatures=self.advanced(increment))
+            found = self.advanced(increment)
+            for body, T in found.bodies.items():
+                least[body], most[body] = min(least.get(body, np.inf), T.min()), max(most.get(body, -np.inf), T.max())
+            yield replace(increment, temperatures=found)
+        for body, metal in metals_of(self.system.problem) if least else ():
+            if words := metal.beyond_temperatures(least[body], most[body]):
+                log.warning("%s", f"the flow curve of body {body!r}, {words}")
 
     def advanced(self, increment: Increment) -> Temperatures:
         """Temperatures after an increment."""

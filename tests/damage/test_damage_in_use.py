@@ -78,6 +78,30 @@ def test_where_and_when_lie_between_increments(tmp_path: Path) -> None:
     assert any("in the end 0.05" in line for line in run.summary["answer"])
 
 
+BLOCK = pr.Body(pr.Rectangle((4.0, 2.0), (16, 8)), STEEL, damage=pr.Freudenthal())
+SHARP = pr.Problem(
+    "punch", bodies={"b": BLOCK}, tools={"t": pr.Stamp(width=2.2, touching="b.top", at=(0.0, 2.0))},
+    contacts=[pr.Contact("b.top", "t")], fixed={"b.bottom": "y", "b.left": "x"}, steps=[stroke(-0.05, 8)],
+)  # fmt: skip
+ROUND = replace(SHARP, tools={"t": pr.Stamp(width=2.0, fillet=0.4, touching="b.top", at=(0.0, 2.0))})
+
+
+@pytest.mark.parametrize(
+    ("problem", "edge_of"),
+    [
+        (billet(damage=pr.Freudenthal(), by=-6.5), "die"), (billet(damage=pr.CockcroftLatham(), by=-5.0), ""),
+        (SHARP, "t"), (ROUND, ""),
+    ],
+)  # fmt: skip
+def test_the_answer_says_that_the_largest_is_at_a_sharp_edge(tmp_path: Path, problem: pr.Problem, edge_of: str) -> None:
+    """The rim of a billet and the corner of a punch; not the equator, and not the fillet of a round punch."""
+    run = pr.run(pr.Case(problem, output=pr.Output(pictures=False, report=False)), tmp_path, quiet=True)
+    (found,) = run.summary["damage"]
+    assert found["at"]["edge_of"] == edge_of, found
+    line = next(text for text in run.summary["answer"] if text.startswith("largest damage"))
+    assert ("a sharp edge of the contact" in line) == bool(edge_of)
+
+
 def test_files_hold_what_was_found(run: Any) -> None:
     """Fields read back, measures of the case and pictures; a field that there is not is refused."""
     last, table = run.increments[-1], run.history

@@ -16,6 +16,7 @@ from prensa.materials.hill import Hill
 from prensa.output.checkpoint import write_checkpoint
 from prensa.remeshing.renewal import renewed
 from prensa.system.checkpoint import read_checkpoint
+from problems import stroke
 
 LAWS = (
     pr.CockcroftLatham(), pr.Oyane(A=0.1), pr.RiceTracey(), pr.Ayada(), pr.Brozzo(), pr.McClintock(n=0.2),
@@ -121,6 +122,28 @@ def test_damage_at_the_equator_follows_from_the_committed_states() -> None:
     last = upset()[-1].bodies["billet"]
     k = int(np.argmax(last.damage["cockcroft_latham"]))
     assert last.X[k, 0] == 10.0 and last.X[k, 1] < 1e-9  # on the free side, at half of the height
+
+
+def test_damage_at_the_equator_follows_from_saved_fields(tmp_path: Path) -> None:
+    """The rule over what the files of a run hold at its points, Mises' stress and principal ones written out here: 1e-6 of it."""
+    laws, output = (pr.CockcroftLatham(), pr.Oyane(A=0.3)), pr.Output(pictures=False, report=False, points=True)
+    pr.run(pr.Case(billet(damage=laws), output=output), tmp_path, quiet=True)
+    equator, D, before, strain = slice(0, 6), 0.0, np.nan, 0.0
+    for increment in pr.results(tmp_path).increments:
+        stored = increment.points["billet"]
+        xx, yy, zz, xy = np.moveaxis(stored.stress[equator], -1, 0)
+        mises = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * xy**2)
+        first = np.maximum(0.5 * (xx + yy) + np.sqrt(0.25 * (xx - yy) ** 2 + xy**2), zz)
+        rate, now = np.maximum(first, 0.0) / mises, stored.plastic_strain[equator]
+        D, before, strain = D + 0.5 * (np.where(strain > 0.0, before, rate) + rate) * (now - strain), rate, now
+    found = stored.damage["cockcroft_latham"][equator]
+    assert D.max() > 0.05 and np.abs(found - D).max() < 1e-6 * D.max()
+    assert D[-1].max() == D.max() and increment.bodies["billet"].X[increment.bodies["billet"].cells[5], 0].max() == 10.0
+    committed = upset()[-1].points["billet"]
+    assert np.array_equal(committed.stress, stored.stress) and np.array_equal(committed.damage["oyane"], stored.damage["oyane"])
+    with pytest.raises(pr.PrensaError, match=r"output: \{points: true\}"):
+        plain = pr.Case(billet(steps=[stroke(-0.2, 2, tool="die")]), output=pr.Output(pictures=False, report=False))
+        pr.run(plain, tmp_path / "plain", quiet=True).increments[-1].points  # noqa: B018
 
 
 def test_a_barrel_has_more_damage_the_rougher_the_plates() -> None:

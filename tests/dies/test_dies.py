@@ -172,9 +172,95 @@ def test_files_and_report(run):
     assert names == pictures | {"die.json", "die.vtu", "face.csv", "loads.csv"}
     assert made["imbalance"] < 1e-10
     assert made["wear"]["parts"] > 0.0
+    worn = run.summary["wear"]["die"]
+    assert worn["parts"] == pytest.approx(made["wear"]["parts"])
+    (line,) = (text for text in run.summary["answer"] if text.startswith("wear of die"))
+    assert f"{round(worn['parts'], -3):.0f} parts until 0.05 mm" in line
     from prensa.output.report import write_report
 
     page = write_report(run.directory).read_text(encoding="utf-8")
     assert "<h2>Dies</h2>" in page
+    assert page.index(line) < page.index("<h2>")  # on the first screen
     assert "Loads and wear along the outline of die" in page
     assert "its give is not fed back" in page
+
+
+def drawn(**more):
+    """The die of the upsetting as a mesh: the cylinder of 20 × 20 above the billet."""
+    return pr.Die(E=210e3, fixed={"top": "y"}, mesh=pr.Rectangle((20.0, 20.0), (80, 30), origin=(0.0, 7.5)), **more)
+
+
+def test_a_mesh_of_ones_own_is_the_section_of_the_outline(last, tmp_path):
+    """The same cylinder by offset, as a grid, and as triangles of a gmsh file: loads in balance, lift of the face to 0.5 %."""
+    inc, problem = last
+    offset = pr.die_stress(inc, problem, "die", pr.Die(thickness=20.0, E=210e3, span=(0.0, 20.0)))
+    grid = pr.die_stress(inc, problem, "die", drawn())
+    points = np.array([[x, 7.5 + y] for y in (0, 20) for x in (0, 20)])
+    outline = pr.Outline(points=points[[0, 1, 3, 2]].tolist(), sides=["face", "outside", "top", "axis"], size=0.6)
+    triangles = pr.die_stress(inc, problem, "die", pr.Die(E=210e3, fixed={"top": "y"}, mesh=outline))
+    for found in (grid, triangles):
+        assert found.imbalance < 1e-10
+        assert found.load == pytest.approx(offset.load, rel=1e-12)
+        for r in (0.0, 5.0, 9.0, 20.0):
+            lift = [np.interp(r, f.X[:, 0], f.u[:, 1]) for f in (offset, found)]
+            assert lift[1] == pytest.approx(lift[0], rel=5e-3), r
+
+
+def test_meshes_that_do_not_fit_are_refused(last):
+    """Elsewhere than the tool, too short, held by no side or a wrong one, with what is of a section: a line with the remedy."""
+    inc, problem = last
+    rectangle, above = pr.Rectangle, {"n": (8, 8), "origin": (0.0, 7.5)}
+    for die, words in (
+        (pr.Die(fixed={"top": "y"}, mesh=rectangle((20.0, 20.0), (8, 8))), "no side of the mesh of the die lies on its outline"),
+        (pr.Die(fixed={"top": "y"}, mesh=rectangle((5.0, 20.0), **above)), "draw the side of the mesh longer"),
+        (pr.Die(mesh=rectangle((20.0, 20.0), **above)), "nothing holds the mesh"),
+        (pr.Die(fixed={"tip": "y"}, mesh=rectangle((20.0, 20.0), **above)), "no side 'tip'; did you mean 'top'"),
+        (drawn(thickness=3.0), "leave 'thickness' out"), (drawn(ring=pr.ShrinkRing(1.0, 0.1)), "leave 'ring' out"),
+    ):  # fmt: skip
+        with pytest.raises(pr.PrensaError, match=words):
+            pr.die_stress(inc, problem, "die", die)
+
+
+def ring_in_a_cavity(space):
+    """A quarter of a ring under a pressure inside, in a round cavity: the same pressure all round."""
+    return pr.Problem(
+        "ring", space=space, kinematics="small", contact_geometry="reference", fixed={"b.end": "x", "b.start": "y"},
+        bodies={"b": pr.Body(pr.Annulus(6.0, 10.0, (16, 6), angles=(0.0, np.pi / 2)), pr.Elastic(2e5, 0.3))},
+        tools={"die": pr.Circle(10.0, at=(0.0, 0.0), concave=True)}, contacts=(pr.Contact("b.outer", "die"),),
+        steps=(pr.Step("press", loads={"b.inner": pr.Load(pressure=1.0)}, increments=1),),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("space", ["plane strain", "plane stress"])
+def test_a_die_in_the_plane_is_lame(space):
+    """A quarter of a die about a cavity, its back held: Lamé in both plane states; lines of symmetry cut it square."""
+    problem, a, b, E, nu = ring_in_a_cavity(space), 10.0, 30.0, 2e5, 0.3
+    found = pr.die_stress(list(pr.solve(problem))[-1], problem, "die", pr.Die(20.0, E, nu, size=0.3, fixed={"back": "xy"}))
+    back = found.increment.bodies["die"].X[[np.argmax(found.increment.bodies["die"].X[:, k]) for k in (0, 1)]]
+    assert np.abs(np.sort(back, axis=0)[0]).max() < 1e-9 and np.sort(back, axis=0)[1] == pytest.approx([b, b], rel=2e-4)
+    # σ_r = A − B/r², u = ((1 − 2ν) A r + B/r)(1 + ν)/E, with other numbers in plane stress; σ_r(a) = −p, u(b) = 0
+    f, g = ((1 + nu) * (1 - 2 * nu), 1 + nu) if space == "plane strain" else (1 - nu, 1 + nu)
+    A, B = np.linalg.solve([[1.0, -1 / a**2], [f * b, g / b]], [-found.pressure.mean(), 0.0])
+    assert np.hypot(*found.u.T).mean() == pytest.approx((f * A * a + g * B / a) / E, rel=1e-3)
+    body = found.increment.bodies["die"]
+    r, angle = np.hypot(*body.X.T), np.degrees(np.arctan2(body.X[:, 1], body.X[:, 0]))
+    at = (r < a + 2e-4) & (angle > 10) & (angle < 80)
+    c, s = body.X[at].T / r[at]
+    xx, yy, _, xy = body.stress[at].T
+    assert at.sum() > 30
+    assert xx * s**2 + yy * c**2 - 2 * xy * s * c == pytest.approx(np.full(at.sum(), A + B / a**2), rel=1e-2)
+
+
+@pytest.mark.parametrize(("space", "modulus"), [("plane strain", 210e3 / (1 - 0.3**2)), ("plane stress", 210e3)])
+def test_a_flat_die_in_the_plane_gives_by_its_height(space, modulus):
+    """Under even pressure over all of its width, free to spread: p T/E, with E/(1 − ν²) in plane strain."""
+    problem = pr.Problem(
+        "block", space=space, kinematics="small", contact_geometry="reference", thickness=2.0,
+        bodies={"b": pr.Body(pr.Rectangle((4.0, 2.0), (4, 2)), pr.Elastic(1e3, 0.0))}, tools={"die": pr.Plane(touching="b.top")},
+        contacts=(pr.Contact("b.top", "die"),), fixed={"b.bottom": "y", "b.left": "x"},
+        steps=(pr.Step("press", move={"die": pr.Motion(y=-0.002)}, increments=1),),
+    )  # fmt: skip
+    inc = list(pr.solve(problem))[-1]
+    found = pr.die_stress(inc, problem, "die", pr.Die(3.0, 210e3, 0.3, span=(0.0, 4.0), fixed={"back": "y", "start": "x"}))
+    assert found.u[:, 1] == pytest.approx(np.full(len(found.u), inc.force("die").y / 8.0 * 3.0 / modulus), rel=1e-6)
+    assert found.imbalance < 1e-10

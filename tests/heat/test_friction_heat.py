@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import erfc, exp, pi, sin, sqrt
 
 import numpy as np
@@ -140,3 +141,15 @@ steps: [{name: wait}]
 """
     with pytest.raises(pr.CaseError, match="5:1: heat is described in Python alone so far"):
         loads(text)
+
+
+@pytest.mark.parametrize("held", [HOT, COLD])
+def test_a_metal_beyond_the_temperatures_of_its_tests_is_reported(held, caplog):
+    """Once, at the end, with both ranges; nothing of one that stays at theirs."""
+    body = pr.Body(pr.Rectangle(size=(20.0, 1.0), n=(10, 1)), pr.J2(of="AISI1006"))
+    heat = pr.Heat({"bar": METAL}, initial=COLD, held={"bar.left": held})
+    steps = (pr.Step("wait", duration=8.0, increments=4),)
+    list(pr.solve(replace(bar("q4_fbar"), bodies={"bar": body}, heat=heat, steps=steps)))
+    found = [r.getMessage() for r in caplog.records if "was measured at" in r.getMessage()]
+    assert len(found) == (held == HOT)
+    assert held == COLD or "AISI1006, was measured at 20 °C and the run has 22.81 to 200 °C" in found[0]

@@ -2,8 +2,10 @@ import dataclasses
 
 import meshio
 import numpy as np
+import pytest
 import synthetic
 
+import prensa as pr
 from prensa.output import vtk
 
 
@@ -41,6 +43,28 @@ def test_several_bodies_share_one_file_and_keep_their_number(tmp_path):
     number = mesh.cell_data["body"][0]
     assert np.array_equal(np.unique(number), [0, 1])
     assert mesh.points[mesh.cells[0].data[number == 1]][..., 0].min() >= 100.0
+
+
+def test_values_at_integration_points_are_read_back_by_body(tmp_path):
+    """Of elements with other numbers of points and bodies with other laws, to the last bit; without them the file says so."""
+    steel = pr.J2(200e3, 0.3, pr.Linear(100.0, 500.0))
+    bodies = {
+        "a": pr.Body(pr.Rectangle((1, 1), (2, 2)), steel, "q8", damage=pr.Freudenthal()),
+        "b": pr.Body(pr.Rectangle((1, 1), (2, 1), origin=(3, 0)), steel, "t3"),
+        "c": pr.Body(pr.Rectangle((1, 1), (1, 1), origin=(6, 0)), pr.Elastic(1e3, 0.3), "q4"),
+    }
+    fixed = {f"{b}.bottom": "xy" for b in bodies} | {f"{b}.top": {"y": 0.01} for b in bodies}
+    *_, last = pr.solve(pr.Problem("three", bodies=bodies, fixed=fixed, steps=[pr.Step("pull", increments=2)]))
+    path = vtk.write_fields(tmp_path / "a.vtu", last, points=True)
+    stored = vtk.read_points(path, list(bodies))
+    for name, points in last.points.items():
+        assert np.array_equal(stored[name].stress, points.stress) and stored[name].stress.shape[2] == 4
+        assert np.array_equal(stored[name].plastic_strain, points.plastic_strain)
+        assert list(stored[name].damage) == (["freudenthal"] if name == "a" else [])
+    assert np.array_equal(stored["a"].damage["freudenthal"], last.points["a"].damage["freudenthal"])
+    assert set(vtk.read_fields(path, list(bodies))) == set(bodies)
+    with pytest.raises(pr.PrensaError, match="no values at integration points were written"):
+        vtk.read_points(vtk.write_fields(tmp_path / "b.vtu", last), list(bodies))
 
 
 def test_the_collection_lists_files_in_time_after_each_increment(tmp_path):

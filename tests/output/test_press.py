@@ -158,6 +158,31 @@ def test_blows_end_when_their_energy_is_used_and_it_adds_up(tmp_path: Path) -> N
     assert said[1].startswith("step 'first': 2 J given: ") and said[1].endswith(f"efficiency {100 * first['efficiency']:.1f} %")
 
 
+def test_a_second_blow_of_steel_adds_up_in_increments_of_its_elastic_part() -> None:
+    """Hardened steel yields again after a thousandth of the stroke, where the trapezoid of a long increment misses work."""
+    steel = pr.J2(200e3, 0.3, pr.Ludwik(250.0, 500.0, 0.3))
+    blow = {"by": {"t": pr.Motion(y=-10.0)}}
+    steps = (
+        pr.Step("first", until=pr.Until(energy={"t": 0.5e6}), **blow), pr.Step("up", by={"t": pr.Motion(y=1.0)}, increments=4),
+        pr.Step("second", until=pr.Until(press="t"), **blow),
+    )  # fmt: skip
+    tools = {"t": pr.Plane(touching="b.top", press=pr.Press(energy=0.8e6))}
+    problem = upset_billet(
+        *steps, material=steel, tools=tools, size=(10.0, 15.0), n=(4, 6), friction=pr.Coulomb(0.1), sides=("top", "right"),
+        element="q8",
+    )  # fmt: skip
+
+    def missing(numerics: pr.Numerics) -> tuple[float, int]:
+        """Of the second blow, over its energy; with the number of increments."""
+        found = list(pr.solve(problem, numerics))
+        before = next(i for i in found if i.step == "second").number - 1
+        return abs(found[-1].energy["imbalance"] - found[before - 1].energy["imbalance"]) / 0.8e6, len(found)
+
+    (fine, few), (coarse, fewer) = missing(pr.Numerics()), missing(pr.Numerics(energy_tolerance=0.5))
+    assert fine < 2e-4 < 8e-4 < coarse
+    assert few <= fewer + 6
+
+
 def test_a_blow_goes_on_bit_for_bit_from_a_checkpoint() -> None:
     """The work done so far is part of the committed state."""
     problem = billet(stroke(-1.0, 20, until=pr.Until(press="t")), limit=pr.Press(energy=3000.0))
@@ -248,3 +273,18 @@ def test_the_picture_has_force_capacity_and_share() -> None:
         drawn = np.isfinite(capacity.get_ydata())
         assert drawn.any() and capacity.get_ydata()[drawn].min() > 0.0
         assert math.isfinite(answer.press.course(table, problem, press.use_of(problem, "t")).stroke[-1])
+
+
+def test_the_interactive_plot_has_the_capacity_beside_the_force(tmp_path: Path) -> None:
+    """At the first place and at all increments, of the modelled part, with the sign of the force; nothing of energies alone."""
+    from prensa.output.report import stored_run
+    from prensa.output.scene import scene
+
+    curve = pr.Press(((0.0, 4e3), (1.0, 20e3)), mirror="left")
+    tools = {"t": pr.Plane(touching="b.top", press=curve), "u": pr.Plane(at=(0.0, 9.0))}
+    fixed = {"b.bottom": "y", "b.left": "x"}
+    half = upset_block(stroke(-0.2, 4), material=ALUMINIUM, tools=tools, n=(4, 4), fixed=fixed, thickness=10.0)
+    pr.run(pr.Case(half, output=pr.Output(pictures=False, report=False, mirror="left")), out=tmp_path, quiet=True)
+    made = scene(stored_run(tmp_path))["capacities"]
+    assert list(made) == ["t"]
+    assert made["t"] == pytest.approx(0.5 * np.interp([0.0, 0.05, 0.1, 0.15, 0.2], [0.0, 1.0], [4e3, 20e3]), rel=1e-5)

@@ -41,7 +41,7 @@ PENALTY, MU, FORCE = 100 * 220e3 / 1.0, 0.1, 45e3
 NOISE = {
     "contact.slip": 1.0, "contact.path": 1.0, "contact.coordinate": 1.0, "contact.speed": 6.0, "lam": PENALTY,
     "contact.traction": MU * PENALTY,
-    "energy.friction": MU * FORCE,
+    "energy.friction": MU * FORCE, "tool_wear": FORCE,
 }  # fmt: skip
 COMPILED = [
     pr.Perfect(250.0), pr.Linear(250.0, 900.0), pr.Ludwik(250.0, 500.0, 0.3), pr.Swift(700.0, 0.02, 0.2),

@@ -75,6 +75,12 @@ Cluster = Annotated[
     str | None, typer.Option(help="Address of the scheduler of a Dask cluster, or its scheduler file.")
 ]
 Retry = Annotated[bool, typer.Option("--retry", help="Compute cases that failed again.")]
+Measured = Annotated[
+    list[str] | None,
+    typer.Option("--measure", help="What to take from every case, as in punch.fy or max(punch.fy); repeatable."),
+]
+StudyFolder = Annotated[Path | None, typer.Option(help="Folder of the study; results/<case>-<verb> if not given.")]
+StudyForce = Annotated[bool, typer.Option("--force", help="Take a folder that holds a study of another case.")]
 Observed = Annotated[
     list[str] | None,
     typer.Option("--observe", metavar="COLUMN=MEASURE", help="What a column is, as in force=die.force.y; repeatable."),
@@ -278,20 +284,17 @@ def sweep(
             help="Values of one quantity, as in friction.mu=0,0.1 or lin(0,0.3,7), log(…), normal(0.1,0.01); repeatable.",
         ),
     ] = None,
-    measures: Annotated[
-        list[str] | None,
-        typer.Option("--measure", help="What to take from every case, as in punch.fy or max(punch.fy); repeatable."),
-    ] = None,
+    measures: Measured = None,
     samples: Annotated[int | None, typer.Option(min=1, help="Samples of what scatters; 64 if not given.")] = None,
     sampling: Annotated[str, typer.Option(help="How they are drawn: sobol, lhs or random.")] = "sobol",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the samples.")] = 0,
-    out: Annotated[Path | None, typer.Option(help="Folder of the sweep; results/<case>-sweep if not given.")] = None,
+    out: StudyFolder = None,
     jobs: Jobs = None,
     memory: Memory = None,
     cluster: Cluster = None,
     reports: Annotated[bool, typer.Option("--reports", help="Write fields, pictures and report of every case.")] = False,
     retry: Retry = False,
-    force: Annotated[bool, typer.Option("--force", help="Take a folder that holds a sweep of another case.")] = False,
+    force: StudyForce = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,
@@ -307,10 +310,8 @@ def sweep(
             sampling=sampling, seed=seed, out=out, jobs=jobs, memory=memory, cluster=cluster, reports=reports,  # type: ignore[arg-type]
             retry=retry, quiet=voice.no_bar, force=force,
         )  # fmt: skip
-        voice.confirm(f"{study.summary()}; {near(study.page)}")
-        voice.give(_table(study))
-    if not study.status["completed"]:
-        raise typer.Exit(FAILED)
+        _give_study(study, voice)
+    _end_of(study)
 
 
 @app.command()
@@ -323,19 +324,17 @@ def window(
             help="Range of a parameter, as in friction.mu=0.05:0.3:6; twice, and single values of others.",
         ),
     ] = None,
-    measures: Annotated[
-        list[str] | None, typer.Option("--measure", help="What to map, as in max(punch.fy); repeatable.")
-    ] = None,
+    measures: Measured = None,
     limits: Annotated[
         list[str] | None,
         typer.Option("--limit", metavar="LIMIT", help="What is to be kept, as in 'max(punch.fy)<=400e3'; repeatable."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the window; results/<case>-window if not given.")] = None,
+    out: StudyFolder = None,
     jobs: Jobs = None,
     memory: Memory = None,
     cluster: Cluster = None,
     retry: Retry = False,
-    force: Annotated[bool, typer.Option("--force", help="Take a folder that holds a study of another case.")] = False,
+    force: StudyForce = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,
@@ -350,19 +349,14 @@ def window(
             case if source.is_file else source.read(), split_changes(values or ()), measures or (), limits or (), out=out,
             jobs=jobs, memory=memory, cluster=cluster, retry=retry, quiet=voice.no_bar, force=force,
         )  # fmt: skip
-        voice.confirm(f"{study.summary()}; {near(study.page)}")
-        voice.give(_table(study))
-    if not study.status["completed"]:
-        raise typer.Exit(FAILED)
+        _give_study(study, voice)
+    _end_of(study)
 
 
 @app.command()
 def converge(
     case: CaseFile,
-    measures: Annotated[
-        list[str] | None,
-        typer.Option("--measure", help="What to take from every case, as in punch.force.y; repeatable."),
-    ] = None,
+    measures: Measured = None,
     mesh: Annotated[
         str | None,
         typer.Option(metavar="LEVELS", help="Factors of the numbers of elements, as in 0.25,0.5,1,2, or auto."),
@@ -374,12 +368,12 @@ def converge(
         str | None, typer.Option(metavar="LEVELS", help="Factors of the stiffness of contact, or auto.")
     ] = None,
     changes: Changes = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the study; results/<case>-converge if not given.")] = None,
+    out: StudyFolder = None,
     jobs: Jobs = None,
     memory: Memory = None,
     cluster: Cluster = None,
     retry: Retry = False,
-    force: Annotated[bool, typer.Option("--force", help="Take a folder that holds a study of another case.")] = False,
+    force: StudyForce = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,
@@ -402,7 +396,18 @@ def converge(
 
             found = [{"kind": f.kind, "measure": f.quantity.text, **asdict(f.convergence)} for f in study.findings]
             voice.give({**_table(study.study), "findings": found})
-    if not study.study.status["completed"]:
+    _end_of(study.study)
+
+
+def _give_study(study: Study, voice: Voice) -> None:
+    """Say how the cases of a study ended, and where it is."""
+    voice.confirm(f"{study.summary()}; {near(study.page)}")
+    voice.give(_table(study))
+
+
+def _end_of(study: Study) -> None:
+    """End with the exit code of a failure where no case has completed."""
+    if not study.status["completed"]:
         raise typer.Exit(FAILED)
 
 
@@ -680,6 +685,9 @@ def die(
     folder: Folder,
     tool: Annotated[str, typer.Option(help="The tool of the run.", show_default=False)],
     thickness: Annotated[float, typer.Option(help="By which its outline is offset to a section.")] = 0.0,
+    mesh: Annotated[
+        Path | None, typer.Option(help="A mesh of the die (.msh, .inp), in the coordinates of the case, in place of that.")
+    ] = None,
     span: Annotated[
         str | None, typer.Option(metavar="FROM:TO", help="Of its outline; what is touched and a thickness more if not given.")
     ] = None,
@@ -710,7 +718,7 @@ def die(
         from prensa.cli import dies
 
         run = _results_of(folder, voice)
-        asked = dies.asked(thickness, modulus, nu, span, size, fix or (), back_pressure, ring)
+        asked = dies.asked(thickness, modulus, nu, span, size, fix or (), back_pressure, ring, mesh)
         moment: int | str = int(at) if at.isdecimal() else at
         from prensa.output.die_folder import write_die
 

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 from prensa.dies.stress import Die, ShrinkRing
 from prensa.errors import PrensaError
 from prensa.measures.units import length_unit, pressure_unit
-from prensa.model.problem import Archard, Problem
+from prensa.model.problem import Archard, File, Problem
 from prensa.model.schema import loads
 from prensa.output.result import RunResult
 
 
 def asked(
     thickness: float, E: float | None, nu: float, span: str | None, size: float | None, fix: Sequence[str], back_pressure: float,
-    ring: str | None,
+    ring: str | None, mesh: Path | None = None,
 ) -> Die:  # fmt: skip
     """The die of the options.
 
@@ -34,7 +35,14 @@ def asked(
             raise PrensaError(f"--fix {text}: give a side and x, y or xy, as in --fix back=y")
         held[side] = how
     shrunk = None if around is None else ShrinkRing(*around, E=E, nu=nu)
-    return Die(thickness, E, nu, given, size, back_pressure=back_pressure, ring=shrunk, fixed=held)
+    drawn = None if mesh is None else _file(mesh)
+    return Die(thickness, E, nu, given, size, back_pressure=back_pressure, ring=shrunk, fixed=held, mesh=drawn)
+
+
+def _file(path: Path) -> File:
+    if not path.is_file():
+        raise PrensaError(f"--mesh {path}: there is no such file")
+    return File(str(path))
 
 
 def law_of(k: float | None, hardness: float | None, depth: float | None, run: RunResult, tool: str) -> Archard:

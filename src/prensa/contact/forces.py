@@ -46,7 +46,7 @@ class ContactForces(NamedTuple):
     stretched (k, t): ∂(a t)/∂a, force per area that the surface gains, where the areas are current ones; else None.
     dp (k, 1 + t + m), dt (k, t, 1 + t + m): derivatives of p and t by λ_n, λ_T and q.
     ``rests`` (k,): closed, or open by no more than round-off.
-    bound (k, 2): what friction can bear per area and its derivative by p; None without friction.
+    bound (k, 2): the bound of friction per area and its derivative by p; None without friction.
     ``points``: those of the increment, which differ from the surface's where edges are cut.
     ``redundant``: what multipliers are that supports leave undetermined; None if there are none.
     """

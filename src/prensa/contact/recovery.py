@@ -404,7 +404,7 @@ def mises_of(stress: Array) -> Array:
 
 
 def borne(x: Array, cells: Index, nodal: Array, limit: Array, thin: bool) -> Array:
-    """Nodal stresses (n, 4) xx, yy, zz, xy with no more than von Mises stresses ``limit`` (n,), which metal at the nodes bears.
+    """Nodal stresses (n, 4) xx, yy, zz, xy of von Mises stresses up to ``limit`` (n,), the flow stress of the metal there.
 
     A patch carried to its ends may have more, and twice as much where a plastic zone ends within it. At the outline the
     traction stays as it is, and the stress along the skin and across the plane less that along the normal are the smaller;

@@ -3,7 +3,7 @@
 With exact enforcement a closed point says g = 0 and a sticking one Δg_T = 0. Where no free degree of freedom moves the point,
 that says nothing about the multiplier: the corner of a side that a support slid along a tool and now holds still there. Such
 points keep what they had, as springs of any stiffness would: the committed pressure, and the committed traction as far as
-friction bears it.
+friction carries it.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ class Profile(NamedTuple):
 
 @dataclass(frozen=True)
 class ToolLoads:
-    """What a tool has borne along its outline: m intervals of its coordinate, n increments.
+    """Loads of a tool along its outline: m intervals of its coordinate, n increments.
 
     ``borders`` (m + 1,) coordinates (length), ``x`` (m, 2) middles in the tool's frame, ``area`` (m,) of the intervals (of the
     whole thickness, or circumference); ``number``, ``time`` (n,) of the increments, ``seconds`` (n,) that they took; ``normal``,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from prensa.errors import PrensaError
@@ -69,8 +71,10 @@ def _growing(length: float, size: float, growth: float) -> Array:
     return np.concatenate([[0.0], np.cumsum(steps) / steps.sum() * length])
 
 
-def offset(name: str, x: Array, depths: Array) -> Array:
+def offset(name: str, x: Array, depths: Array, mirrors: Mapping[str, str] | None = None) -> Array:
     """Lines (m, n, 2) parallel to an open one x (n, 2), to its left, at depths (m,).
+
+    ``mirrors``: ends (``start``, ``end``) at lines of symmetry across x or y, beyond which the line goes on as its image.
 
     Raises
     ------
@@ -83,6 +87,13 @@ def offset(name: str, x: Array, depths: Array) -> Array:
     before, after = np.vstack([n[:1], n]), np.vstack([n, n[-1:]])
     if _closed(x):
         before[0], after[-1] = n[-1], n[0]
+    else:
+        for end, across in (mirrors or {}).items():
+            image = np.array([-1.0, 1.0] if across == "x" else [1.0, -1.0])
+            if end == "start":
+                before[0] = image * n[0]
+            else:
+                after[-1] = image * n[-1]
     way = (before + after) / (1.0 + (before * after).sum(axis=1))[:, None]
     lines = x[None] + depths[:, None, None] * way[None]
     refuse_crossing(name, lines)

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from prensa.analysis import solve
+from prensa.dies.own_mesh import own_mesh
 from prensa.dies.section import depths_of, face_nodes, mesh_of, offset
 from prensa.dies.spread import Touch, touch
 from prensa.dies.surface import Outline, in_space, outline_of
@@ -24,6 +26,7 @@ from prensa.result.increment import Increment, ToolState
 from prensa.system.contact_surfaces import symmetry_lines
 from prensa.system.discretise import discretise
 from prensa.system.system import System
+from prensa.tools.place import PlacedTool
 from prensa.types import Array
 
 STEEL = "210 GPa"
@@ -44,16 +47,18 @@ class ShrinkRing:
 class Die:
     """What a die is made of, and how it is held.
 
-    ``thickness`` (length) by which the tool's outline is offset; ``span``: coordinates of the outline between which there is a
+    ``thickness`` (length) by which the tool's outline is offset; or ``mesh``, a description (`File`, `Outline`, …) of the die in
+    the coordinates of the case, where the tool is at first: what of its sides lies on the tool's outline is the face.
+    ``span``: coordinates of the outline between which there is a
     section, None for what is touched and a thickness more; ``size``: length of elements at the face, None for a fortieth of
     what is touched, ``growth`` of them from one to the next away from there (more than 1).
     ``back_pressure``: pre-pressure on the back; ``ring``: a shrink ring there. ``fixed``: sides (``back``, ``start``, ``end``,
     ``face``) and what holds them (``x``, ``y``, ``xy``), empty for the back: along its normal in axisymmetry and next to a line
     of symmetry, else altogether. Where a ring or a pressure acts on it, or it looks outwards in axisymmetry, an end holds
-    along y.
+    along y. A mesh is held by its own sides, which ``fixed`` names.
     """
 
-    thickness: float
+    thickness: float = 0.0
     E: float | None = None
     nu: float = 0.3
     span: tuple[float, float] | None = None
@@ -62,6 +67,7 @@ class Die:
     back_pressure: float = 0.0
     ring: ShrinkRing | None = None
     fixed: Mapping[str, str] = field(default_factory=dict)
+    mesh: Any = None
 
 
 @dataclass(frozen=True)
@@ -130,6 +136,8 @@ def die_stress(increment: Increment, problem: Problem, tool: str, die: Die, seco
             f"tool {tool!r} carries no force in increment {increment.number}; give another one, such as --at 'largest force'"
         )
     touched = _touched(touches)
+    if die.mesh is not None:
+        return _of_own_mesh(increment, problem, placed, die, touches)
     outline = outline_of(placed, 4.0 * (die.thickness + touched[1] - touched[0] + float(np.abs(touched).max())))
     bodies = [c.body for c in increment.contacts.values() if c.tool == tool]
     span, lines = _span(system, outline, state.at + np.array(state.place[:2]), touched, die, bodies)
@@ -138,7 +146,7 @@ def die_stress(increment: Increment, problem: Problem, tool: str, die: Die, seco
     if np.isfinite(period):
         corners = np.concatenate([corners + turn * period for turn in (-1.0, 0.0, 1.0)])
     s = face_nodes(span, touched, size, die.growth, corners)
-    strip = offset(tool, outline.at(s), depths_of(die.thickness, size, die.growth))
+    strip = offset(tool, outline.at(s), depths_of(die.thickness, size, die.growth), lines)
     force = np.zeros((len(s) - 1, 2))
     for t in touches:
         shares = t.shares(s, period)
@@ -147,9 +155,23 @@ def die_stress(increment: Increment, problem: Problem, tool: str, die: Die, seco
     axis = problem.space == "axisymmetric"
     mesh = mesh_of(_placed(strip, state), ("face", "back"), axis)
     made = _problem(problem, tool, die, mesh, force, lines)
-    made = _with_ring(made, die, strip, state, axis)
+    made = _with_ring(made, die, strip, state, axis, lines)
     last = list(solve(made))[-1]
     return _result(tool, made, last, increment, s, mesh, force)
+
+
+def _of_own_mesh(increment: Increment, problem: Problem, tool: PlacedTool, die: Die, touches: Sequence[Touch]) -> DieStress:
+    """The same of a mesh of one's own."""
+    own = own_mesh(die.mesh, problem.units.length, tool, increment.tools[tool.name], _touched(touches))
+    if wrong := [side for side in die.fixed if side not in own.mesh.boundaries]:
+        raise PrensaError(f"the mesh of the die has no side {wrong[0]!r}{suggest(wrong[0], own.mesh.boundaries)}")
+    force = np.zeros((len(own.s) - 1, 2))
+    for t in touches:
+        shares = t.shares(own.s, tool.shape.period)
+        _refuse_beyond(tool.name, t, shares, (float(own.s[0]), float(own.s[-1])), "draw the side of the mesh longer")
+        force += shares.T @ t.force
+    made = _problem(problem, tool.name, die, own.mesh, force, {}, "t6" if own.triangles else "q8")
+    return _result(tool.name, made, list(solve(made))[-1], increment, own.s, own.mesh, force)
 
 
 def refuse_die(problem: Problem, tool: str, die: Die) -> None:
@@ -166,10 +188,13 @@ def refuse_die(problem: Problem, tool: str, die: Die) -> None:
         raise PrensaError(f"unknown tool {tool!r}{suggest(tool, problem.tools)}; tools: {tools}")
     if not die.growth > 1.0:
         raise PrensaError(f"'growth' of the elements of a die must be more than 1, got {die.growth:g}")
+    if die.mesh is not None:
+        _refuse_with_mesh(tool, die)
+        return
     if not die.thickness > 0:
         raise PrensaError(
             f"tool {tool!r} is an outline and has no thickness; give how thick its section is, as in --thickness 20 or "
-            "Die(thickness=20)"
+            "Die(thickness=20), or a mesh of it"
         )
     known = ("face", "back", "start", "end")
     for side, how in die.fixed.items():
@@ -179,6 +204,20 @@ def refuse_die(problem: Problem, tool: str, die: Die) -> None:
     if die.span is not None and not die.span[0] < die.span[1]:
         ends = f"{die.span[0]:g}:{die.span[1]:g}"
         raise PrensaError(f"the span {ends} of tool {tool!r} has no length; give FROM:TO, as in --span 0:20")
+
+
+def _refuse_with_mesh(tool: str, die: Die) -> None:
+    """Refuse what an offset section has and a mesh has not."""
+    given = {
+        "thickness": die.thickness, "span": die.span, "size": die.size, "ring": die.ring, "back_pressure": die.back_pressure,
+    }  # fmt: skip
+    if beside := [name for name, value in given.items() if value]:
+        raise PrensaError(f"the die of {tool!r} has a mesh of its own: leave {beside[0]!r} out, which is of a section by offset")
+    if not die.fixed:
+        raise PrensaError(f"nothing holds the mesh of the die of {tool!r}: name sides of it, as in --fix bottom=y")
+    for side, how in die.fixed.items():
+        if how not in ("x", "y", "xy"):
+            raise PrensaError(f"a die is not held by {side}={how}; give a side of its mesh and x, y or xy, as in --fix bottom=y")
 
 
 def _elastic(problem: Problem, E: float | None, nu: float) -> Elastic:
@@ -240,17 +279,19 @@ def _crossing(s: Array, d: Array, middle: float, way: int) -> float | None:
     return float(s[k] + (s[j] - s[k]) * d[k] / (d[k] - d[j]))
 
 
-def _refuse_beyond(tool: str, t: Touch, shares: Array, span: tuple[float, float]) -> None:
+def _refuse_beyond(tool: str, t: Touch, shares: Array, span: tuple[float, float], remedy: str = "") -> None:
     lost = float(np.abs((1.0 - shares.sum(axis=1)) * np.hypot(t.normal, t.shear)).max() / np.hypot(t.normal, t.shear).max())
     if lost > DRAWN:
         lo, hi = _touched([t])
         raise PrensaError(
             f"tool {tool!r}: the contact lies between {lo:.5g} and {hi:.5g} of its outline, the section between {span[0]:.5g} "
-            f"and {span[1]:.5g}; give a longer one, as in --span {lo:.4g}:{hi:.4g}"
+            f"and {span[1]:.5g}; {remedy or f'give a longer one, as in --span {lo:.4g}:{hi:.4g}'}"
         )
 
 
-def _problem(problem: Problem, tool: str, die: Die, mesh: Points, force: Array, lines: Mapping[str, str]) -> Problem:
+def _problem(
+    problem: Problem, tool: str, die: Die, mesh: Points, force: Array, lines: Mapping[str, str], element: str = "q8"
+) -> Problem:  # fmt: skip
     """The elastic die with its loads and supports."""
     x = np.array(mesh.points)[list(mesh.boundaries["face"])]
     length = np.hypot(*np.diff(x, axis=0).T)
@@ -260,16 +301,18 @@ def _problem(problem: Problem, tool: str, die: Die, mesh: Points, force: Array, 
     loads = {f"die.e{k + 1}": Load(traction=(float(force[k, 0] / area[k]), float(force[k, 1] / area[k]))) for k in on}
     if die.back_pressure:
         loads["die.back"] = Load(pressure=die.back_pressure)
-    fixed = _supports(problem, die, np.array(mesh.points)[list(mesh.boundaries["back"])], force.sum(axis=0), lines)
+    fixed = _supports(problem, die, np.array(mesh.points)[list(mesh.boundaries.get("back", ()))], force.sum(axis=0), lines)
     return Problem(
         f"{problem.name}: {tool}", space=problem.space, kinematics="small", units=problem.units, fixed=fixed,
-        bodies={"die": Body(mesh, _elastic(problem, die.E, die.nu), "q8")},
+        bodies={"die": Body(mesh, _elastic(problem, die.E, die.nu), element)},
         steps=(Step("load", loads=loads, increments=1),), thickness=problem.thickness,
     )  # fmt: skip
 
 
 def _supports(problem: Problem, die: Die, back: Array, force: Array, lines: Mapping[str, str]) -> dict[str, Fixed]:
     """What holds a die: what is asked for, else its back, and lines of symmetry."""
+    if die.mesh is not None:
+        return {f"die.{side}": Fixed(**{c: "held" for c in how}) for side, how in die.fixed.items()}
     d = back[-1] - back[0]
     along = "x" if abs(d[1]) > abs(d[0]) else "y"  # the component nearest to the back's normal
     given = dict(die.fixed)
@@ -287,12 +330,14 @@ def _supports(problem: Problem, die: Die, back: Array, force: Array, lines: Mapp
     return {f"die.{s}": Fixed(x="held" if "x" in h else None, y="held" if "y" in h else None) for s, h in out.items()}
 
 
-def _with_ring(made: Problem, die: Die, lines: Array, state: ToolState, axis: bool) -> Problem:
+def _with_ring(
+    made: Problem, die: Die, lines: Array, state: ToolState, axis: bool, mirrors: Mapping[str, str]
+) -> Problem:  # fmt: skip
     """The die with its shrink ring, which the ends of the die hold as they hold it."""
     if die.ring is None:
         return made
     depths = np.linspace(0.0, die.ring.thickness, max(len(lines) // 2, 2) + 1)
-    rings = offset(made.name, lines[-1], depths)
+    rings = offset(made.name, lines[-1], depths, mirrors)
     mesh = mesh_of(_placed(rings, state), ("bore", "back"), axis)
     held = {f"ring.{k.partition('.')[2]}": v for k, v in made.fixed.items() if k in ("die.start", "die.end")}
     return replace(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -68,3 +69,11 @@ def wear(loads: ToolLoads, k: float | None = None, hardness: float | None = None
     worn = loads.work.sum(axis=0)
     depth = rate * worn / np.where(loads.area > 0.0, loads.area, 1.0)
     return Wear(loads, rate, depth, float(rate * worn.sum()))
+
+
+def wear_summary(worn: Wear, permitted: float | None) -> dict[str, Any]:
+    """Deepest wear, worn volume, and parts until a ``permitted`` depth where one is given."""
+    depth, s = worn.deepest
+    sliding = float(worn.loads.slid.max())
+    out = {"relative": worn.rate == 1.0, "depth": depth, "s": s, "volume": worn.volume, "sliding": sliding}
+    return out if permitted is None else {**out, "permitted": permitted, "parts": worn.parts_until(permitted)}

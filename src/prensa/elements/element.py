@@ -23,7 +23,7 @@ class Why(Enum):
 
     INVERTED = "turned inside out"
     LAW = "found no answer in its material law"
-    SOFT = "lost the stiffness of its enhanced modes; use element 'q4_fbar' (in space 'h8_fbar'), which bears large compression"
+    SOFT = "lost the stiffness of its enhanced modes; use 'q4_fbar' (in space 'h8_fbar'), which withstands large compression"
 
 
 class Mode(NamedTuple):

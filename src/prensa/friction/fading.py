@@ -16,7 +16,7 @@ from prensa.types import Array
 
 @dataclass(frozen=True)
 class Fading(FrictionLaw, abstract=True):
-    """The law ``now``, and of what ``before`` bears beyond it the share that is left between t0 and t1.
+    """The law ``now``, and of the bound of ``before`` beyond it the share that is left between t0 and t1.
 
     τ_y = τ_now + (t1 − t)/(t1 − t0) max(τ_before − τ_now, 0): friction that rises only resists more and does so at once.
     ``now`` may be None, for no friction. ``held``: time from which on the share stays as it is, of a step that ended early.

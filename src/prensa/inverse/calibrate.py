@@ -1,4 +1,4 @@
-"""Calibration: the parameters with which a case says what was measured, and how far the measurements bear them out.
+"""Calibration: the parameters with which a case says what was measured, and how far the measurements support them.
 
 Gauss-Newton in scipy's trust region (`scipy.optimize.least_squares`, Branch, Coleman and Li 1999) on exact derivatives, in
 logarithms of positive parameters. Intervals are those of the linearised problem, widened by what a finer mesh changes.

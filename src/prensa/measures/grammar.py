@@ -17,7 +17,15 @@ from prensa.measures.bodies import Outline, Place
 from prensa.measures.columns import columns, directions, force_columns, place_columns
 from prensa.measures.measure import Gradient, Measure, MeasureError, Slope, Value
 from prensa.measures.places_in_space import PlaceInSpace
-from prensa.measures.units import area_unit, force_unit, length_unit, moment_unit, pressure_unit, volume_unit
+from prensa.measures.units import (
+    area_unit,
+    energy_unit,
+    force_unit,
+    length_unit,
+    moment_unit,
+    pressure_unit,
+    volume_unit,
+)
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh
 from prensa.model.problem import Problem
@@ -44,7 +52,7 @@ CONTACT_EXTREMES = (
     *(f"{m}.{q}" for m in ("max", "mean") for q in SLIDING_FIELDS),
 )  # fmt: skip
 COUNTS = ("open", "stick", "slip")
-TOOL_QUANTITIES = ("force", "force.x", "force.y", "moment", "travel", "travel.x", "travel.y", "rotation")
+TOOL_QUANTITIES = ("force", "force.x", "force.y", "moment", "travel", "travel.x", "travel.y", "rotation", "wear")
 DEEPEST = 20  # brackets of a measure: functions in one another are read one inside the other
 # A few functions and no expressions of Python: these would be a second language in case files, without units or derivatives.
 FUNCTIONS = ("angle", "change", "curvature", "distance", "mean", "radius", "ripple", "thickness", "thinning")
@@ -259,6 +267,8 @@ class _Reader:
             raise MeasureError(f"tool {tool!r} has no press; give it one, such as 'press: 400 kN'")
         if quantity == "work":
             raise MeasureError(f"the work of {tool!r} is not counted; give it a press with an 'energy', or an 'until' with one")
+        if quantity == "wear":
+            return _Part(energy_unit(p), _worn(tool))
         kind, _, axis = quantity.partition(".")
         if quantity in ("moment", "rotation"):
             of, unit = (self.forces, moment_unit(p)) if quantity == "moment" else (self.places, "rad")
@@ -631,6 +641,16 @@ def _gradient(kind: str, tool: str, slopes: Any) -> Gradient:
 
 def _of_tool(kind: str, tool: str, k: int) -> Slope:
     return lambda increment: _gradient(kind, tool, np.eye(3)[k])
+
+
+def _worn(tool: str) -> Value:
+    def value(increment: Increment) -> float:
+        wear = increment.tools[tool].wear
+        if math.isnan(wear):
+            raise MeasureError(f"the wear of {tool!r} is not known of this increment; increments that solve yields know it")
+        return wear
+
+    return value
 
 
 def _size(tool: str, attribute: str, axes: tuple[int, ...]) -> Value:

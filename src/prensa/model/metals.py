@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Annotated, Any
@@ -10,6 +11,7 @@ from pydantic import AfterValidator, Field
 
 from prensa.model.fields import described
 from prensa.model.units import Number, Rate, Strain
+from prensa.precision import NEGLIGIBLE
 
 
 def _rising(pair: tuple[float, float]) -> tuple[float, float]:
@@ -51,6 +53,18 @@ class Metal:
     def altered(self, keys: Iterable[str]) -> Metal:
         """The same, of a material in which other numbers of the metal have been put in at keys such as ``flow.K`` too."""
         return replace(self, changed=tuple(dict.fromkeys([*self.changed, *keys])))
+
+    def beyond_temperatures(self, least: float, most: float) -> str:
+        """What there is to say of a run between two temperatures, where they are beyond those of the tests; else nothing."""
+        low, high = self.temperature or (-math.inf, math.inf)
+        slack = NEGLIGIBLE * max(abs(least), abs(most))
+        if low - slack <= least and most <= high + slack:
+            return ""
+        tested = f"{low:g} °C" if low == high else f"{low:g} to {high:g} °C"
+        return (
+            f"{self.name}, was measured at {tested} and the run has {least:.4g} to {most:.4g} °C; stresses do not follow the "
+            "temperature: give a curve that was measured there"
+        )
 
     def words(self) -> str:
         """Name, range and source in one sentence."""

@@ -1,4 +1,4 @@
-"""The press that drives a tool: what it can bear and give, how much of that a tool needs, and errors in writing it."""
+"""The press that drives a tool: its capacity, how much of that a tool needs, and errors in writing it."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ else:
 class Press:
     """The press behind a tool: every increment has its ``press_utilisation``, 1 where the press is at its limit.
 
-    ``capacity``: the force that it can bear, a number, a table of strokes and forces (strokes from the first place of the tool,
+    ``capacity``: the largest force, a number, a table of strokes and forces (strokes from the first place of the tool,
     linear between) or the name of a CSV file of them. ``torque``: of the crank shaft of a mechanical press, whose tool the
     steps drive by ``crank``; it allows the force torque / (way of the slide per angle of the crank). ``energy``: of one blow of
     a hammer or a screw press: the work of the tool in a step. Capacities and energies are those of the machine, so of the
@@ -116,7 +116,7 @@ class Use:
         return math.hypot(*(v if axis in self.axis else 0.0 for axis, v in zip("xyz", vector)))
 
     def force(self, *force: float) -> float:
-        """Force that the press bears when the model's tool has one of d components."""
+        """Force on the press when the model's tool has one of d components."""
         return self.forces * self.along(*force)
 
     def stroke(self, *way: float) -> float:
@@ -124,7 +124,7 @@ class Use:
         return self.strokes * self.along(*way)
 
     def capacity(self, stroke: float, time: float, number: int) -> float:
-        """Force that the press can bear at a stroke and a time of step *number* (from 0); infinite where nothing limits it.
+        """Capacity at a stroke and a time of step *number* (from 0); infinite where nothing limits it.
 
         Of a crank by virtual work, torque × turn = force × way (its friction left out), where a step turns it.
         """
@@ -145,7 +145,7 @@ class Use:
     def utilisation(
         self, force: tuple[float, ...], place: tuple[float, ...], work: float, time: float, number: int
     ) -> float:  # fmt: skip
-        """The largest share of its limits that the press bears, at a time of step *number* (from 0).
+        """The largest share of its limits that is used, at a time of step *number* (from 0).
 
         ``force`` and ``place`` of the model's tool along the axes, its ``work`` in the step.
         """
@@ -190,7 +190,7 @@ def findings(p: Any) -> Iterator[Finding]:
             continue
         path = ("tools", name, "press")
         if p.space in ("plane strain", "plane stress") and p.thickness == 1.0:
-            message = "a press bears the whole part, and forces here are per length: give 'thickness', how long the part is"
+            message = "a press forms the whole part, and forces here are per length: give 'thickness', how long the part is"
             yield Finding(path, message)
         if whole:
             yield from _driven(p, path, name, tool.press)

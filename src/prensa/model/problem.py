@@ -128,7 +128,7 @@ else:
 class Body:
     """Deformable body: a mesh of one material and ``element``.
 
-    ``q4_fbar`` does not lock in volume and bears large plastic flow; ``q4_enhanced`` does not lock in bending either;
+    ``q4_fbar`` does not lock in volume and withstands large plastic flow; ``q4_enhanced`` does not lock in bending either;
     ``q4_sheet`` is ``q4_enhanced`` with nine points across each layer, for elastic-plastic bending and springback;
     ``q8`` (2 × 2 points) and ``t6`` are quadratic; ``q4``, ``t3`` and ``q8_full`` (3 × 3 points) are the textbook elements,
     which lock in plastic flow.
@@ -612,6 +612,8 @@ class Numerics:
     second order, whose automatic increments are twice as long where bodies flow, or ``auto``: ``bdf2`` in automatic increments
     in which flow is steady. ``time_tolerance``, not of the first: automatic increments are as short as it takes for first and
     second order to differ by no more than this share of the plastic flow; without it they go by plastic strain and travel alone.
+    ``energy_tolerance``: automatic increments of a step that ends by the work of a tool are so short that the energy balance of
+    each misses no more than this share of that work.
     """
 
     tolerance: Annotated[Number, Field(gt=0, le=1e-4)] = 1e-9
@@ -626,6 +628,7 @@ class Numerics:
     threads: Literal["auto"] | Annotated[Whole, Field(ge=1)] = "auto"
     time_rule: Literal["auto", "backward_euler", "bdf2"] = "auto"
     time_tolerance: Annotated[Number, Field(gt=0, lt=1)] | None = None
+    energy_tolerance: Annotated[Number, Field(gt=0, lt=1)] = 1e-4
 
     @model_validator(mode="after")
     def _check(self) -> Numerics:
@@ -642,7 +645,8 @@ class Output:
 
     ``mirror``: sides (``left``, ``right``, ``bottom``, ``top``, in space ``back`` and ``front``) of the bodies on which pictures
     show their mirror image, where a part of the whole was modelled; in axisymmetry the axis mirrors by itself. ``wear``: by
-    tool, an `Archard` or ``relative``: loads along the tool's outline and its wear, in the report.
+    tool, an `Archard` or ``relative``: loads along the tool's outline and its wear, in the report. ``points``: fields have
+    stresses, plastic strains and damage at the integration points too, which nothing was recovered from.
     """
 
     fields: Annotated[Whole, Field(ge=0)] = 1
@@ -652,6 +656,7 @@ class Output:
         tuple[Literal["left", "right", "bottom", "top", "back", "front"], ...], BeforeValidator(as_names)
     ] = ()
     wear: Mapping[str, WearValue] = field(default_factory=dict)
+    points: bool = False
 
     @model_validator(mode="after")
     def _check(self) -> Output:

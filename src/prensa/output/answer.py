@@ -71,11 +71,26 @@ def lines(table: Table, case: Case, summary: Mapping[str, Any]) -> list[str]:
     out = [*presses, end] if summary["status"] == "completed" else [end, *presses]
     out += [_of_blow(blow, case.problem) for blow in press.blows(table, case.problem)]
     out += map(sentence, peaks(table, case))
-    out += damage.sentences(table, case.problem, partial(shown, both=False))
+    damages = damage.stated(summary["damage"]) if "damage" in summary else damage.damages(table, case.problem)
+    out += damage.sentences(damages, case.problem, partial(shown, both=False))
     for name, measure in summary.get("measures", {}).items():
         last = measure["last"]
         out.append(f"{name}: {'no value' if last is None else shown(last, measure['unit'])}")
-    return out + [_filled(body, found, summary) for body, found in summary.get("fill", {}).items()]
+    out += [_filled(body, found, summary) for body, found in summary.get("fill", {}).items()]
+    return out + [_worn(tool, found, case.problem) for tool, found in summary.get("wear", {}).items()]
+
+
+def _worn(tool: str, found: Mapping[str, Any], problem: Problem) -> str:
+    """The deepest wear of a tool in words, and parts until a permitted depth."""
+    unit = length_unit(problem)
+    place = f"at {shown(found['s'], unit)} of its outline"
+    if found["relative"]:
+        return f"wear of {tool}: deepest {place}; give 'k' and 'hardness' for a depth"
+    parts = ""
+    if "parts" in found:
+        count = float(f"{found['parts']:.3g}")
+        parts = f", {count:.0f} parts until {shown(found['permitted'], unit)}"
+    return f"wear of {tool}: {_number(found['depth'])} {unit} a part {place}{parts}"
 
 
 def _filled(body: str, found: Mapping[str, Any], summary: Mapping[str, Any]) -> str:

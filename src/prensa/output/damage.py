@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.errors import coordinates
 from prensa.measures.columns import directions
 from prensa.measures.damage import DamageLaw, laws, unit_of
 from prensa.measures.units import length_unit
@@ -20,7 +21,8 @@ Table = Mapping[str, NDArray[Any]]
 class Moment(NamedTuple):
     """When and where: ``step`` and ``increment`` (of the place, the end of what the time lies in), ``time``, ``place`` (d,).
 
-    ``tool`` that has travelled farthest by then, and its ``travel``; '' and None where none moves.
+    ``tool`` that has travelled farthest by then, and its ``travel``; '' and None where none moves. ``edge_of``: the tool at a
+    sharp edge of whose contact the place is; '' where it is at none.
     """
 
     step: str
@@ -29,6 +31,7 @@ class Moment(NamedTuple):
     place: tuple[float, ...]
     tool: str
     travel: float | None
+    edge_of: str = ""
 
 
 class Damage(NamedTuple):
@@ -59,31 +62,50 @@ def damages(table: Table, problem: Problem) -> list[Damage]:
     return [damage for damage in found if damage is not None]
 
 
-def sentences(table: Table, problem: Problem, shown: Callable[[float, str], str]) -> Iterator[str]:
+def located(found: Iterable[Damage], edge: Callable[[str, int, tuple[float, float]], str]) -> Iterator[Damage]:
+    """Damages with the tools at whose sharp edges of contact they are; ``edge``: that tool by body, increment and place."""
+    for d in found:
+        at, reached = d.at._replace(edge_of=edge(d.body, d.at.increment, d.at.place)), d.reached
+        if reached is not None:
+            reached = reached._replace(edge_of=edge(d.body, reached.increment, reached.place))
+        yield d._replace(at=at, reached=reached)
+
+
+def stated(entries: Iterable[Mapping[str, Any]]) -> Iterator[Damage]:
+    """Damages from what ``summary.json`` has of them."""
+    for entry in entries:
+        moments = {k: entry[k] and Moment(**entry[k]) for k in ("at", "reached")}
+        yield Damage(**{**entry, **moments})
+
+
+def sentences(found: Iterable[Damage], problem: Problem, shown: Callable[[float, str], str]) -> Iterator[str]:
     """Each of them in words: 'damage of billet (Oyane) reaches its limit 0.3 after 5.2 mm of punch, at (12.3, 0) mm'.
 
-    ``shown``: a number with its unit in words.
+    ``shown``: a number with its unit in words. A place at a sharp edge of contact is called that.
     """
     unit = length_unit(problem)
 
-    def where(m: Moment) -> str:
-        return f"at ({', '.join(f'{c:.4g}' for c in m.place)}) {unit}"
+    def where(m: Moment, body: str) -> str:
+        place = f"at ({coordinates(m.place)}) {unit}"
+        other = f"'{body}.SIDE.damage at y=…' is that of another place"
+        edge = f" (a sharp edge of the contact with {m.edge_of}, where it grows with the mesh; {other})"
+        return place + edge * bool(m.edge_of)
 
     def when(m: Moment) -> str:
         return f"at time {m.time:.4g}" if m.travel is None else f"after {m.travel:.4g} {unit} of {m.tool}"
 
-    for d in damages(table, problem):
+    for d in found:
         largest = shown(d.largest, d.unit)
         of = f"of {d.body} ({d.heading})"
         if d.limit is None:
-            yield f"largest damage {of}: {largest} {where(d.at)}"
+            yield f"largest damage {of}: {largest} {where(d.at, d.body)}"
         elif d.reached is None:
             limit = shown(d.limit, d.unit)
-            yield f"largest damage {of}: {100 * d.largest / d.limit:.3g} % of the limit {limit}, {where(d.at)}"
+            yield f"largest damage {of}: {100 * d.largest / d.limit:.3g} % of the limit {limit}, {where(d.at, d.body)}"
         else:
             limit = shown(d.limit, d.unit)
             more = f"; in the end {largest}" if d.largest > 1.001 * d.limit else ""
-            yield f"damage {of} reaches its limit {limit} {when(d.reached)}, {where(d.reached)}{more}"
+            yield f"damage {of} reaches its limit {limit} {when(d.reached)}, {where(d.reached, d.body)}{more}"
 
 
 # ------------------------------------------------------------------------------------------------------------- details

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from prensa.dies.stress import Die
-from prensa.dies.wear import wear
+from prensa.dies.wear import wear, wear_summary
 from prensa.errors import PrensaError
 from prensa.model.problem import Archard
 from prensa.output import plot
@@ -17,7 +17,6 @@ from prensa.output.dies import (
     face_columns,
     figures,
     summary_of,
-    wear_summary,
     write_columns,
     write_loads,
 )
@@ -51,6 +50,6 @@ def write_die(
     for name, figure in figures(found, worn, problem):
         with replacing(folder / f"{name}.png") as temporary:
             plot.save(figure, temporary, format="png")
-    made = {**summary_of(found), "wear": wear_summary(worn, law)}
+    made = {**summary_of(found), "wear": wear_summary(worn, law.depth)}
     write_text(folder / DIE_SUMMARY, json.dumps(made, indent=1) + "\n")
     return folder, made

@@ -1,4 +1,4 @@
-"""What the tools of a run bear, in files: loads along their outlines, wear, stresses of dies."""
+"""Tools of a run, in files: loads along their outlines, wear, stresses of dies."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ import numpy as np
 
 from prensa.dies.loads import ToolLoads, tool_loads
 from prensa.dies.stress import DieStress
-from prensa.dies.wear import Wear, wear
+from prensa.dies.wear import Wear, wear, wear_summary
 from prensa.errors import PrensaError
-from prensa.model.problem import Archard, Case, Problem
+from prensa.model.problem import Case, Problem
 from prensa.output import plot, style
 from prensa.output.history import Table
 from prensa.types import Array
@@ -53,13 +53,6 @@ def summary_of(found: DieStress) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def wear_summary(worn: Wear, law: Archard) -> dict[str, Any]:
-    """Deepest wear, worn volume, and parts until a permitted depth where one is given."""
-    depth, s = worn.deepest
-    out = {"relative": law.k is None, "depth": depth, "s": s, "volume": worn.volume, "sliding": float(worn.loads.slid.max())}
-    return out if law.depth is None else {**out, "permitted": law.depth, "parts": worn.parts_until(law.depth)}
-
-
 def stored_dies(directory: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
     """Folders of dies that were computed of the run in *directory*, and their summaries."""
     for path in sorted(directory.glob(f"{FOLDER}*/{DIE_SUMMARY}")):
@@ -82,7 +75,7 @@ def in_report(stored: Stored, case: Case) -> dict[str, Any]:
         most = found.loads.envelope
         k = int(np.argmax(most.pressure))
         row = {"tool": tool, "pressure": float(most.pressure[k]), "pressed": float(found.loads.s[k])}
-        worn.append({**row, **wear_summary(found, law)})
+        worn.append({**row, **wear_summary(found, law.depth)})
         buffer = io.BytesIO()
         figure = draw_loads(found, case.problem)
         for axes in figure.axes:

@@ -166,6 +166,27 @@ def picture(table: Table, problem: Problem, tool: str) -> Figure:
     return figure
 
 
+def capacity_beside(table: Table, problem: Problem, tool: str) -> Array | None:
+    """Capacity (1 + rows,) of the press of a tool, of the modelled part, at its first place and then at the rows of a table.
+
+    Of the sign of the force on the tool; not a number where nothing limits it or it is far above all forces; None of a tool
+    without such a limit.
+    """
+    use = use_of(problem, tool)
+    if use is None or (use.press.capacity is None and use.press.torque is None):
+        return None
+    made = course(table, problem, use)
+    most = np.append(use.capacity(0.0, 0.0, 0), made.capacity)
+    force = table[f"{tool}.fx" if use.axis == "x" else f"{tool}.fy"]
+    sign = -1.0 if -force.min(initial=0.0) > force.max(initial=0.0) else 1.0
+    return np.where(most <= _top(made.force, most), sign * most / use.forces, np.nan)
+
+
+def _top(force: Array, most: Array) -> float:
+    """How far up a capacity is drawn: as far as it can be compared with the forces."""
+    return 1.6 * max(float(force.max(initial=0.0)), float(np.min(most, initial=np.inf)))
+
+
 def _capacity_into(axes: Axes, table: Table, problem: Problem, use: Use, made: Course) -> None:
     """The capacity over the stroke: the whole curve of a table, and of a crank what it is on the way of the run."""
     if isinstance(use.press.capacity, tuple) and use.press.torque is None:
@@ -176,5 +197,4 @@ def _capacity_into(axes: Axes, table: Table, problem: Problem, use: Use, made: C
         stroke = np.interp(fine, time, np.append(0.0, made.stroke))
         last = len(problem.steps) - 1
         most = np.array([use.capacity(s, t, min(int(t), last)) for s, t in zip(stroke, fine)])
-    top = 1.6 * max(float(made.force.max(initial=0.0)), float(np.min(most, initial=np.inf)))
-    axes.plot(stroke, np.where(most <= top, most, np.nan), "--", color=style.RED, label="capacity")
+    axes.plot(stroke, np.where(most <= _top(made.force, most), most, np.nan), "--", color=style.RED, label="capacity")

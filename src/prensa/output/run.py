@@ -208,7 +208,7 @@ class _Run:
         ):
             if keep is not None:
                 history.forget_contacts_after(self.directory, keep)  # now that no row refers to them
-            self.fields = vtk.Fields(self.directory, keep, self.case.problem)
+            self.fields = vtk.Fields(self.directory, keep, self.case.problem, self.case.output.points)
             self._summarise(summary.RUNNING, "", durable=False)  # of a run that is killed there is no other
             self.written.append(self.directory / summary.SUMMARY)
             self._solve_increments()

@@ -6,6 +6,7 @@ the same mesh share its cells, so that the mesh may change during a run.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
 from typing import Any
@@ -13,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from prensa.model.problem import Problem
-from prensa.output import plot, style
+from prensa.output import plot, press, style
 from prensa.output.cells import around, drawn, outline
 from prensa.output.maxima import largest_force, leading_tool
 from prensa.output.outline import outlines
@@ -47,6 +48,7 @@ def scene(stored: Stored) -> dict[str, Any]:
         "history": _history(stored),
         "leading": leading_tool(stored.history, problem),
         "tools": _tools(stored, increments),
+        "capacities": _capacities(stored),
         "mirror": plot.mirror_lines(increments[0], problem, stored.mirror) if increments else [],
         "offered": _offered(stored, increments) if increments else [],
         **_bodies(problem, increments, packer),
@@ -81,6 +83,12 @@ def _history(stored: Stored) -> dict[str, Any]:
     out |= {c: [int(v) for v in table[c]] for c in ("increment", "iterations", "cutbacks")}
     out["step"] = [str(v) for v in table["step"]]
     return out
+
+
+def _capacities(stored: Stored) -> dict[str, list[float | None]]:
+    """Capacities of the presses by tool, at its first place and at all increments; None where none is drawn."""
+    found = {t: press.capacity_beside(stored.history, stored.problem, t) for t in stored.problem.tools}
+    return {t: [v if math.isfinite(v) else None for v in _rounded(c)] for t, c in found.items() if c is not None}
 
 
 def _rounded(values: Iterable[float]) -> list[float]:

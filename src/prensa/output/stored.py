@@ -135,7 +135,8 @@ class Stored(Sequence[Increment]):
             seconds=float(row.get("seconds", time)),
             support_moments={s: Moment(*(float(row[f"fixed.{s}.m{c}"]) for c in "xyz")) for s in supports if self._d == 3},
             _more=More(self.problem, parse, _absent(_NOT_KEPT.format(self.directory, "shapes of boundaries")),
-                       _absent(_NOT_KEPT.format(self.directory, "plastic power"))),
+                       _absent(_NOT_KEPT.format(self.directory, "plastic power")),
+                       points=lambda: vtk.read_points(self._fields_of(number), list(self.problem.bodies))),
         )  # fmt: skip
 
     def _tool(self, name: str, row: dict[str, Any]) -> ToolState:
@@ -146,12 +147,15 @@ class Stored(Sequence[Increment]):
         return ToolState(np.array(placed.at), place, force, placed.direction, work=float(row.get(f"{name}.work", 0.0)))
 
     def _bodies(self, number: int) -> dict[str, BodyState]:
+        return vtk.read_fields(self._fields_of(number), list(self.problem.bodies))
+
+    def _fields_of(self, number: int) -> Path:
         path = self.directory / vtk.FIELDS_FOLDER / f"{number:04d}.vtu"
         if not path.is_file():
             which = f"{len(self.with_fields)} increments have theirs: {_some(self.with_fields)}"
             remedy = "'output: {fields: 1}' writes all"
             raise PrensaError(f"{path}: the fields of increment {number} were not written; {which}; {remedy}")
-        return vtk.read_fields(path, list(self.problem.bodies))
+        return path
 
     def _contacts(self, number: int, row: dict[str, Any]) -> dict[str, ContactState]:
         out = {}

@@ -9,6 +9,7 @@ from __future__ import annotations
 import datetime
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -27,6 +28,7 @@ from prensa.model.metals import metals_of
 from prensa.model.problem import Case, Problem
 from prensa.model.schema import plain
 from prensa.output import answer, checkpoint, damage, history, lock, measured, passages, press, runlog
+from prensa.output.edges import Edges
 from prensa.output.files import Contents, write_text
 from prensa.output.stored import Placement, Stored
 from prensa.types import Array
@@ -73,7 +75,9 @@ def summarise(directory: Path, system: System, case: Case, state: State | None, 
         "warnings": known["warnings"],
         "warnings_about": {w: about[w] for w in answer.weighed(known["warnings"], about) if w in about},
         "stopped_by": known["stopped_by"],
+        **({"damage": _located(directory, system, case, tables)} if known["status"] in ENDED else {}),
         "fill": _fill(directory, system, case) if known["status"] in ENDED else {},
+        "wear": _wear(directory, system, case) if known["status"] in ENDED else {},
         "folds": [w for w in known["warnings"] if FOLDS in w],
         "case": text,
     }
@@ -238,6 +242,27 @@ def _forces(problem: Problem) -> list[tuple[str, str]]:
     """Names of a tool's forces and moments in the summary, with their columns: x, y and m in the plane."""
     names = ("x", "y", "z", "mx", "my", "mz") if problem.space == "solid" else ("x", "y", "m")
     return list(zip(names, force_columns(problem)))
+
+
+def _located(directory: Path, system: System, case: Case, tables: _Tables) -> list[dict[str, Any]]:
+    """The damages, with the tools at whose sharp edges of contact they are largest."""
+    found = damage.damages(tables.history, case.problem)
+    return [d.entry() for d in damage.located(found, Edges(directory, system, case).tool_at)] if found else []
+
+
+def _wear(directory: Path, system: System, case: Case) -> dict[str, Any]:
+    """Deepest wear by tool, of those of which the case asks for it; '' where nothing has pressed on one."""
+    if case.problem.space == "solid" or not case.output.wear:
+        return {}
+    from prensa.dies.loads import tool_loads
+    from prensa.dies.wear import wear, wear_summary
+
+    out: dict[str, Any] = {}
+    stored = Stored(directory, case, {t.name: Placement(_pair(t.at), _pair(t.direction)) for t in system.tools})
+    for tool, law in case.output.wear.items() if len(stored) else ():
+        with suppress(PrensaError):  # nothing has pressed on it
+            out[tool] = wear_summary(wear(tool_loads(stored, case.problem, tool), law.k, law.hardness), law.depth)
+    return out
 
 
 def _fill(directory: Path, system: System, case: Case) -> dict[str, Any]:

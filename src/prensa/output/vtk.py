@@ -6,6 +6,9 @@ the cell array ``body`` counts them from 0 in the order of the description. Vect
 six (xx, yy, zz, xy, yz, xz: the order of VTK), also in two dimensions. In axisymmetric problems x is the radius, y the
 axis and zz the hoop stress. In space the surfaces of the tools at their current places are in files of their own,
 ``fields/tools_NNNN.vtu``, second parts of the moments in the list; the cell array ``tool`` counts them.
+
+With ``output: {points: true}`` cells have the values of their integration points too (``stress_at_points``,
+``plastic_strain_at_points``, ``damage_NAME_at_points``): one point's components after another's, not a number beyond the last.
 """
 
 from __future__ import annotations
@@ -25,13 +28,14 @@ from prensa.measures.tool_outlines import surface
 from prensa.model.problem import Problem
 from prensa.output.cells import vtk_type
 from prensa.output.files import numbered, replacing, write_text
-from prensa.result.increment import SLIDING_FIELDS, BodyState, Increment
+from prensa.result.increment import SLIDING_FIELDS, BodyState, Increment, MaterialPoints
 from prensa.types import Array, Index
 
 FIELDS_FOLDER = "fields"
 COLLECTION = "fields.pvd"
 TOOLS = "tools_"
 DAMAGE = "damage_"  # and the name of a law: a field
+AT_POINTS = "_at_points"  # of cells: values at their integration points
 RATIOS = ("mean_stress", "triaxiality", "lode")
 IF_KNOWN = ("strain_rate", "surface_expansion")
 ACCUMULATED = ("contact_time", "sliding_distance")
@@ -52,15 +56,17 @@ class Fields:
     The files are complete, and with the operating system; whoever refers to them brings them to the disk (`files.flush`).
     """
 
-    def __init__(self, directory: Path, keep: int | None = None, problem: Problem | None = None) -> None:
-        self._directory = directory
+    def __init__(
+        self, directory: Path, keep: int | None = None, problem: Problem | None = None, points: bool = False
+    ) -> None:  # fmt: skip
+        self._directory, self._points = directory, points
         self._problem = problem if problem is not None and problem.space == "solid" else None
         self._times = {} if keep is None else _times_until(directory, keep)
         self._write_collection()
 
     def append(self, increment: Increment) -> Path:
         """Write the fields of *increment*, then the collection that names them; returns the path of the former."""
-        path = write_fields(self._directory / FIELDS_FOLDER / f"{increment.number:04d}.vtu", increment)
+        path = write_fields(self._directory / FIELDS_FOLDER / f"{increment.number:04d}.vtu", increment, self._points)
         name = f"{FIELDS_FOLDER}/{path.name}"
         self._times[name] = increment.time
         if self._problem is not None:
@@ -106,8 +112,8 @@ def write_tools(path: Path, increment: Increment, problem: Problem) -> Path:
     return path
 
 
-def as_mesh(increment: Increment) -> Any:
-    """All bodies of an increment with their fields, as a `meshio.Mesh`."""
+def as_mesh(increment: Increment, points: bool = False) -> Any:
+    """All bodies of an increment with their fields, as a `meshio.Mesh`; ``points``: with those at integration points."""
     import meshio
 
     bodies = list(increment.bodies.values())
@@ -134,13 +140,16 @@ def as_mesh(increment: Increment) -> Any:
             **({"thickness": np.concatenate(thin)} if thin else {}),
             **{f"{DAMAGE}{name}": _stack(bodies, partial(_damage, name=name)) for name in dict.fromkeys(laws)},
         },
-        cell_data={"body": [np.full(len(b.cells), k, dtype=np.int32) for k, b in enumerate(bodies)]},
+        cell_data={
+            "body": [np.full(len(b.cells), k, dtype=np.int32) for k, b in enumerate(bodies)],
+            **(_at_points(increment) if points else {}),
+        },
     )
 
 
-def write_fields(path: Path, increment: Increment) -> Path:
-    """Write one increment as a ``.vtu`` file, atomically; returns *path*."""
-    mesh = as_mesh(increment)
+def write_fields(path: Path, increment: Increment, points: bool = False) -> Path:
+    """Write one increment as a ``.vtu`` file, atomically; returns *path*; ``points``: with values at integration points."""
+    mesh = as_mesh(increment, points)
     with replacing(path, durable=False) as temporary:
         mesh.write(temporary, file_format="vtu", binary=True, compression="zlib")
     return path
@@ -181,7 +190,55 @@ def read_fields(path: str | Path, names: list[str]) -> dict[str, BodyState]:
     return out
 
 
+def read_points(path: str | Path, names: list[str]) -> dict[str, MaterialPoints]:
+    """Values at the integration points, by *names* of the bodies, of a ``.vtu`` file that `write_fields` wrote.
+
+    Raises
+    ------
+    PrensaError
+        If the file is damaged or has none.
+
+    """
+    import meshio
+
+    path = take_path("read_points", path)
+    try:
+        mesh = meshio.read(path, file_format="vtu")
+    except (Exception, SystemExit) as error:  # what meshio finds damaged ends the process
+        raise PrensaError(f"{path}: the fields cannot be read ({error}); run the case again") from None
+    if f"plastic_strain{AT_POINTS}" not in mesh.cell_data:
+        raise PrensaError(f"{path}: no values at integration points were written; 'output: {{points: true}}' writes them")
+    data = {n.removesuffix(AT_POINTS): np.concatenate(v) for n, v in mesh.cell_data.items() if n.endswith(AT_POINTS)}
+    body = np.concatenate(mesh.cell_data["body"])
+    out = {}
+    for k, name in enumerate(names):
+        strain = data["plastic_strain"][body == k].reshape((body == k).sum(), -1)
+        own = ~np.isnan(strain[0])
+        stress = data["stress"][body == k].reshape(*strain.shape, -1)[:, own]
+        damage = {n.removeprefix(DAMAGE): v[body == k] for n, v in data.items() if n.startswith(DAMAGE)}
+        damage = {n: v.reshape(strain.shape)[:, own] for n, v in damage.items()}
+        out[name] = MaterialPoints(stress, strain[:, own], {n: v for n, v in damage.items() if not np.isnan(v).any()})
+    return out
+
+
 # ------------------------------------------------------------------------------------------------------------- details
+def _at_points(increment: Increment) -> dict[str, list[Array]]:
+    """Values at the integration points as fields of the cells, the bodies' cells one after the other."""
+    found = list(increment.points.values())
+    most, laws = max(p.plastic_strain.shape[1] for p in found), dict.fromkeys(name for p in found for name in p.damage)
+
+    def padded(values: Array, components: int = 1) -> Array:
+        flat = values.reshape(len(values), -1)
+        return np.pad(flat, ((0, 0), (0, most * components - flat.shape[1])), constant_values=np.nan)
+
+    out = {"stress": [padded(p.stress, p.stress.shape[2]) for p in found]}
+    out["plastic_strain"] = [padded(p.plastic_strain) for p in found]
+    for name in laws:
+        missing = [np.full(p.plastic_strain.shape, np.nan) for p in found]
+        out[f"{DAMAGE}{name}"] = [padded(p.damage.get(name, v)) for p, v in zip(found, missing)]
+    return {f"{name}{AT_POINTS}": values for name, values in out.items()}
+
+
 def _body(mesh: Any, cells: Index, own: slice) -> BodyState:
     d = 3 if mesh.cells[0].type == "hexahedron" else 2
     x, data = np.array(mesh.points[own, :d]), mesh.point_data

@@ -290,7 +290,7 @@ class Remeshing:
         return size_field(system, state, body, self.asked.size, self.area[body], share)
 
     def _on_new_meshes(self, stepping: Stepping, state: State, why: str, failures: int) -> tuple[Stepping, State]:
-        """Time stepping and state on new meshes; what they were where no new mesh bears the state."""
+        """Time stepping and state on new meshes; what they were where no new mesh can take the state."""
         problem = ""
         # Where the last mesh did not help, a finer one is tried: elements that fold are mostly too large for what bends there.
         for share in self.policy.size_factors[max(failures - 1, 0) :]:

@@ -1,7 +1,7 @@
 """A committed state on new meshes: outline, triangles, contacts, histories; what refers to the initial shape goes along.
 
 Nodes of new meshes lie on the curves of the old outlines. Closed ones are then put where their tools leave them, at g = −p/k_n
-(at g = 0 where multipliers bear the pressure), open ones outside of all tools, and free ones moved along their normals, all by
+(at g = 0 where multipliers carry the pressure), open ones outside of all tools, and free ones moved along their normals, all by
 one distance, so that the volume is the old one.
 """
 

@@ -65,6 +65,19 @@ def tool_work(system: System, c: Context, u: Array, work: Array) -> Array:
     return old.tool_work + done if goes_on else done
 
 
+def tool_wear(system: System, c: Context, e: Evaluation) -> Array:
+    """Normal force times way of slip (tools,) on each tool since the run began, after an increment.
+
+    As Archard (1953), J. Appl. Phys. 24, 981, eq. 1 counts it: what a penalty gives along the tool elastically is no way.
+    """
+    number = {tool.name: k for k, tool in enumerate(system.tools)}
+    out = c.state.tool_wear.copy() if len(c.state.tool_wear) == len(number) else np.zeros(len(number))
+    for s, before, f in zip(c.surfaces, c.committed, e.contacts):
+        if s.against in number:
+            out[number[s.against]] += float((f.weight * f.p) @ (f.kappa - before.slip))
+    return out
+
+
 def _nothing(system: System, shift: Array | None) -> Array:
     return np.zeros(system.nodes) if shift is None else shift
 

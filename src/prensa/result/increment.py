@@ -70,7 +70,8 @@ class ToolState:
 
     ``spring``: force of the springs that it is mounted on, on the tool (None: on none).
 
-    ``work`` of the tool on the bodies since the step began, with what its springs store.
+    ``work`` of the tool on the bodies since the step began, with what its springs store; ``wear``: normal force times way of slip
+    on it since the run began (force × length), nan where it is not known; times k/H of Archard's law it is the worn volume.
 
     ``direction`` (d,) outward normal of the face of a plane, stamp or ring before any rotation (``place.rz`` turns it).
     """
@@ -81,6 +82,7 @@ class ToolState:
     direction: tuple[float, ...] = (0.0, -1.0)
     spring: Force | SpatialForce | None = None
     work: float = 0.0
+    wear: float = float("nan")
 
 
 @dataclass(frozen=True, repr=False)
@@ -231,6 +233,23 @@ class BodyState(Tabular):
         return rows + [(f"largest {name}", f"{v.max(initial=0):.5g}") for name, v in largest.items()]
 
 
+@dataclass(frozen=True, repr=False)
+class MaterialPoints(Shown):
+    """What a body holds at its q integration points of m cells, before anything is recovered at the nodes.
+
+    ``stress`` (m, q, 4) Cauchy stress xx, yy, zz, xy, in space (m, q, 6) with yz and xz; ``plastic_strain`` (m, q) equivalent;
+    ``damage``: D (m, q) by the name of each damage law of the body.
+    """
+
+    stress: Array
+    plastic_strain: Array
+    damage: Mapping[str, Array] = field(default_factory=dict)
+
+    def _line(self) -> str:
+        cells, points = self.plastic_strain.shape
+        return f"{cells} elements of {points} points, plastic strain ≤ {self.plastic_strain.max(initial=0):.4g}"
+
+
 @dataclass(frozen=True)
 class Shape:
     """Where a body is, without its stresses: n nodes, m cells as in `BodyState`.
@@ -327,6 +346,7 @@ class More(NamedTuple):
     plastic_power: Callable[[], Mapping[str, PlasticPower]]
     assembled: Callable[[], Assembled] | None = None
     folding: Callable[[], Mapping[str, Folding]] | None = None
+    points: Callable[[], Mapping[str, MaterialPoints]] | None = None
 
 
 @dataclass(frozen=True)
@@ -336,7 +356,7 @@ class Derivatives:
     ``flat`` by path: what is left of the residual along the derivative, over the forces, for a change of the parameter by its
     own size; round-off where the derivative is exact. ``switched`` by contact: points that have closed or opened in the
     increment, where forces over a parameter have kinks. ``at_kinks`` by contact: points that are at a kink themselves, since they
-    just touch, or stick with all that friction bears: the derivative is that of the one side, at such times and from there on.
+    just touch, or stick with the bound of friction: the derivative is that of the one side, at such times and from there on.
     """
 
     flat: Mapping[str, float]
@@ -474,6 +494,13 @@ class Increment(Drawn):
         if self._known.folding is None:
             raise PrensaError("an increment read back has no outlines; those that solve yields have")
         return self._known.folding()
+
+    @cached_property
+    def points(self) -> Mapping[str, MaterialPoints]:
+        """Stresses, plastic strains and damage at the integration points by body; in files with ``output: {points: true}``."""
+        if self._known.points is None:
+            raise PrensaError("this increment has no values at integration points; those that solve yields have")
+        return self._known.points()
 
     @cached_property
     def plastic_power(self) -> Mapping[str, PlasticPower]:

@@ -31,6 +31,7 @@ from prensa.result.increment import (
     ContactState,
     Force,
     Increment,
+    MaterialPoints,
     Moment,
     More,
     Parse,
@@ -86,7 +87,7 @@ def increment_of(
         _more=More(system.problem, parse, lambda: shapes(system, whole(), start),
                    lambda: plastic_power(system, old, state.history, seconds),
                    None if context is None else lambda: assembled(system, context, whole().u, lam),
-                   lambda: folding(system, whole().u, start)),
+                   lambda: folding(system, whole().u, start), lambda: material_points(system, state)),
     )  # fmt: skip
 
 
@@ -115,6 +116,19 @@ def plastic_power(system: System, old: Sequence[Array], new: Sequence[Array], se
         if b.law.plastic and seconds > 0.0:
             work = (b.field(after, "plastic_work") - b.field(before, "plastic_work"))[..., 0] / seconds
         out[b.body] = PlasticPower(work, b.volume)
+    return out
+
+
+def material_points(system: System, state: State) -> dict[str, MaterialPoints]:
+    """Stresses, plastic strains and damage of a committed state, at the integration points."""
+    out = {}
+    for k, b in enumerate(system.blocks):
+        history = np.asarray(state.history[k])
+        stress = b.law.cauchy(b.at_law(history).reshape(-1, b.law.size)).reshape(*b.volume.shape, -1)
+        strain = b.field(history, "plastic_strain")[..., 0] if b.law.plastic else np.zeros(b.volume.shape)
+        laws = system.problem.bodies[b.body].damage
+        damage = {law.name: state.damage[k][..., j] for j, law in enumerate(laws)}
+        out[b.body] = MaterialPoints(stress, strain, damage)
     return out
 
 
@@ -199,6 +213,7 @@ def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolSt
             tuple(map(float, tool.direction)),
             spring,
             float(state.tool_work[t]) if t < len(state.tool_work) else 0.0,
+            float(state.tool_wear[t]) if t < len(state.tool_wear) else np.nan,
         )
     return out
 
@@ -419,7 +434,7 @@ def skin_stress(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
 
 
 def _borne(system: System, state: State, b: Block, history: Array, nodal: Array) -> Array:
-    """Stresses (n, 4) of the nodes of a plastic body of which none is more than metal there bears.
+    """Stresses (n, 4) of the nodes of a plastic body of which none is more than the flow stress of the metal there.
 
     Plastic strains begin with a kink, on whose far side patches have too little of them: those carried from the elements
     that a node belongs to count too, if they are larger.
@@ -431,7 +446,7 @@ def _borne(system: System, state: State, b: Block, history: Array, nodal: Array)
     strain = np.maximum(_recovered(x, b, plastic, history), recover(x[own], cells, b.positions(x), plastic, kinked=kinked))
     law: Any = b.law  # plastic laws have one
     limit = law.flow_stress(np.maximum(strain[:, 0], 0.0))
-    # Points may bear more than the curve at rest: rate-dependent metals, and those that yield on the Kirchhoff stress.
+    # Points may carry more than the curve at rest: rate-dependent metals, and those that yield on the Kirchhoff stress.
     np.maximum.at(limit, cells, points.max(axis=1)[:, None])
     return borne(x[own], cells, nodal, limit, system.problem.space == "plane stress")
 

@@ -276,6 +276,7 @@ def _carried_on(at: Solution, before: Bundle, found: Closed, stored: Array, stat
     energy = _energies(at, before, found, x, work, stored, state)
     out |= {f"energy.{k}": v for k, v in energy.items()}
     out["tool_work"] = _work_of_tools(at, before, x, work, state)
+    out["tool_wear"] = _wear_of_tools(at, before, found.points)
     out |= {"work": work, "step_start": x if c.ends_step else was["step_start"]}
     return out | {k: np.zeros(m) for k in was if k.startswith("stability.")}
 
@@ -295,6 +296,18 @@ def _work_of_tools(at: Solution, before: Bundle, u: Array, work: Array, state: S
     each = 0.5 * ((was["work"] + work) * way[:, None] + (old.work + state.work)[:, None] * ways)
     done = each[at.system.dofs.tool.dofs(np.arange(count))].sum(axis=1)
     return done + was["tool_work"] if old.clock.time > at.c.plan.t0 and len(old.tool_work) == count else done
+
+
+def _wear_of_tools(at: Solution, before: Bundle, points: Sequence[Points]) -> Array:
+    """Derivatives (tools, d) of normal force times way of slip, as `prensa.result.energy_balance.tool_wear` counts it."""
+    was, number = before.arrays["tool_wear"], {tool.name: k for k, tool in enumerate(at.system.tools)}
+    out = was.copy() if len(was) == len(number) else np.zeros((len(number), len(before.sizes)))
+    for p, committed in zip(points, at.c.committed):
+        if p.surface.against in number:
+            f, way = p.f, p.f.kappa - committed.slip
+            force = f.weight[:, None] * p.p + f.p[:, None] * p.before.area
+            out[number[p.surface.against]] += way @ force + (f.weight * f.p) @ (p.kappa - p.before.slip)
+    return out
 
 
 def _ways(at: Solution, before: Bundle, u: Array, state: State) -> tuple[Array, Array]:

@@ -25,7 +25,7 @@ from prensa.system.state import State
 from prensa.system.system import System
 from prensa.types import Array
 
-BORNE = 1e-9  # share of the bound of friction within which a traction is all that friction bears
+BORNE = 1e-9  # share of the bound of friction within which a traction is the bound of friction
 
 
 @dataclass(frozen=True)

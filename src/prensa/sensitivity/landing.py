@@ -26,7 +26,7 @@ class Landing(NamedTuple):
 def landing_of(system: System, c: Context, before: Weights) -> Landing:
     """Adjoints of the state before a motion through air from coordinates at its end, which differ from the committed ones.
 
-    A tool goes along its force until springs on the points that it meets first bear next to nothing: their gaps, weighted by
+    A tool goes along its force until springs on the points that it meets first carry next to nothing: their gaps, weighted by
     these springs, stay what they are. See `System.through_air`.
     """
     way = np.asarray(c.through_air)

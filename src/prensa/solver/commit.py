@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prensa.result.energy_balance import energies_after, nodal_work, tool_work
+from prensa.result.energy_balance import energies_after, nodal_work, tool_wear, tool_work
 from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.stability import looked
 from prensa.system.damage import damaged
@@ -55,6 +55,6 @@ def committed(
         step_start=step_start, release=None if c.time >= c.plan.t1 else old.release,
         self_equilibrated=None if c.time >= c.plan.t1 else old.self_equilibrated, stability=stability,
         ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched, softest=softest,
-        tool_work=tool_work(system, c, result.u, work), remeshed=old.remeshed,
+        tool_work=tool_work(system, c, result.u, work), tool_wear=tool_wear(system, c, e), remeshed=old.remeshed,
         damage=damaged(system.problem, system.blocks, old.damage, old.history, e.history) if old.damage else (),
     )  # fmt: skip

@@ -60,7 +60,7 @@ def _worn(system: System, c: Context, policy: Policy) -> Iterator[str]:
 def _friction(
     system: System, c: Context, s: Surface, f: ContactForces, number: int, policy: Policy
 ) -> Iterator[str]:  # fmt: skip
-    """A contact that nothing but friction at its bound holds, or whose friction is what the metal under it bears in shear."""
+    """A contact that nothing but friction at its bound holds, or whose friction is the shear strength of the metal under it."""
     bound, closed = _friction_bound(c, number, f), f.p > 0
     if bound is None or not closed.any():
         return

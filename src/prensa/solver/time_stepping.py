@@ -6,7 +6,7 @@ The only commit of the package is here; the new state is made in `prensa.solver.
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Protocol
@@ -24,6 +24,7 @@ from prensa.policy import Policy
 from prensa.result.increment import Increment
 from prensa.result.results import increment_of
 from prensa.solver.approach import first_touch, starts_inside
+from prensa.solver.blows import balanced, blow_energy
 from prensa.solver.commit import committed
 from prensa.solver.diagnosis import InUse, failed_increment, hint, last_good
 from prensa.solver.given_times import given_times, increasing
@@ -31,7 +32,7 @@ from prensa.solver.increment_solver import IncrementSolver
 from prensa.solver.reporting import Messages
 from prensa.solver.stability import at_limit, stability_warnings
 from prensa.solver.step_control import StepControl
-from prensa.solver.until import Stopping
+from prensa.solver.until import Outcome, Stopping
 from prensa.system.failure import Failure, LimitPoint, sentence
 from prensa.system.interaction import Context
 from prensa.system.outcome import NewtonResult
@@ -208,7 +209,7 @@ class TimeStepping(IncrementSolver):
                 due = self.due(state, plan, c.time, result.u)
                 c, result = solve(due) if due < c.time else (c, result)
             if result.converged:
-                c, result = self.stopping.search((c, result), solve)
+                c, result = self.stopping.search(self.as_long_as_balanced((c, result), solve), solve)
             if result.converged:
                 self.look_inside(c, result)
                 self.stopping.refuse(c)
@@ -227,6 +228,19 @@ class TimeStepping(IncrementSolver):
             if last or hopeless or (isinstance(result.reason, LimitPoint) and at_limit(c, self.policy)):
                 raise self.diagnosis(c, result, cutbacks)
             cutbacks += 1
+
+    def as_long_as_balanced(self, outcome: Outcome, solve: Callable[[float], Outcome]) -> Outcome:
+        """An increment, shorter where a blow's work would not be accurate enough and its length is not asked for."""
+        plan = outcome[0].plan
+        energy = blow_energy(self.system.problem, plan.number)
+        if not energy or plan.increments or self.times is not None:
+            return outcome
+
+        def missing(outcome: Outcome) -> float:
+            c = outcome[0]
+            return float(self.view(*outcome).energy["imbalance"] - c.state.energy.imbalance)
+
+        return balanced(outcome, solve, missing, self.numerics.energy_tolerance * energy)
 
     def stays_inside(self, state: State, cutbacks: int) -> Failure | None:
         """The tool that starts deepest inside a body, if the first increment fails on: shorter ones have the same overlap."""

@@ -56,7 +56,7 @@ class Criterion:
     fed: bool = False
     """Whether it is the force at which what is fed is held back."""
     limit: bool = False
-    """Whether it is what a press can bear, which nobody waits for."""
+    """Whether it is the capacity of a press, which nobody waits for."""
     rate: bool = False
     """Whether it is a mean over the increment, as a power is: it says nothing in an instant."""
 
@@ -273,7 +273,7 @@ def _damaged(system: System, number: int, policy: Policy) -> Iterator[Criterion]
 
 
 def _of_press(system: System, path: str, kind: str, name: str, target: float, policy: Policy) -> Criterion:
-    """The work that a tool does in a step, or what its press can bear."""
+    """The work that a tool does in a step, or the capacity of its press."""
     energy, use = kind == "energy", use_of(system.problem, name)
     times = 1 if use is None else use.energies
     measure = parse(f"{name}.work" if energy else f"{name}.press_utilisation", system.problem)

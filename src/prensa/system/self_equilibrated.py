@@ -1,6 +1,6 @@
 """Stresses that are released: forces in equilibrium with themselves whatever the shape of the body.
 
-The forces r_a of an element on its nodes have neither resultant nor moment. Strings between its nodes bear them: a symmetric
+The forces r_a of an element on its nodes have neither resultant nor moment. Strings between its nodes carry them: a symmetric
 matrix K (a, a) without resultant, K 1 = 0, with K x = r, the one of least norm (the symmetric Procrustes problem, Higham 1988).
 On any other shape y the forces K y have no resultant, because K is symmetric and K 1 = 0, and no moment, because it is the same
 along all axes. So the forces of tools that are gone, as the strings of all elements hold them, can go to zero while the body

@@ -103,7 +103,8 @@ class State:
     of the elements (see `system/self_equilibrated.py`);
     ``stability`` of the last equilibrium; ``ends`` (steps,) times at which the steps so far ended, and ``watched`` (criteria,)
     values of what may end the present one; ``softest`` (modes,): stiffnesses of the softest modes when they were last looked at;
-    ``tool_work`` (tools,): work of each tool in the present step;
+    ``tool_work`` (tools,): work of each tool in the present step; ``tool_wear`` (tools,): normal force times way of slip on each
+    tool since the run began (force × length), of which Archard's law makes the worn volume;
     ``remeshed``: the meshes, where they are not those of the description; ``made_from``: values, in single precision, of
     the matrix whose factors are at hand (of its lower triangle where it is symmetric), which the next increment may begin with;
     None if it makes its own;
@@ -130,6 +131,7 @@ class State:
     watched: Array = field(default_factory=lambda: np.zeros(0))
     softest: Array = field(default_factory=lambda: np.zeros(0))
     tool_work: Array = field(default_factory=lambda: np.zeros(0))
+    tool_wear: Array = field(default_factory=lambda: np.zeros(0))
     remeshed: Remeshed | None = None
     made_from: Single | None = None
     damage: tuple[Array, ...] = ()
@@ -207,7 +209,7 @@ class State:
                 values[f.name] = float(arrays[f.name])
             elif f.name in ("release", "self_equilibrated", "made_from") and f.name not in arrays:
                 values[f.name] = None
-            elif f.name == "tool_work" and f.name not in arrays:  # of a run before it was counted
+            elif f.name in ("tool_work", "tool_wear") and f.name not in arrays:  # of a run before it was counted
                 values[f.name] = np.zeros(0)
             elif f.name in NAMED:
                 kind: Any = NAMED[f.name]

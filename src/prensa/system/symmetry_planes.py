@@ -220,6 +220,7 @@ def extended(state: State, old: System, new: System) -> State:
         release=None if state.release is None else wider(state.release),
         remeshed=None if state.remeshed is None else _wider_motions(state.remeshed, new),
         tool_work=np.append(state.tool_work, np.zeros(len(new.tools) - len(state.tool_work))),
+        tool_wear=np.append(state.tool_wear, np.zeros(len(new.tools) - len(state.tool_wear))),
     )  # fmt: skip
 
 

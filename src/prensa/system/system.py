@@ -375,7 +375,8 @@ class System:
             u=u, du=np.zeros(self.ndof), dt_last=0.0, second_difference=np.zeros(self.ndof),
             history=self.initial_history,
             contact=contact, lam=np.zeros((n_points, 1 + t)), energy=Energy(), work=np.zeros(self.ndof),
-            clock=Clock(), step_start=u.copy(), tool_work=np.zeros(len(self.tools)), damage=undamaged(self.problem, self.blocks),
+            clock=Clock(), step_start=u.copy(), tool_work=np.zeros(len(self.tools)),
+            tool_wear=np.zeros(len(self.tools)), damage=undamaged(self.problem, self.blocks),
         )  # fmt: skip
 
     def context(self, state: State, plan: StepPlan, time: float, rule: TimeRule = BACKWARD_EULER) -> Context:

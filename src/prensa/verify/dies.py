@@ -91,6 +91,7 @@ def worn(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
         before = [np.zeros_like(states[0].points.slip), *(c.points.slip for c in states)]
         work = sum(float((c.points.weight * c.points.pressure) @ (c.points.slip - s)) for c, s in zip(states, before))
         yield row(f"{rule}: worn volume of all slip", k / hardness * work, found.volume, 1e-9)
+        yield row(f"{rule}: measure", found.volume, k / hardness * history[-1].measure("plane.wear"), 1e-9)
     yield from balance.rows()
 
 

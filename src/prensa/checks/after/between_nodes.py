@@ -61,7 +61,7 @@ class BetweenNodes:
         u, forces = given.state.u, given.evaluation.contacts
         x = self.system.positions(u)
         for i, s in self.contacts:
-            # one edge of many in contact bears no notable share of the force
+            # one edge of many in contact carries no notable share of the force
             if s.name in self.reported or NOTABLE_DEPTH * np.count_nonzero(forces[i].p > 0.0) > 1.0:
                 continue
             words = self._dips(s, x, u) or self._falls_short(s, forces[i], x, u)
@@ -88,7 +88,7 @@ class BetweenNodes:
         if not share > NOTABLE_DEPTH:
             return ""
         count = int(np.count_nonzero(f.p > 0.0))
-        nodes = "1 node bears" if count == 1 else f"{count} nodes bear"
+        nodes = "1 node carries" if count == 1 else f"{count} nodes carry"
         size = f", by an estimated {100.0 * share:.0f} %" if share < 1.0 else ""
         return (
             f"{nodes} all of tool {s.against!r} on {'+'.join(s.description.surface)!r}, and it lies deeper between nodes than at "

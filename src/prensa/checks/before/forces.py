@@ -1,4 +1,4 @@
-"""Forces beyond what bodies can bear, and springs stiffer than any machine."""
+"""Forces beyond what bodies can carry, and springs stiffer than any machine."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ def pushes(system: System) -> Iterator[Finding]:
                 own = [s for s in system.surfaces if s.against == name]
                 if not most or not own:
                     continue
-                # The largest area that can bear the push, at the strength of metal that has flowed: what is beyond that by far
+                # The largest area that can carry the push, at the strength of metal that has flowed: what is beyond that by far
                 # is another unit.
-                bears = sum(_area(system, s, axis) * _strength(p.bodies[s.body].material) for s in own)
-                if most > CRUSHED * bears > 0:  # along a flat surface nothing is pressed
+                carried = sum(_area(system, s, axis) * _strength(p.bodies[s.body].material) for s in own)
+                if most > CRUSHED * carried > 0:  # along a flat surface nothing is pressed
                     yield Finding(
                         f"steps.{i}.push.{name}.{key}",
-                        f"a push of {most:.4g} {p.units.force} is {most / bears:.2g} times what "
+                        f"a push of {most:.4g} {p.units.force} is {most / carried:.2g} times what "
                         f"{' and '.join(dict.fromkeys(repr(s.body) for s in own))} can bear over the whole contact surface; "
                         "is the unit right?",
                     )

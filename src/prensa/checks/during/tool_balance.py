@@ -16,7 +16,7 @@ from prensa.system.system import System
 from prensa.types import Array
 
 TIP_GAP_RATIO = 0.5
-"""Gap over element depth up to which a point may come to bear a tool."""
+"""Gap over element depth up to which a point may come to carry a tool."""
 TIP_FRICTION_LIMIT = 1.0
 """Coefficient of friction beyond which no tool is helped to stand."""
 

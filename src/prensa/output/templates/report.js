@@ -391,6 +391,13 @@ async function forces() {
       names.push([`${tool.name}${c === "mz" ? "" : ", " + scene.axes[c === "fx" ? 0 : 1]}`, colour, j ? "dashed" : "solid"]);
     }));
     if (!curves.length) continue;
+    const limits = [];
+    for (const [name, values] of what === "force" ? Object.entries(scene.capacities) : []) {
+      const source = new Bokeh.ColumnDataSource({data: {x: [], y: []}});
+      figure.line({field: "x"}, {field: "y"}, {source, line_width: 1.5, line_color: "#b3400c", line_dash: [2, 3]});
+      limits.push({source, values: values.map(v => v === null ? NaN : v)});
+      names.push([`${name}, capacity of its press`, "#b3400c", "dotted"]);
+    }
     $(`${id}-legend`).innerHTML = legend(figure, names);
     $(id).parentElement.hidden = false;
     const span = cursor(figure);
@@ -399,7 +406,7 @@ async function forces() {
       const [values, label] = abscissa();
       s = [0, ...values];
       figure.xaxes[0].axis_label = label;
-      for (const c of curves) c.source.data = unbroken(s, c.values);
+      for (const c of [...curves, ...limits]) c.source.data = unbroken(s, c.values);
       mark();
     };
     const mark = () => {
