@@ -6,9 +6,10 @@ Every function returns a `matplotlib.figure.Figure`; `save` writes it. matplotli
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from itertools import cycle
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +22,11 @@ from prensa.model.problem import Problem
 from prensa.output import style
 from prensa.output.cells import MOST_EDGES, around, outline, triangles
 from prensa.output.maxima import leading_tool
+from prensa.output.mirrors import Image as Image
+from prensa.output.mirrors import images as images
+from prensa.output.mirrors import mirror_lines as mirror_lines
 from prensa.output.outline import outlines
-from prensa.output.spatial import contact_pressures, picture
+from prensa.output.spatial import TOOL_SIDE, Look, contact_pressures, picture
 from prensa.result.increment import STATUS, BodyState, ContactState, Increment
 from prensa.result.views import Curve
 from prensa.types import Array, Index
@@ -77,6 +81,10 @@ def deformed(
     mirror: Sequence[str] = (),
     range: tuple[float, float] | None = None,
     box: tuple[float, ...] | None = None,
+    view: str | tuple[float, float] = "",
+    section: str = "",
+    size: tuple[float, float] | None = None,
+    dpi: float | None = None,
 ) -> Figure:
     """Deformed bodies coloured by *field*, with the tools at their current place; axisymmetric sections are mirrored.
 
@@ -94,6 +102,13 @@ def deformed(
         Values of the first and the last colour; those of the increment if None.
     box
         Part to show (x from, to, y from, to, in space z from, to); the bodies with the nearest pieces of the tools if None.
+    view
+        In space, from where: ``iso`` (as if empty), ``front``, ``back``, ``left``, ``right``, ``top``, ``bottom``, ``tool`` (the
+        side of the tools that press), or degrees about the upright axis, from the front to the right, and above the horizontal.
+    section
+        In space, ``x``, ``y`` or ``z``: cut in the middle across that axis, or where ``x=2.5`` says, in the initial bodies.
+    size, dpi
+        Width and height in inches, and pixels an inch.
 
     Raises
     ------
@@ -105,12 +120,13 @@ def deformed(
     check_damage(problem, field)
     values = [field_values(b, field) for b in increment.bodies.values()]
     if problem.space == "solid":
-        return _deformed_in_space(increment, problem, field, mesh, mirror, range or colour_range(values, field), box)
+        look = Look(view or "iso", section, mesh, box, size, dpi)
+        return _deformed_in_space(increment, problem, field, mirror, range or colour_range(values, field), look)
     lines = mirror_lines(increment, problem, mirror)
     box = box or limits(increment, problem, mirror)
     with style.styled():
         wide = (box[1] - box[0]) / (box[3] - box[2])
-        figure, axes = _figure(*_size(wide))
+        figure, axes = _figure(*(size or _size(wide)), dpi=dpi)
         ends = range or colour_range(values, field)
         mappable: Any = None
         for image in images(lines):
@@ -132,13 +148,12 @@ def deformed(
 
 
 def _deformed_in_space(
-    increment: Increment, problem: Problem, field: str, mesh: bool | None, mirror: Sequence[str],
-    ends: tuple[float, float], box: tuple[float, ...] | None,
-) -> Figure:  # fmt: skip
-    copies = [(c.of, c.sign(field, problem)) for c in images(mirror_lines(increment, problem, mirror))]
+    increment: Increment, problem: Problem, field: str, mirror: Sequence[str], ends: tuple[float, float], look: Look
+) -> Figure:
+    copies = [(image, image.sign(field, problem)) for image in images(mirror_lines(increment, problem, mirror))]
     label, at = f"{field_name(problem, field)} ({field_unit(problem, field)})", _moment(increment)
     values = dict(zip(increment.bodies, (field_values(b, field) for b in increment.bodies.values())))
-    return picture(increment, problem, lambda name, _: values[name], label, field_map(field), ends, at, mesh, copies, box)
+    return picture(increment, problem, lambda name, _: values[name], label, field_map(field), ends, at, copies, look)
 
 
 def section(increment: Increment, problem: Problem, draw: Callable[[Axes, BodyState, Image], None]) -> Figure:
@@ -252,66 +267,11 @@ def field_map(field: str) -> str:
     return style.DIVERGING if field.startswith(("stress", "displacement.", "mean_stress", "triax", "lode")) else style.SEQUENTIAL
 
 
-# ------------------------------------------------------------------------------------------------------------- mirrors
-class Image(NamedTuple):
-    """A copy of a section, mirrored about lines (axis that changes sign, coordinate of the line)."""
-
-    lines: tuple[tuple[int, float], ...] = ()
-
-    def of(self, points: Array) -> Array:
-        """Points (n, d) of the copy."""
-        out = np.array(points, dtype=float)
-        for axis, at in self.lines:
-            out[:, axis] = 2.0 * at - out[:, axis]
-        return out
-
-    def sign(self, field: str, problem: Problem) -> float:
-        """What a field's values are multiplied by; a radial component has no sign to lose."""
-        axes = [axis for axis, _ in self.lines if not (axis == 0 and problem.space == "axisymmetric")]
-        kind, _, component = field.partition(".")
-        if kind == "stress" and component[0] != component[1]:
-            axes = [axis for axis, _ in self.lines]
-        elif kind != "displacement" or not component:
-            return 1.0
-        return -1.0 if sum("xyz"[axis] in component for axis in axes) % 2 else 1.0
-
-
-def images(lines: Sequence[tuple[int, float]]) -> list[Image]:
-    """The section itself and its copies about lines of symmetry; about two lines there are three."""
-    found: list[tuple[tuple[int, float], ...]] = [()]
-    for line in lines:
-        found += [(*done, line) for done in found]
-    return [Image(done) for done in found]
-
-
-def mirror_lines(increment: Increment, problem: Problem, sides: Sequence[str]) -> list[tuple[int, float]]:
-    """Lines, in space planes, of symmetry: axis that changes sign, coordinate. In axisymmetry the axis is one by itself.
-
-    Raises
-    ------
-    PrensaError
-        If a side is none, or two sides have the same direction.
-
-    """
-    X = np.vstack([b.X for b in increment.bodies.values()])
-    pairs = (("left", "right"), ("bottom", "top"), ("back", "front"))[: X.shape[1]]
-    ends = {name: (k, at) for k, p in enumerate(pairs) for name, at in zip(p, (X[:, k].min(), X[:, k].max()))}
-    lines = [(0, 0.0)] if problem.space == "axisymmetric" else []
-    for side in sides:
-        if side not in ends:
-            raise PrensaError(f"'mirror' has no side {side!r}{suggest(str(side), ends)}")
-        axis, at = ends[side]
-        if axis in [a for a, _ in lines]:
-            already = "the axis does that" if problem.space == "axisymmetric" and axis == 0 else "another side does that"
-            raise PrensaError(f"'mirror' cannot mirror about the {side} side too: {already}; name one side of a direction")
-        lines.append((axis, float(at)))
-    return lines
-
-
 # ------------------------------------------------------------------------------------------------------------ contacts
 def pressure(
-    contact: ContactState, problem: Problem, reference: Mapping[str, Curve] | None = None, title: str = ""
-) -> Figure:
+    contact: ContactState, problem: Problem, reference: Mapping[str, Curve] | None = None, title: str = "",
+    size: tuple[float, float] | None = None, dpi: float | None = None,
+) -> Figure:  # fmt: skip
     """Profile along the surface: pressure from nodal forces, from stresses, at the integration points, and the shear.
 
     Stresses are shown where the surfaces touch; the band between the first two pressures is their disagreement, the error
@@ -325,6 +285,8 @@ def pressure(
         Further curves by name: (abscissa, pressure) or a function of the abscissa.
     title
         Above the picture; the names of surface and tool if empty.
+    size, dpi
+        Width and height in inches, and pixels an inch.
 
     """
     s, label = abscissa(contact, problem)
@@ -335,7 +297,7 @@ def pressure(
     low, high = _closed_range(s, contact.status[order])
     shown = (s >= low) & (s <= high)
     with style.styled():
-        figure, axes = _figure(4.5, 3.7)
+        figure, axes = _figure(*(size or (4.5, 3.7)), dpi=dpi)
         axes.fill_between(s, p, stress, color=style.BLUE, alpha=0.15, linewidth=0, where=closed.tolist())
         axes.plot(s, p, "o-", color=style.BLUE, label="p, nodal forces")
         axes.plot(s, stress, "--", color=style.ORANGE, linewidth=1.2, label="p, recovered stress")
@@ -361,24 +323,38 @@ def pressure(
     return figure
 
 
-def contact_at(increment: Increment, contact: str, problem: Problem) -> Figure:
+def contact_at(increment: Increment, contact: str, problem: Problem, mirror: Sequence[str] = ()) -> Figure:
     """`pressure` of a contact, by name, with the moment in the title; in space its pressure on the bodies."""
     if problem.space == "solid":
-        return pressures_in_space(increment, problem, contact)
+        return pressures_in_space(increment, problem, contact, mirror=mirror)
     return pressure(increment.contacts[contact], problem, title=title(increment, contact))
 
 
-def pressures_in_space(increment: Increment, problem: Problem, contact: str) -> Figure:
-    """Contact pressures on the bodies, with the name of a contact and the moment in the title."""
-    values = {name: contact_pressures(increment, name) for name in increment.bodies}
-    ends = 0.0, max((float(v.max(initial=0.0)) for v in values.values()), default=0.0) or 1.0
+def pressures_in_space(
+    increment: Increment, problem: Problem, contact: str = "", mirror: Sequence[str] = (),
+    range: tuple[float, float] | None = None, title: str = "", **look: Any,
+) -> Figure:  # fmt: skip
+    """Pressure of a contact, or of all if it is empty, on the bodies, seen from the side of the tools, which are left out.
+
+    ``mirror``, ``range``, and ``look``: ``mesh``, ``box``, ``view``, ``section``, ``size``, ``dpi``, as of `deformed`; ``title``:
+    above the picture, that of the contact and the moment if empty.
+    """
+    values = {name: contact_pressures(increment, name, contact) for name in increment.bodies}
+    ends = range or (0.0, max((float(v.max(initial=0.0)) for v in values.values()), default=0.0) or 1.0)
     label = f"contact pressure ({style.pressure_unit(problem)})"
-    return picture(increment, problem, lambda name, _: values[name], label, style.SEQUENTIAL, ends, title(increment, contact))
+    copies = [(image, 1.0) for image in images(mirror_lines(increment, problem, mirror))]
+    given = {key: value for key, value in look.items() if value not in (None, "")}
+    taken = replace(Look(view=TOOL_SIDE, tools=False), **given)
+    text = title or (_title(increment, contact) if contact else _moment(increment))
+    return picture(increment, problem, lambda name, _: values[name], label, style.SEQUENTIAL, ends, text, copies, taken)
 
 
 def title(increment: Increment, contact: str) -> str:
     """Name of a contact above the moment."""
     return f"{contact}\n{_moment(increment)}"
+
+
+_title = title
 
 
 def _arc(x: Array, along: Array) -> Array:
@@ -530,12 +506,23 @@ def legend(figure: Figure, axes: Axes) -> None:
     _legend(figure, axes)
 
 
-def _figure(width: float, height: float, rows: int = 1, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
+def sized(figure: Figure, size: tuple[float, float] | None = None, dpi: float | None = None) -> Figure:
+    """*figure* of another size in inches, or with other pixels an inch."""
+    if size is not None:
+        figure.set_size_inches(*size)
+    if dpi is not None:
+        figure.set_dpi(dpi)
+    return figure
+
+
+def _figure(
+    width: float, height: float, rows: int = 1, columns: int = 1, dpi: float | None = None, **options: Any
+) -> tuple[Figure, Any]:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     from prensa.output.picture import Picture
 
-    figure = Picture(figsize=(width, height))
+    figure = Picture(figsize=(width, height), dpi=dpi)
     FigureCanvasAgg(figure)
     return figure, figure.subplots(rows, columns, **options)
 
