@@ -660,6 +660,28 @@ def plot(
 
 
 @app.command()
+def curve(
+    folder: Folder,
+    tool: Annotated[str, typer.Option(help="The tool; the one that does the most work if not given.", show_default=False)] = "",
+    semicolons: Annotated[
+        bool, typer.Option("--semicolons", help="Semicolons between the columns, and decimal commas.")
+    ] = False,
+    out: Annotated[Path | None, typer.Option(help="File of the table; curve.csv in DIR if not given.")] = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:
+    """Write the force of a tool against its travel, as a table of two columns."""
+    with Voice(quiet, verbose, json, folder=folder) as voice:
+        from prensa.output.curve import CURVE
+
+        made = _results_of(folder, voice).curve(tool)
+        target = made.save(out or folder / CURVE, semicolons)
+        voice.confirm(str(target))
+        voice.give({"curve": target, "tool": made.tool, "axis": made.axis})
+
+
+@app.command()
 def view(folder: Folder, quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -> None:
     """Open the report of a run in the browser."""
     with Voice(quiet, verbose, json, folder=folder) as voice:

@@ -39,6 +39,8 @@ NAMING = 0.9  # height in inches of a panel's title and the names of its axis
 LEAST_EDGE = 1.5  # points of the page that sides of elements are apart where they can be distinguished
 OUTLINE = 0.8  # width in points of a body's outline …
 OUTLINE_SHARE = 0.15  # … and that over the width of the body at most, so that its colour is seen between two of them
+Size = tuple[float, float]
+"""Width and height of a picture in inches."""
 STRESSES = ("xx", "yy", "zz", "xy")
 SPATIAL_FIELDS = ("displacement.z", "stress.yz", "stress.xz")
 FIELDS = (
@@ -118,16 +120,23 @@ def deformed(
 
     """
     check_damage(problem, field)
-    values = [field_values(b, field) for b in increment.bodies.values()]
+    ends = range or colour_range([field_values(b, field) for b in increment.bodies.values()], field)
     if problem.space == "solid":
         look = Look(view or "iso", section, mesh, box, size, dpi)
-        return _deformed_in_space(increment, problem, field, mirror, range or colour_range(values, field), look)
+        return _deformed_in_space(increment, problem, field, mirror, ends, look)
+    return _deformed_in_plane(increment, problem, field, mesh, mirror, ends, box, size, dpi)
+
+
+def _deformed_in_plane(
+    increment: Increment, problem: Problem, field: str, mesh: bool | None, mirror: Sequence[str], ends: tuple[float, float],
+    box: tuple[float, ...] | None, size: Size | None, dpi: float | None,
+) -> Figure:  # fmt: skip
+    values = [field_values(b, field) for b in increment.bodies.values()]
     lines = mirror_lines(increment, problem, mirror)
     box = box or limits(increment, problem, mirror)
     with style.styled():
         wide = (box[1] - box[0]) / (box[3] - box[2])
         figure, axes = _figure(*(size or _size(wide)), dpi=dpi)
-        ends = range or colour_range(values, field)
         mappable: Any = None
         for image in images(lines):
             sign = image.sign(field, problem)
@@ -275,7 +284,8 @@ def pressure(
     """Profile along the surface: pressure from nodal forces, from stresses, at the integration points, and the shear.
 
     Stresses are shown where the surfaces touch; the band between the first two pressures is their disagreement, the error
-    bar. The integration points are shown where they are not the nodes.
+    bar. The integration points are shown where they are not the nodes. On quadratic edges the stresses are the smoothed ones
+    alone, and the line is theirs: nodal forces and recovered stresses at corners and middles scatter about it.
 
     Parameters
     ----------
@@ -293,16 +303,16 @@ def pressure(
     order = np.argsort(s)
     s, p = s[order], contact.pressure[order]
     closed = contact.status[order] != STATUS.index("open")
-    stress, shear = np.where(closed, contact.pressure_from_stress[order], np.nan), np.abs(contact.shear[order])
+    quadratic = on_quadratic_edges(contact, problem)
+    of_stress = contact.pressure_smoothed if quadratic else contact.pressure_from_stress
+    stress, shear = np.where(closed, of_stress[order], np.nan), np.abs(contact.shear[order])
     low, high = _closed_range(s, contact.status[order])
     shown = (s >= low) & (s <= high)
     with style.styled():
         figure, axes = _figure(*(size or (4.5, 3.7)), dpi=dpi)
         axes.fill_between(s, p, stress, color=style.BLUE, alpha=0.15, linewidth=0, where=closed.tolist())
-        axes.plot(s, p, "o-", color=style.BLUE, label="p, nodal forces")
-        axes.plot(s, stress, "--", color=style.ORANGE, linewidth=1.2, label="p, recovered stress")
-        smooth = np.where(closed, contact.pressure_smoothed[order], np.nan)
-        axes.plot(s, smooth, ":", color=style.PURPLE, linewidth=1.2, label="p, smoothed stress")
+        axes.plot(s, p, "o" if quadratic else "o-", color=style.BLUE, label="p, nodal forces")
+        _stresses_into(axes, s, stress, None if quadratic else np.where(closed, contact.pressure_smoothed[order], np.nan))
         if not np.array_equal(contact.points.X, contact.X):
             at = np.interp(_arc(contact.points.x, contact.x), _arc(contact.x, contact.x), abscissa(contact, problem)[0])
             axes.plot(at, contact.points.pressure, "x", color="0.45", markersize=4, label="p, integration points")
@@ -321,6 +331,21 @@ def pressure(
         axes.set_title(title or f"{contact.surface} on {contact.tool}")
         _legend(figure, axes)
     return figure
+
+
+def _stresses_into(axes: Axes, s: Array, stress: Array, smooth: Array | None) -> None:
+    """Pressures of stresses (k,) along a contact; ``smooth`` None: the former are the smoothed ones."""
+    if smooth is None:
+        axes.plot(s, stress, "-", color=style.PURPLE, label="p, smoothed stress")
+        return
+    axes.plot(s, stress, "--", color=style.ORANGE, linewidth=1.2, label="p, recovered stress")
+    axes.plot(s, smooth, ":", color=style.PURPLE, linewidth=1.2, label="p, smoothed stress")
+
+
+def on_quadratic_edges(contact: ContactState, problem: Problem) -> bool:
+    """Whether the edges of a contact's body have nodes in their middles."""
+    body = problem.bodies.get(contact.body)
+    return body is not None and body.has_quadratic_edges(problem.space or "")
 
 
 def contact_at(increment: Increment, contact: str, problem: Problem, mirror: Sequence[str] = ()) -> Figure:
@@ -379,11 +404,14 @@ def abscissa(contact: ContactState, problem: Problem) -> tuple[Array, str]:
 
 
 # --------------------------------------------------------------------------------------------------------- time series
-def force_stroke(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
+def force_stroke(
+    history: Mapping[str, NDArray[Any]], problem: Problem, size: Size | None = None, dpi: float | None = None
+) -> Figure:
     """Tool forces, and moments of tools that turn, against the travel of the tool that does the work.
 
     Against its rotation where it only turns, against time where nothing moves. What happens while that tool stands still is
-    no travel and is left out. Ticks at the bottom: new meshes. *history* is what `read_history` returns.
+    no travel and is left out. Ticks at the bottom: new meshes. *history* is what `read_history` returns; ``size``, ``dpi`` as of
+    `deformed`.
     """
     leading = leading_tool(history, problem)
     history = _from_zero(history)
@@ -391,7 +419,8 @@ def force_stroke(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figur
     turning = [t for t in problem.tools if problem.space != "axisymmetric" and np.any(history[f"{t}.rz"])
                and np.any(history[f"{t}.mz"])]  # fmt: skip
     with style.styled():
-        figure, panels = _figure(4.5, 5.4 if turning else 3.7, rows=2 if turning else 1, sharex=True)
+        wide, high = size or (4.5, 5.4 if turning else 3.7)
+        figure, panels = _figure(wide, high, rows=2 if turning else 1, dpi=dpi, sharex=True)
         axes, below = panels if turning else (panels, None)
         _forces_into(axes, history, problem, along)
         if "remeshings" in history:
@@ -423,14 +452,18 @@ def _forces_into(axes: Axes, history: Mapping[str, Array], problem: Problem, alo
                           color=style.CYCLE[i % len(style.CYCLE)], label=f"{tool}, {names['xyz'.index(c)]}")  # fmt: skip
 
 
-def energy(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
+def energy(
+    history: Mapping[str, NDArray[Any]], problem: Problem, size: Size | None = None, dpi: float | None = None
+) -> Figure:
     """Energy balance against time: where the external work went (above) and what is not accounted for (below)."""
     history = _from_zero(history)
     time, external = history["time"], history["energy.external"]
     parts = {"elastic": style.SKY, "plastic": style.RED, "friction": style.GREEN, "contact": style.PURPLE}
     scale = max(float(np.abs(history[f"energy.{k}"]).max(initial=0.0)) for k in ("external", *parts))
     with style.styled():
-        figure, (axes, below) = _figure(4.5, 4.4, rows=2, gridspec_kw={"height_ratios": [2.6, 1]}, sharex=True)
+        figure, (axes, below) = _figure(
+            *(size or (4.5, 4.4)), rows=2, dpi=dpi, gridspec_kw={"height_ratios": [2.6, 1]}, sharex=True
+        )
         base = np.zeros_like(time)
         for name, colour in parts.items():
             values = history[f"energy.{name}"]
@@ -461,8 +494,9 @@ def measures(table: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
 
 
 def convergence(
-    history: Mapping[str, NDArray[Any]], iterations: Mapping[str, NDArray[Any]], problem: Problem, tolerance: float
-) -> Figure:
+    history: Mapping[str, NDArray[Any]], iterations: Mapping[str, NDArray[Any]], problem: Problem, tolerance: float,
+    size: Size | None = None, dpi: float | None = None,
+) -> Figure:  # fmt: skip
     """Residual at each iteration of each increment (left) and iterations per increment (right).
 
     *iterations* is what `read_convergence` returns; *tolerance* is drawn.
@@ -471,7 +505,7 @@ def convergence(
     with style.styled():
         import matplotlib
 
-        figure, (axes, right) = _figure(4.5, 5.2, rows=2)
+        figure, (axes, right) = _figure(*(size or (4.5, 5.2)), rows=2, dpi=dpi)
         colours = matplotlib.colormaps[style.SEQUENTIAL](np.linspace(0.0, 0.9, max(len(numbers), 2)))
         for number, colour in zip(numbers, colours):
             chosen = iterations["increment"] == number
@@ -504,15 +538,6 @@ def panels(width: float, height: float, rows: int) -> tuple[Figure, Any]:
 def legend(figure: Figure, axes: Axes) -> None:
     """Names of the curves of some axes, below the picture."""
     _legend(figure, axes)
-
-
-def sized(figure: Figure, size: tuple[float, float] | None = None, dpi: float | None = None) -> Figure:
-    """*figure* of another size in inches, or with other pixels an inch."""
-    if size is not None:
-        figure.set_size_inches(*size)
-    if dpi is not None:
-        figure.set_dpi(dpi)
-    return figure
 
 
 def _figure(

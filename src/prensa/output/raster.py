@@ -12,7 +12,7 @@ import numpy as np
 
 from prensa.types import Array, Flags, Index
 
-AT_ONCE = 2_000_000  # pairs of triangles and pixels that are looked at together: some hundred megabytes
+MOST_PIXELS = 2_000_000  # pairs of triangles and pixels that are looked at together: some hundred megabytes
 
 
 class Seen(NamedTuple):
@@ -113,8 +113,8 @@ def _spans(xy: Array, planes: Array, wide: int, high: int) -> tuple[Index, Index
 
 
 def _pieces(pairs: Index) -> list[slice]:
-    """Slices of rows with about `AT_ONCE` pixels together."""
-    number = np.cumsum(pairs) // AT_ONCE
+    """Slices of rows with about `MOST_PIXELS` pixels together."""
+    number = np.cumsum(pairs) // MOST_PIXELS
     ends = np.flatnonzero(np.diff(number, prepend=-1, append=-1))
     return [slice(a, b) for a, b in pairwise(ends.tolist())]
 

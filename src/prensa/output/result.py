@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from prensa.errors import PrensaError, take, take_path
 from prensa.output import history
+from prensa.output.curve import ForceCurve, force_curve
 from prensa.output.maxima import Maximum, largest_force, maxima
 from prensa.output.report import REPORT, stored_run, write_report
 from prensa.output.stored import Stored
@@ -148,12 +149,12 @@ class RunResult(Shown):
         if what in PLOTS and not len(self.increments):
             self.at("last")  # which says why there is none
         if what == "force_stroke":
-            return plot.sized(plot.force_stroke(table, problem), **options)
+            return plot.force_stroke(table, problem, **options)
         if what == "energy":
-            return plot.sized(plot.energy(table, problem), **options)
+            return plot.energy(table, problem, **options)
         if what == "convergence":
             tolerance = self.summary["convergence"]["tolerance"]
-            return plot.sized(plot.convergence(table, self.iterations, problem, tolerance), **options)
+            return plot.convergence(table, self.iterations, problem, tolerance, **options)
         mirrored = what != "pressure" or problem.space == "solid"
         return self.at(at).plot(what, **({"mirror": self.increments.mirror} if mirrored else {}) | options)
 
@@ -188,6 +189,19 @@ class RunResult(Shown):
         shown = [self.increments.number(numbers[k]) for k in chosen]
         target = Path(path) if path is not None else self.directory / f"{what.replace('.', '_')}.gif"
         return _film(target, shown, what, fps, {"mirror": self.increments.mirror} | options)
+
+    def curve(self, tool: str = "") -> ForceCurve:
+        """Force against travel of a tool, of the one that does the most work if none is named; ``save`` writes two columns.
+
+        Raises
+        ------
+        PrensaError
+            If there is no such tool, or it never moves.
+
+        """
+        if not len(self.increments):
+            self.at("last")  # which says why there is none
+        return force_curve(self.increments.history, self.increments.problem, tool)
 
     def to_frame(self) -> DataFrame:
         """The history as a table of pandas, one row an increment; needs ``pip install prensa[notebook]``.

@@ -7,6 +7,7 @@ the same mesh share its cells, so that the mesh may change during a run.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -151,8 +152,6 @@ def _tools(stored: Stored, increments: list[Increment]) -> list[dict[str, Any]]:
 
 
 def _unmoved(state: Any) -> Any:
-    from dataclasses import replace
-
     return replace(state, place=type(state.place)(0.0, 0.0, 0.0))
 
 
@@ -234,6 +233,9 @@ def _touched(stored: Stored) -> list[str]:
 
 def _contact(name: str, problem: Problem, increments: list[Increment], packer: Packer) -> dict[str, Any]:
     states = [i.contacts[name] for i in increments]
+    quadratic = bool(states) and plot.on_quadratic_edges(states[0], problem)
+    if quadratic:  # what scatters about it at corners and middles is no line
+        states = [replace(s, pressure_from_stress=s.pressure_smoothed) for s in states]
     groups = []
     starts = [0] + [k for k, (a, b) in enumerate(pairwise(states), 1) if not np.array_equal(a.node, b.node)]
     ranges = {p: _range_of([_profile(s, p) for s in states]) for p in PROFILES}
@@ -245,7 +247,8 @@ def _contact(name: str, problem: Problem, increments: list[Increment], packer: P
     touching = [s for s in states if s.status.any()]
     along = plot.abscissa(touching[-1] if touching else states[-1], problem)[1] if states else ""
     axis = {f"{a} ({style.length_unit(problem)})": k for a, k in zip(style.axes_names(problem), "xy")}.get(along, "s")
-    return {"name": name, "surface": states[0].surface if states else "", "along": axis, "groups": groups}
+    return {"name": name, "surface": states[0].surface if states else "", "along": axis, "groups": groups,
+            "quadratic": quadratic}  # fmt: skip
 
 
 def _profile(state: ContactState, name: str) -> Array:

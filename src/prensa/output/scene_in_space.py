@@ -20,8 +20,8 @@ from prensa.output.tool_surfaces import frame_box, motion, surface
 from prensa.result.increment import Increment
 from prensa.types import Array
 
-PRESSURE = "contact_pressure"
-MARGIN = 0.08  # of the size of the bodies: how far surfaces of tools go on beyond them
+PRESSED = "contact_pressure"
+TOOLS_BEYOND = 0.08  # of the size of the bodies: how far surfaces of tools go on beyond them
 
 
 def middle(increments: Sequence[Increment]) -> list[float]:
@@ -37,7 +37,7 @@ def shells(increment: Increment, at: Sequence[float]) -> dict[str, Shell]:
 
 def values_of(increment: Increment, body: str, field: str, seen: Shell) -> Array:
     """Values (n,) of a field at the points of a shell; the contact pressure of sections, which no tool touches, is zero."""
-    if field != PRESSURE:
+    if field != PRESSED:
         return seen.of(plot.field_values(increment.bodies[body], field))
     on_nodes = seen.pairs[:, 0] == seen.pairs[:, 1]
     return np.where(on_nodes, seen.of(contact_pressures(increment, body)), 0.0)
@@ -49,7 +49,7 @@ def bodies(
     """``groups``: runs of frames with one mesh; ``fields``: their labels, colours and ranges; ``middle`` of the sections."""
     fields = plot.fields_of(problem, increments)
     if any(c.status.any() for i in increments for c in i.contacts.values()):
-        fields.append(PRESSURE)
+        fields.append(PRESSED)
     at = middle(increments)
     seen = [shells(increments[first], at) for first, _ in groups]
     ends = _ranges(fields, groups, increments, seen)
@@ -86,7 +86,7 @@ def _ranges(
 
 
 def _described(problem: Problem, field: str, low: float, high: float) -> dict[str, Any]:
-    if field == PRESSURE:
+    if field == PRESSED:
         label, unit, colours = "contact pressure", style.pressure_unit(problem), style.SEQUENTIAL
     else:
         label, unit, colours = plot.field_name(problem, field), plot.field_unit(problem, field), plot.field_map(field)
@@ -118,7 +118,7 @@ def tools(problem: Problem, placed: Sequence[str], increments: Sequence[Incremen
         if name not in placed:
             continue
         states = [i.tools[name] for i in increments]
-        made = surface(tool, states[0], *frame_box(boxes, states, MARGIN * size))
+        made = surface(tool, states[0], *frame_box(boxes, states, TOOLS_BEYOND * size))
         moves = [[float(f"{v:.7g}") for v in (*turn.ravel(), *move)] for turn, move in map(motion, states)]
         normals = packer.whole(np.rint(127 * made.normals.T + 127).astype(int))
         found.append({"name": name, "X": packer.floats(made.points.T), "N": normals,

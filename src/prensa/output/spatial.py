@@ -33,10 +33,10 @@ VIEWS: Mapping[str, tuple[float, float]] = {
 }  # fmt: skip
 """Degrees about the upright axis, from the front to the right, and above the horizontal plane, from where bodies are seen."""
 TOOL_SIDE = "tool"  # the view from the side of the tools that press
-FINER, SHARP = 2.0, 200.0  # pixels drawn for each of the picture, and an inch from which on they need be no finer
+PIXELS_FOR_EACH, FINE_ENOUGH = 2.0, 200.0  # pixels drawn for each of the picture, and an inch from which on they need be no finer
 _LIGHT = np.array([0.25, 0.55, 0.8])  # to the right, upwards, towards the eye
 _GLASS = (0.62, 0.66, 0.72, 0.4)
-ALONG = 0.99  # cosine of the angle to the eye from which on an axis is seen end on, and its numbers on one another
+END_ON = 0.99  # cosine of the angle to the eye from which on an axis is seen end on, and its numbers on one another
 _TOOLS_BEYOND = 0.05  # of the size of the bodies
 
 
@@ -243,7 +243,7 @@ def _paint(
 
     window = axes.viewLim
     figure = axes.get_figure(root=True)
-    finer = max(1.0, min(FINER, SHARP / figure.dpi))
+    finer = max(1.0, min(PIXELS_FOR_EACH, FINE_ENOUGH / figure.dpi))
     pixels = int(finer * figure.dpi * min(figure.get_size_inches()))
     to_pixels = _projected(axes, pixels, window)
     eye = _directions(*angles)[2]
@@ -313,7 +313,7 @@ def _frame(axes: Any, box: Array, problem: Problem, angles: tuple[float, float])
     _, _, eye = _upright(_directions(*angles))
     for axis, along in zip((axes.xaxis, axes.yaxis, axes.zaxis), eye):
         axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
-        if abs(along) > ALONG:
+        if abs(along) > END_ON:
             axis.set_ticks([])
             axis.set_label_text("")
             for other in (axes.xaxis, axes.yaxis, axes.zaxis):

@@ -10,8 +10,8 @@ from prensa.mesh.level_set import level_set
 from prensa.result.increment import ToolState
 from prensa.types import Array, Index
 
-GRID = 40  # bricks along the longest side of the part of a tool that is traced
-_CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+TRACED = 40  # bricks along the longest side of the part of a tool that is traced
+_OF_BRICK = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
 
 
 class Surface(NamedTuple):
@@ -48,7 +48,7 @@ def surface(tool: object, state: ToolState, low: Array, high: Array, beyond: flo
         high = np.maximum(high, np.minimum(high + more, 1.02 * shape.extent))
     points, cells = _grid(low, high)
     gap = shape.closest(points).g
-    size = float((high - low).max()) / GRID
+    size = float((high - low).max()) / TRACED
     near = cells[(np.abs(gap[cells]) < 2.0 * size).any(axis=1)]
     found = level_set(near, gap)
     on = found.of(points)
@@ -60,13 +60,13 @@ def surface(tool: object, state: ToolState, low: Array, high: Array, beyond: flo
 
 def _grid(low: Array, high: Array) -> tuple[Array, Index]:
     """Points (n, 3) and bricks (m, 8) of nearly equal sides that fill a box."""
-    side = float((high - low).max()) / GRID
+    side = float((high - low).max()) / TRACED
     n = np.maximum(np.ceil((high - low) / side - 1e-9).astype(int), 1)
     lines = [np.linspace(a, b, k + 1) for a, b, k in zip(low, high, n)]
     points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
     number = np.arange(len(points)).reshape(n + 1)
     a, b, c = n
-    return points, np.stack([number[i : a + i, j : b + j, k : c + k] for i, j, k in _CORNERS], axis=-1).reshape(-1, 8)
+    return points, np.stack([number[i : a + i, j : b + j, k : c + k] for i, j, k in _OF_BRICK], axis=-1).reshape(-1, 8)
 
 
 def frame_box(boxes: Array, states: list[ToolState], margin: float) -> tuple[Array, Array]:

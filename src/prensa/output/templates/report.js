@@ -555,7 +555,7 @@ async function contacts() {
   figure.add_layout(bars);
   figure.line({field: "s"}, {field: "q"}, {source, line_width: 1.5, line_color: orange, line_dash: [6, 4]});
   figure.line({field: "s"}, {field: "shear"}, {source, line_width: 1.8, line_color: green});
-  figure.line({field: "s"}, {field: "p"}, {source, line_width: 2, line_color: blue});
+  const line = figure.line({field: "s"}, {field: "p"}, {source, line_width: 2, line_color: blue});
   const dots = figure.scatter({field: "s"}, {field: "p"}, {source, size: 5, fill_color: blue, line_color: null});
   figure.add_tools(new Bokeh.HoverTool({renderers: [dots], mode: "vline", tooltips: [["pressure", `@p ${U.pressure}`],
     ["from stress", `@q ${U.pressure}`], ["shear", `@shear ${U.pressure}`], ["slip", `@slip ${U.length}`], ["", "@word"]]}));
@@ -608,7 +608,7 @@ async function contacts() {
     $("contact-note").textContent = n ? `${n} of ${closed.length} nodes touch.` :
       `At this time nothing touches here. It does at other times: move the slider.`;
   }
-  const choose = () => { contact = scene.contacts[Number(select.value)]; $("place").value = contact.along; ranges(); draw(); };
+  const choose = () => { contact = scene.contacts[Number(select.value)]; line.visible = !contact.quadratic; $("place").value = contact.along; ranges(); draw(); };
   select.addEventListener("input", choose);
   $("place").addEventListener("input", () => { ranges(); draw(); });
   follows("contact-plots", draw);
