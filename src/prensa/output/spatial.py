@@ -37,6 +37,7 @@ PIXELS_FOR_EACH, FINE_ENOUGH = 2.0, 200.0  # pixels drawn for each of the pictur
 _LIGHT = np.array([0.25, 0.55, 0.8])  # to the right, upwards, towards the eye
 _GLASS = (0.62, 0.66, 0.72, 0.4)
 END_ON = 0.99  # cosine of the angle to the eye from which on an axis is seen end on, and its numbers on one another
+_TOUCHING = 2e-3  # of the size of the bodies: tools no farther before a body are not drawn before it
 _TOOLS_BEYOND = 0.05  # of the size of the bodies
 
 
@@ -258,7 +259,8 @@ def _paint(
         front = raster.seen(to_pixels(glass.x), glass.x @ eye, pixels, pixels, glass.off)
         depth = np.full(pixels * pixels, -np.inf)
         depth[found.pixel] = found.depth
-        near = front.depth > depth[front.pixel]
+        touching = _TOUCHING * float(np.ptp(faces.x.reshape(-1, 3), axis=0).max())
+        near = front.depth > depth[front.pixel] + touching
         at, share = front.pixel[near], _GLASS[3]
         tone = np.array(_GLASS[:3]) * _lit(glass.x, angles)[front.triangle[near], None]
         shown[at] = np.concatenate([share * tone + (1.0 - share) * shown[at, :3], np.ones((len(at), 1))], axis=1)

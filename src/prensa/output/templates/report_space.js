@@ -148,7 +148,7 @@ function viewer(canvas) {
     }
     gl.uniform4fv(uniform.cut, out);
     gl.uniform1f(uniform.tool, 1);
-    paint(TOOL, 1, 0);
+    paint(TOOL, 1, -1e-4);  // behind the body where both touch
     for (const shown of [false, true]) {  // first what is in front of all tools, then its colour alone: a glass of one layer
       gl.colorMask(shown, shown, shown, shown);
       if (shown) gl.enable(gl.BLEND);
