@@ -194,6 +194,23 @@ def test_travel_in_a_later_step_counts_from_its_start(kind, words):
     assert said == f"interrupted at time 1.4 of 2, in step 'more', {words}"
 
 
+@pytest.mark.parametrize(
+    ("driven", "words"),
+    [
+        ({"velocity": {"punch": pr.Motion(y=-3.0)}, "duration": 0.5}, "after 0.4 mm of 1.5"),
+        ({"velocity": {"punch": pr.Motion(y=((0.0, 0.0), (1.0, -4.0)))}}, "after 0.4 mm of 2"),
+        ({"crank": {"punch": pr.Crank(stroke=10.0, height=2.5)}}, "after 0.4 mm of 2.5"),
+        ({"push": {"punch": pr.Push(y=-2000.0)}}, "after 0.4 mm, at 750 N of 2 kN"),
+        ({"push": {"punch": pr.Push(x=0.0)}}, "after 0.4 mm"),
+    ],
+)
+def test_the_travel_planned_of_velocities_cranks_and_pushes(driven, words):
+    """Velocities times seconds, also of tables; the way of a crank; of a push, which plans no travel, its force."""
+    rows = table(uy=[-0.2, -0.4], fy=[300.0, 750.0]) | {"time": np.array([0.2, 0.4])}
+    said = answer.ending(rows, replace(problem(), steps=(pr.Step("press", **driven),)), {"status": "interrupted"})
+    assert said == f"interrupted at time 0.4 of 1, in step 'press', {words}"
+
+
 # ----------------------------------------------------------------------------------------------------------- warnings
 def test_warnings_are_ordered_by_their_weight():
     """What fails first, then the result, the case, and pictures; among equals in the order in which they came."""

@@ -9,6 +9,8 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+import test_page
+from test_page import browser as browser
 
 import prensa as pr
 from prensa.measures import parse_all
@@ -98,6 +100,79 @@ def test_summary_report_and_pictures(ran):
     assert {"deformed.png", "plastic_strain.png", "force_stroke.png", "pressure_block.top-ball.png"} <= names
     for field in ("mises", "displacement.z", "stress.yz"):
         assert solved[-1].plot(field).axes[0].name == "3d"
+
+
+def complaints(browser):
+    """What the page complains of; the browser itself remarks that it draws without a graphics card."""
+    return [text for text in test_page.complaints(browser) if "GL Driver" not in text and "swiftshader" not in text]
+
+
+@pytest.fixture
+def page(browser, ran):
+    return test_page.opened(browser, ran[0] / "report.html")
+
+
+@test_page.needs_browser
+def test_the_page_turns_the_bodies(page):
+    """Drawn with nothing fetched; fields, increments, sections, mirrors, tools, views and the mouse change the picture."""
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    assert page.execute_script("return performance.getEntriesByType('resource').map(e => e.name)") == []
+    seen = [test_page.pixels(page, "turned")]
+    assert test_page.colourful(seen[0]) > 0.1
+    changes = [("field", "stress.xz"), ("field", "contact_pressure"), ("tools", "on"), ("tools", ""), ("slider", "0"),
+               ("range", "now"), ("cut", "x"), ("cut", "z"), ("mirror", ""), ("mesh", ""), ("scale", "4")]  # fmt: skip
+    for control, value in changes:
+        test_page.choose(page, control, value)
+        seen.append(test_page.pixels(page, "turned"))
+        assert (seen[-1] != seen[-2]).any(), control
+    page.find_element("id", "view-top").click()
+    canvas = page.find_element("id", "turned")
+    ActionChains(page).move_to_element(canvas).click_and_hold().move_by_offset(60, 40).release().perform()
+    assert (test_page.pixels(page, "turned") != seen[-1]).any()
+    test_page.choose(page, "cut", "")
+    ActionChains(page).move_to_element(canvas).click().perform()
+    test_page.wait(page, "return !document.getElementById('probe-box').hidden")
+    assert "Node " in page.find_element("id", "probe-text").text
+    assert complaints(page) == []
+
+
+@test_page.needs_browser
+def test_the_page_holds_what_the_run_wrote(page, ran):
+    """Places and fields of the outside come back within their quantisation, and the middle section as interpolated."""
+    from prensa.output.plot import field_values
+    from prensa.output.solid import shell
+
+    _, _, solved = ran
+    test_page.choose(page, "field", "mises")
+    low, high = page.execute_script("return (f => [f.low, f.high])(prensa.scene.fields.find(f => f.key === 'mises'))")
+    for k in (0, 4):
+        body = solved[k].bodies["block"]
+        seen = shell(body.X, body.cells, [(0, 2.0), (1, 1.0), (2, 2.0)])
+        read = "prensa.go(arguments[0]); const b = prensa.bodies()[0]; return [[[...b.x], [...b.y], [...b.z]], [...b.value]]"
+        x, v = page.execute_script(read, k)
+        assert np.abs(np.transpose(x) - seen.of(body.x)).max() < 1e-4 * np.ptp(body.displacement)
+        assert np.abs(v - seen.of(field_values(body, "mises"))).max() <= 0.51 * (high - low) / 4095
+
+
+@test_page.needs_browser
+def test_a_phone_turns_them_and_a_browser_without_webgl_shows_pictures(browser, ran):
+    """Nothing is wider than the screen; where nothing can be drawn in space the page says so and opens its pictures."""
+    page = test_page.opened(browser, ran[0] / "report.html", 360, 740, mobile=True)
+    assert page.execute_script("return document.documentElement.scrollWidth") <= 360
+    assert test_page.colourful(test_page.pixels(page, "turned")) > 0.05
+    script = """const given = HTMLCanvasElement.prototype.getContext;
+        HTMLCanvasElement.prototype.getContext = function (k, ...a) {
+          return k === "webgl2" ? null : given.call(this, k, ...a); };"""
+    added = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": script})
+    try:
+        page = test_page.opened(browser, ran[0] / "report.html")
+        assert page.find_element("id", "no-webgl").is_displayed() and not page.find_element("id", "space").is_displayed()
+        assert page.find_element("css selector", "#stills img").is_displayed()
+        assert test_page.colourful(test_page.pixels(page, "force")) > 0.002  # the curves need no WebGL
+        assert complaints(page) == []
+    finally:
+        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", added)
 
 
 def test_it_resumes_to_the_same_bits(ran, tmp_path):

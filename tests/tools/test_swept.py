@@ -81,6 +81,14 @@ def test_the_tip_of_a_cone_is_a_vertex():
     assert (inside.g[0], *inside.n[0], np.abs(inside.c).max()) == (-1.0, *DOWN, 0.0)
 
 
+def test_the_axis_of_a_torus_is_away_from_it():
+    """Points on the axis are nearest to a circle: its distance, and the axis as normal."""
+    torus = pr.Revolved(pr.Circle(1.0, at=(2.0, 0.0))).shape(np.array([0.0, -1.0, 0.0]))
+    found = torus.closest(np.array([(0.0, 0.0, 0.0), (0.0, 1.5, 0.0)]))
+    assert np.allclose(found.g, [1.0, 1.5])
+    assert np.allclose(np.abs(found.n), [[0, 1, 0], [0, 1, 0]])
+
+
 def test_rays_end_on_the_surface():
     """From outside and inside, into hollows too; those that miss are infinite."""
     for name in ("sphere", "torus", "cup", "stamp", "profile"):

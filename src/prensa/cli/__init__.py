@@ -629,12 +629,29 @@ def plot(
         ),
     ] = "mises",
     step: Annotated[
-        str,
+        str | None,
         typer.Option(
-            help="'last', 'largest force', the name of a step, or the number of an increment.",
+            help="'last' (if not given), 'largest force', the name of a step, or the number of an increment.",
             autocompletion=completion.moments,
         ),
-    ] = "last",
+    ] = None,
+    contact: Annotated[
+        str | None, typer.Option(help="Of pressure: its name, as block.top-punch, where there are several.")
+    ] = None,
+    view: Annotated[
+        str | None,
+        typer.Option(help="In space, from where: iso, front, back, left, right, top, bottom, tool, or two angles as 40,25."),
+    ] = None,
+    section: Annotated[
+        str | None, typer.Option(help="In space: a cut through the middle, x, y or z, or elsewhere, x=2.5.")
+    ] = None,
+    box: Annotated[str | None, typer.Option(help="Part to show: x from,to,y from,to, in space z from,to.")] = None,
+    colours: Annotated[str | None, typer.Option("--range", help="Values of the first and the last colour, as 0,400.")] = None,
+    mesh: Annotated[
+        bool | None, typer.Option("--mesh/--no-mesh", help="Draw the sides of the elements; if not given, where there is room.")
+    ] = None,
+    size: Annotated[str | None, typer.Option(help="Width and height in inches, as 6x4.")] = None,
+    dpi: Annotated[float | None, typer.Option(help="Pixels an inch.")] = None,
     out: Annotated[
         Path | None,
         typer.Option(help="File of the picture (.png, .svg, .pdf) or film (.gif, .mp4); in DIR if not given."),
@@ -648,22 +665,34 @@ def plot(
 ) -> None:
     """Draw a field, a contact or a curve of a run, or make a film of a field."""
     with Voice(quiet, verbose, json, folder=folder) as voice:
-        run = _results_of(folder, voice)
-        if film or (out is not None and out.suffix in (".gif", ".mp4")):
-            target = out or folder / f"{field.replace('.', '_')}.gif"
-            run.animate(field, target)
-        else:
-            target = out or folder / f"{field.replace('.', '_')}.png"
-            figure = run.plot(field, at=int(step) if step.isdecimal() else step)
-            kinds = figure.canvas.get_supported_filetypes()
-            if target.suffix and target.suffix[1:].lower() not in kinds:  # without one it is a .png
-                from prensa.errors import PrensaError
+        from prensa.cli import drawing
 
-                endings = ", ".join(f".{kind}" for kind in kinds)
-                raise PrensaError(f"{target}: no picture ends in {target.suffix!r}; give one of {endings}, .gif, .mp4")
-            figure.savefig(target, bbox_inches="tight")
+        given = drawing.options(size, dpi, box, colours, mesh, contact, view, section)
+        target = drawing.draw(_results_of(folder, voice), field, step, out, film, given)
         voice.confirm(str(target))
         voice.give({"picture": target})
+
+
+@app.command()
+def curve(
+    folder: Folder,
+    tool: Annotated[str, typer.Option(help="The tool; the one that does the most work if not given.", show_default=False)] = "",
+    semicolons: Annotated[
+        bool, typer.Option("--semicolons", help="Semicolons between the columns, and decimal commas.")
+    ] = False,
+    out: Annotated[Path | None, typer.Option(help="File of the table; curve.csv in DIR if not given.")] = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:
+    """Write the force of a tool against its travel, as a table of two columns."""
+    with Voice(quiet, verbose, json, folder=folder) as voice:
+        from prensa.output.curve import CURVE
+
+        made = _results_of(folder, voice).curve(tool)
+        target = made.save(out or folder / CURVE, semicolons)
+        voice.confirm(str(target))
+        voice.give({"curve": target, "tool": made.tool, "axis": made.axis})
 
 
 @app.command()

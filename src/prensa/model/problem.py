@@ -148,6 +148,11 @@ class Body:
         """Name of the element in a problem of that ``space``, the default filled in."""
         return self.element or {"plane stress": "q4", "solid": "h8_fbar"}.get(space, "q4_fbar")
 
+    def has_quadratic_edges(self, space: str) -> bool:
+        """Whether edges of its elements, in a problem of that ``space``, have nodes in their middles."""
+        element: Any = DOORS["element"].find(self.element_in(space))
+        return bool(element.quadratic)
+
 
 # ---------------------------------------------------------------------------------------------------------- friction
 if TYPE_CHECKING:  # members are known when the program runs

@@ -17,10 +17,12 @@ from prensa.measures.columns import directions, force_columns, place_columns
 from prensa.measures.units import energy_unit, force_unit, length_unit, moment_unit
 from prensa.model.press import use_of
 from prensa.model.problem import Case, Problem, Step
+from prensa.model.seconds import duration_of
 from prensa.model.units import ENERGY, factor
 from prensa.model.until import reached
 from prensa.output import damage, press
 from prensa.precision import NEGLIGIBLE
+from prensa.system.schedule import integrated
 
 Table = Mapping[str, NDArray[Any]]
 
@@ -238,24 +240,48 @@ def _gone(table: Table, problem: Problem, step: Step, tool: str = "") -> str:
         gone = [float(table[f"{name}.{c}"][last]) - s for c, s in zip(columns, start)]
         if not any(gone):
             continue
-        planned = _planned(step, name, dict(zip(columns, start)))
+        planned = _planned(problem, step, name, dict(zip(columns, start)))
         turns = not any(gone[:d])
         way, whole = (math.hypot(*v[d:] if turns else v[:d]) for v in (gone, planned))
-        of = f" of {abs(whole):.4g}" if whole else ""
+        of = f" of {abs(whole):.4g}" if whole else _pushed(table, problem, step, name, last)
         return f"after {abs(way):.4g} {'rad' if turns else length_unit(problem)}{of}"
     return ""
 
 
-def _planned(step: Step, tool: str, start: Mapping[str, float]) -> list[float]:
+def _pushed(table: Table, problem: Problem, step: Step, tool: str, row: int) -> str:
+    """Of a tool that a step pushes, whose travel nothing plans: its force in a row, and the force that the step asks for."""
+    push = step.push.get(tool)
+    asked = [(c, _last(getattr(push, c, None))) for c in "xy"] if push is not None else []
+    wanted = {c: v for c, v in asked if v}
+    if not wanted:
+        return ""
+    there = math.hypot(*(float(table[f"{tool}.f{c}"][row]) for c in wanted))
+    unit = force_unit(problem)
+    return f", at {shown(there, unit, both=False)} of {shown(math.hypot(*wanted.values()), unit, both=False)}"
+
+
+def _last(value: Any) -> float | None:
+    """A number, or the last one of a table."""
+    value = value[-1][1] if isinstance(value, tuple) else value
+    return float(value) if isinstance(value, int | float) else None
+
+
+def _planned(problem: Problem, step: Step, tool: str, start: Mapping[str, float]) -> list[float]:
     """The ways of a tool, by the columns of its places, in a step that goes to its end; 0 where no number says so."""
     out = [0.0] * len(start)
+    number, crank = problem.steps.index(step), step.crank.get(tool)
     for kind, motions in (("move", step.move), ("by", step.by), ("control", step.control)):
         motion = motions.get(tool)
         for k, column in enumerate(start):
-            value = getattr(motion, column.removeprefix("u"), None)
-            value = value[-1][1] if isinstance(value, tuple) else value
-            if isinstance(value, int | float):
-                out[k] = float(value) - (start[column] if kind == "move" else 0.0)
+            value = _last(getattr(motion, column.removeprefix("u"), None))
+            if value is not None:
+                out[k] = value - (start[column] if kind == "move" else 0.0)
+    for k, column in enumerate(start):
+        rate = getattr(step.velocity.get(tool), column.removeprefix("u"), None)
+        if rate is not None:
+            out[k] = float(integrated(rate, 0.0, number, number + 1.0, duration_of(step)).values[-1])
+        if crank is not None and getattr(crank, column.removeprefix("u"), None) is not None:
+            out[k] = crank.way(1.0)
     return out
 
 

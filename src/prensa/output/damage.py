@@ -62,7 +62,7 @@ def damages(table: Table, problem: Problem) -> list[Damage]:
     return [damage for damage in found if damage is not None]
 
 
-def located(found: Iterable[Damage], edge: Callable[[str, int, tuple[float, float]], str]) -> Iterator[Damage]:
+def located(found: Iterable[Damage], edge: Callable[[str, int, tuple[float, ...]], str]) -> Iterator[Damage]:
     """Damages with the tools at whose sharp edges of contact they are; ``edge``: that tool by body, increment and place."""
     for d in found:
         at, reached = d.at._replace(edge_of=edge(d.body, d.at.increment, d.at.place)), d.reached

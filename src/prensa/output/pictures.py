@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -122,7 +123,7 @@ def _drawings(
     files = file_names(c.name for c in problem.all_contacts)
     for contact in problem.all_contacts:
         if (k := _most_pressed(stored, contact.name, contact.against)) is not None:
-            yield _PRESSURE + files[contact.name], lambda k=k, n=contact.name: plot.contact_at(stored[k], n, problem)  # type: ignore[misc]
+            yield _PRESSURE + files[contact.name], partial(_pressure, stored, k, contact.name)
     if any(size_of_force(history, t, problem).any() for t in problem.tools):
         yield "force_stroke", lambda: plot.force_stroke(history, problem)
     pressed = [t for t, tool in problem.tools.items() if tool.press is not None]
@@ -135,6 +136,10 @@ def _drawings(
         "convergence",
         lambda: plot.convergence(history, read_convergence(directory), problem, case.numerics.tolerance),
     )
+
+
+def _pressure(stored: Stored, k: int, contact: str) -> Figure:
+    return plot.contact_at(stored[k], contact, stored.problem, stored.mirror)
 
 
 def _has(increment: Increment, field: str) -> bool:
@@ -153,10 +158,13 @@ def remeshings(stored: Stored) -> list[tuple[Increment, Increment]]:
 def _most_pressed(stored: Stored, contact: str, tool: str) -> int | None:
     """Place in the history of the largest force of a contact's tool while the contact is closed; None if it never is.
 
-    Of a contact between bodies, whose force is no column, that of its largest area.
+    Of a contact between bodies, whose force is no column, that of its largest area. In space, where the pressure is drawn on the
+    bodies, of the increments whose fields were written.
     """
     history, size = stored.history, stored.history[f"{contact}.area"]
     if tool in stored.problem.tools:
         size = size_of_force(history, tool, stored.problem)
     force = np.where(history[f"{contact}.area"] > 0, size, -1.0)
+    if stored.problem.space == "solid":
+        force[~np.isin(history["increment"], stored.with_fields)] = -1.0
     return int(np.argmax(force)) if len(force) and force.max() >= 0 else None

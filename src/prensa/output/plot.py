@@ -6,9 +6,10 @@ Every function returns a `matplotlib.figure.Figure`; `save` writes it. matplotli
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from itertools import cycle
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +23,11 @@ from prensa.output import style
 from prensa.output.answer import turning_about
 from prensa.output.cells import MOST_EDGES, around, outline, triangles
 from prensa.output.maxima import leading_tool
+from prensa.output.mirrors import Image as Image
+from prensa.output.mirrors import images as images
+from prensa.output.mirrors import mirror_lines as mirror_lines
 from prensa.output.outline import outlines
-from prensa.output.spatial import contact_pressures, picture
+from prensa.output.spatial import TOOL_SIDE, Look, contact_pressures, picture
 from prensa.result.increment import STATUS, BodyState, ContactState, Increment
 from prensa.result.views import Curve
 from prensa.types import Array, Index
@@ -36,6 +40,8 @@ NAMING = 0.9  # height in inches of a panel's title and the names of its axis
 LEAST_EDGE = 1.5  # points of the page that sides of elements are apart where they can be distinguished
 OUTLINE = 0.8  # width in points of a body's outline …
 OUTLINE_SHARE = 0.15  # … and that over the width of the body at most, so that its colour is seen between two of them
+Size = tuple[float, float]
+"""Width and height of a picture in inches."""
 STRESSES = ("xx", "yy", "zz", "xy")
 SPATIAL_FIELDS = ("displacement.z", "stress.yz", "stress.xz")
 FIELDS = (
@@ -78,6 +84,10 @@ def deformed(
     mirror: Sequence[str] = (),
     range: tuple[float, float] | None = None,
     box: tuple[float, ...] | None = None,
+    view: str | tuple[float, float] = "",
+    section: str = "",
+    size: tuple[float, float] | None = None,
+    dpi: float | None = None,
 ) -> Figure:
     """Deformed bodies coloured by *field*, with the tools at their current place; axisymmetric sections are mirrored.
 
@@ -95,6 +105,13 @@ def deformed(
         Values of the first and the last colour; those of the increment if None.
     box
         Part to show (x from, to, y from, to, in space z from, to); the bodies with the nearest pieces of the tools if None.
+    view
+        In space, from where: ``iso`` (as if empty), ``front``, ``back``, ``left``, ``right``, ``top``, ``bottom``, ``tool`` (the
+        side of the tools that press), or degrees about the upright axis, from the front to the right, and above the horizontal.
+    section
+        In space, ``x``, ``y`` or ``z``: cut in the middle across that axis, or where ``x=2.5`` says, in the initial bodies.
+    size, dpi
+        Width and height in inches, and pixels an inch.
 
     Raises
     ------
@@ -104,15 +121,23 @@ def deformed(
 
     """
     check_damage(problem, field)
-    values = [field_values(b, field) for b in increment.bodies.values()]
+    ends = range or colour_range([field_values(b, field) for b in increment.bodies.values()], field)
     if problem.space == "solid":
-        return _deformed_in_space(increment, problem, field, mesh, mirror, range or colour_range(values, field), box)
+        look = Look(view or "iso", section, mesh, box, size, dpi)
+        return _deformed_in_space(increment, problem, field, mirror, ends, look)
+    return _deformed_in_plane(increment, problem, field, mesh, mirror, ends, box, size, dpi)
+
+
+def _deformed_in_plane(
+    increment: Increment, problem: Problem, field: str, mesh: bool | None, mirror: Sequence[str], ends: tuple[float, float],
+    box: tuple[float, ...] | None, size: Size | None, dpi: float | None,
+) -> Figure:  # fmt: skip
+    values = [field_values(b, field) for b in increment.bodies.values()]
     lines = mirror_lines(increment, problem, mirror)
     box = box or limits(increment, problem, mirror)
     with style.styled():
         wide = (box[1] - box[0]) / (box[3] - box[2])
-        figure, axes = _figure(*_size(wide))
-        ends = range or colour_range(values, field)
+        figure, axes = _figure(*(size or _size(wide)), dpi=dpi)
         mappable: Any = None
         for image in images(lines):
             sign = image.sign(field, problem)
@@ -133,13 +158,12 @@ def deformed(
 
 
 def _deformed_in_space(
-    increment: Increment, problem: Problem, field: str, mesh: bool | None, mirror: Sequence[str],
-    ends: tuple[float, float], box: tuple[float, ...] | None,
-) -> Figure:  # fmt: skip
-    copies = [(c.of, c.sign(field, problem)) for c in images(mirror_lines(increment, problem, mirror))]
+    increment: Increment, problem: Problem, field: str, mirror: Sequence[str], ends: tuple[float, float], look: Look
+) -> Figure:
+    copies = [(image, image.sign(field, problem)) for image in images(mirror_lines(increment, problem, mirror))]
     label, at = f"{field_name(problem, field)} ({field_unit(problem, field)})", _moment(increment)
     values = dict(zip(increment.bodies, (field_values(b, field) for b in increment.bodies.values())))
-    return picture(increment, problem, lambda name, _: values[name], label, field_map(field), ends, at, mesh, copies, box)
+    return picture(increment, problem, lambda name, _: values[name], label, field_map(field), ends, at, copies, look)
 
 
 def section(increment: Increment, problem: Problem, draw: Callable[[Axes, BodyState, Image], None]) -> Figure:
@@ -253,70 +277,16 @@ def field_map(field: str) -> str:
     return style.DIVERGING if field.startswith(("stress", "displacement.", "mean_stress", "triax", "lode")) else style.SEQUENTIAL
 
 
-# ------------------------------------------------------------------------------------------------------------- mirrors
-class Image(NamedTuple):
-    """A copy of a section, mirrored about lines (axis that changes sign, coordinate of the line)."""
-
-    lines: tuple[tuple[int, float], ...] = ()
-
-    def of(self, points: Array) -> Array:
-        """Points (n, d) of the copy."""
-        out = np.array(points, dtype=float)
-        for axis, at in self.lines:
-            out[:, axis] = 2.0 * at - out[:, axis]
-        return out
-
-    def sign(self, field: str, problem: Problem) -> float:
-        """What a field's values are multiplied by; a radial component has no sign to lose."""
-        axes = [axis for axis, _ in self.lines if not (axis == 0 and problem.space == "axisymmetric")]
-        kind, _, component = field.partition(".")
-        if kind == "stress" and component[0] != component[1]:
-            axes = [axis for axis, _ in self.lines]
-        elif kind != "displacement" or not component:
-            return 1.0
-        return -1.0 if sum("xyz"[axis] in component for axis in axes) % 2 else 1.0
-
-
-def images(lines: Sequence[tuple[int, float]]) -> list[Image]:
-    """The section itself and its copies about lines of symmetry; about two lines there are three."""
-    found: list[tuple[tuple[int, float], ...]] = [()]
-    for line in lines:
-        found += [(*done, line) for done in found]
-    return [Image(done) for done in found]
-
-
-def mirror_lines(increment: Increment, problem: Problem, sides: Sequence[str]) -> list[tuple[int, float]]:
-    """Lines, in space planes, of symmetry: axis that changes sign, coordinate. In axisymmetry the axis is one by itself.
-
-    Raises
-    ------
-    PrensaError
-        If a side is none, or two sides have the same direction.
-
-    """
-    X = np.vstack([b.X for b in increment.bodies.values()])
-    pairs = (("left", "right"), ("bottom", "top"), ("back", "front"))[: X.shape[1]]
-    ends = {name: (k, at) for k, p in enumerate(pairs) for name, at in zip(p, (X[:, k].min(), X[:, k].max()))}
-    lines = [(0, 0.0)] if problem.space == "axisymmetric" else []
-    for side in sides:
-        if side not in ends:
-            raise PrensaError(f"'mirror' has no side {side!r}{suggest(str(side), ends)}")
-        axis, at = ends[side]
-        if axis in [a for a, _ in lines]:
-            already = "the axis does that" if problem.space == "axisymmetric" and axis == 0 else "another side does that"
-            raise PrensaError(f"'mirror' cannot mirror about the {side} side too: {already}; name one side of a direction")
-        lines.append((axis, float(at)))
-    return lines
-
-
 # ------------------------------------------------------------------------------------------------------------ contacts
 def pressure(
-    contact: ContactState, problem: Problem, reference: Mapping[str, Curve] | None = None, title: str = ""
-) -> Figure:
+    contact: ContactState, problem: Problem, reference: Mapping[str, Curve] | None = None, title: str = "",
+    size: tuple[float, float] | None = None, dpi: float | None = None,
+) -> Figure:  # fmt: skip
     """Profile along the surface: pressure from nodal forces, from stresses, at the integration points, and the shear.
 
     Stresses are shown where the surfaces touch; the band between the first two pressures is their disagreement, the error
-    bar. The integration points are shown where they are not the nodes.
+    bar. The integration points are shown where they are not the nodes. On quadratic edges the stresses are the smoothed ones
+    alone, and the line is theirs: nodal forces and recovered stresses at corners and middles scatter about it.
 
     Parameters
     ----------
@@ -326,22 +296,24 @@ def pressure(
         Further curves by name: (abscissa, pressure) or a function of the abscissa.
     title
         Above the picture; the names of surface and tool if empty.
+    size, dpi
+        Width and height in inches, and pixels an inch.
 
     """
     s, label = abscissa(contact, problem)
     order = np.argsort(s)
     s, p = s[order], contact.pressure[order]
     closed = contact.status[order] != STATUS.index("open")
-    stress, shear = np.where(closed, contact.pressure_from_stress[order], np.nan), np.abs(contact.shear[order])
+    quadratic = on_quadratic_edges(contact, problem)
+    of_stress = contact.pressure_smoothed if quadratic else contact.pressure_from_stress
+    stress, shear = np.where(closed, of_stress[order], np.nan), np.abs(contact.shear[order])
     low, high = _closed_range(s, contact.status[order])
     shown = (s >= low) & (s <= high)
     with style.styled():
-        figure, axes = _figure(4.5, 3.7)
+        figure, axes = _figure(*(size or (4.5, 3.7)), dpi=dpi)
         axes.fill_between(s, p, stress, color=style.BLUE, alpha=0.15, linewidth=0, where=closed.tolist())
-        axes.plot(s, p, "o-", color=style.BLUE, label="p, nodal forces")
-        axes.plot(s, stress, "--", color=style.ORANGE, linewidth=1.2, label="p, recovered stress")
-        smooth = np.where(closed, contact.pressure_smoothed[order], np.nan)
-        axes.plot(s, smooth, ":", color=style.PURPLE, linewidth=1.2, label="p, smoothed stress")
+        axes.plot(s, p, "o" if quadratic else "o-", color=style.BLUE, label="p, nodal forces")
+        _stresses_into(axes, s, stress, None if quadratic else np.where(closed, contact.pressure_smoothed[order], np.nan))
         if not np.array_equal(contact.points.X, contact.X):
             at = np.interp(_arc(contact.points.x, contact.x), _arc(contact.x, contact.x), abscissa(contact, problem)[0])
             axes.plot(at, contact.points.pressure, "x", color="0.45", markersize=4, label="p, integration points")
@@ -362,25 +334,53 @@ def pressure(
     return figure
 
 
-def contact_at(increment: Increment, contact: str, problem: Problem) -> Figure:
+def _stresses_into(axes: Axes, s: Array, stress: Array, smooth: Array | None) -> None:
+    """Pressures of stresses (k,) along a contact; ``smooth`` None: the former are the smoothed ones."""
+    if smooth is None:
+        axes.plot(s, stress, "-", color=style.PURPLE, label="p, smoothed stress")
+        return
+    axes.plot(s, stress, "--", color=style.ORANGE, linewidth=1.2, label="p, recovered stress")
+    axes.plot(s, smooth, ":", color=style.PURPLE, linewidth=1.2, label="p, smoothed stress")
+
+
+def on_quadratic_edges(contact: ContactState, problem: Problem) -> bool:
+    """Whether the edges of a contact's body have nodes in their middles."""
+    body = problem.bodies.get(contact.body)
+    return body is not None and body.has_quadratic_edges(problem.space or "")
+
+
+def contact_at(increment: Increment, contact: str, problem: Problem, mirror: Sequence[str] = ()) -> Figure:
     """`pressure` of a contact, by name, with the moment in the title; in space its pressure on the bodies."""
     if problem.space == "solid":
-        return pressures_in_space(increment, problem, contact)
+        return pressures_in_space(increment, problem, contact, mirror=mirror)
     return pressure(increment.contacts[contact], problem, title=title(increment, contact))
 
 
-def pressures_in_space(increment: Increment, problem: Problem, contact: str) -> Figure:
-    """Contact pressures on the bodies, with the name of a contact and the moment in the title."""
-    values = {name: contact_pressures(increment, name) for name in increment.bodies}
-    ends = 0.0, max((float(v.max(initial=0.0)) for v in values.values()), default=0.0) or 1.0
+def pressures_in_space(
+    increment: Increment, problem: Problem, contact: str = "", mirror: Sequence[str] = (),
+    range: tuple[float, float] | None = None, title: str = "", **look: Any,
+) -> Figure:  # fmt: skip
+    """Pressure of a contact, or of all if it is empty, on the bodies, seen from the side of the tools, which are left out.
+
+    ``mirror``, ``range``, and ``look``: ``mesh``, ``box``, ``view``, ``section``, ``size``, ``dpi``, as of `deformed`; ``title``:
+    above the picture, that of the contact and the moment if empty.
+    """
+    values = {name: contact_pressures(increment, name, contact) for name in increment.bodies}
+    ends = range or (0.0, max((float(v.max(initial=0.0)) for v in values.values()), default=0.0) or 1.0)
     label = f"contact pressure ({style.pressure_unit(problem)})"
-    return picture(increment, problem, lambda name, _: values[name], label, style.SEQUENTIAL, ends, title(increment, contact),
-                   tools=False)  # fmt: skip
+    copies = [(image, 1.0) for image in images(mirror_lines(increment, problem, mirror))]
+    given = {key: value for key, value in look.items() if value not in (None, "")}
+    taken = replace(Look(view=TOOL_SIDE, tools=False), **given)
+    text = title or (_title(increment, contact) if contact else _moment(increment))
+    return picture(increment, problem, lambda name, _: values[name], label, style.SEQUENTIAL, ends, text, copies, taken)
 
 
 def title(increment: Increment, contact: str) -> str:
     """Name of a contact above the moment."""
     return f"{contact}\n{_moment(increment)}"
+
+
+_title = title
 
 
 def _arc(x: Array, along: Array) -> Array:
@@ -405,11 +405,14 @@ def abscissa(contact: ContactState, problem: Problem) -> tuple[Array, str]:
 
 
 # --------------------------------------------------------------------------------------------------------- time series
-def force_stroke(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
+def force_stroke(
+    history: Mapping[str, NDArray[Any]], problem: Problem, size: Size | None = None, dpi: float | None = None
+) -> Figure:
     """Tool forces, and moments of tools that turn, against the travel of the tool that does the work.
 
     Against its rotation where it only turns, against time where nothing moves. What happens while that tool stands still is
-    no travel and is left out. Ticks at the bottom: new meshes. *history* is what `read_history` returns.
+    no travel and is left out. Ticks at the bottom: new meshes. *history* is what `read_history` returns; ``size``, ``dpi`` as of
+    `deformed`.
     """
     leading = leading_tool(history, problem)
     history = _from_zero(history)
@@ -417,7 +420,8 @@ def force_stroke(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figur
     about = {t: turning_about(history, t, problem) for t in problem.tools if problem.space != "axisymmetric"}
     turning = {t: f"{t}.m{turn[1]}" for t, turn in about.items() if turn and np.any(history[f"{t}.m{turn[1]}"])}
     with style.styled():
-        figure, panels = _figure(4.5, 5.4 if turning else 3.7, rows=2 if turning else 1, sharex=True)
+        wide, high = size or (4.5, 5.4 if turning else 3.7)
+        figure, panels = _figure(wide, high, rows=2 if turning else 1, dpi=dpi, sharex=True)
         axes, below = panels if turning else (panels, None)
         _forces_into(axes, history, problem, along)
         if "remeshings" in history:
@@ -449,14 +453,18 @@ def _forces_into(axes: Axes, history: Mapping[str, Array], problem: Problem, alo
                           color=style.CYCLE[i % len(style.CYCLE)], label=f"{tool}, {names['xyz'.index(c)]}")  # fmt: skip
 
 
-def energy(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
+def energy(
+    history: Mapping[str, NDArray[Any]], problem: Problem, size: Size | None = None, dpi: float | None = None
+) -> Figure:
     """Energy balance against time: where the external work went (above) and what is not accounted for (below)."""
     history = _from_zero(history)
     time, external = history["time"], history["energy.external"]
     parts = {"elastic": style.SKY, "plastic": style.RED, "friction": style.GREEN, "contact": style.PURPLE}
     scale = max(float(np.abs(history[f"energy.{k}"]).max(initial=0.0)) for k in ("external", *parts))
     with style.styled():
-        figure, (axes, below) = _figure(4.5, 4.4, rows=2, gridspec_kw={"height_ratios": [2.6, 1]}, sharex=True)
+        figure, (axes, below) = _figure(
+            *(size or (4.5, 4.4)), rows=2, dpi=dpi, gridspec_kw={"height_ratios": [2.6, 1]}, sharex=True
+        )
         base = np.zeros_like(time)
         for name, colour in parts.items():
             values = history[f"energy.{name}"]
@@ -487,8 +495,9 @@ def measures(table: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
 
 
 def convergence(
-    history: Mapping[str, NDArray[Any]], iterations: Mapping[str, NDArray[Any]], problem: Problem, tolerance: float
-) -> Figure:
+    history: Mapping[str, NDArray[Any]], iterations: Mapping[str, NDArray[Any]], problem: Problem, tolerance: float,
+    size: Size | None = None, dpi: float | None = None,
+) -> Figure:  # fmt: skip
     """Residual at each iteration of each increment (left) and iterations per increment (right).
 
     *iterations* is what `read_convergence` returns; *tolerance* is drawn.
@@ -497,7 +506,7 @@ def convergence(
     with style.styled():
         import matplotlib
 
-        figure, (axes, right) = _figure(4.5, 5.2, rows=2)
+        figure, (axes, right) = _figure(*(size or (4.5, 5.2)), rows=2, dpi=dpi)
         colours = matplotlib.colormaps[style.SEQUENTIAL](np.linspace(0.0, 0.9, max(len(numbers), 2)))
         for number, colour in zip(numbers, colours):
             chosen = iterations["increment"] == number
@@ -532,12 +541,14 @@ def legend(figure: Figure, axes: Axes) -> None:
     _legend(figure, axes)
 
 
-def _figure(width: float, height: float, rows: int = 1, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
+def _figure(
+    width: float, height: float, rows: int = 1, columns: int = 1, dpi: float | None = None, **options: Any
+) -> tuple[Figure, Any]:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     from prensa.output.picture import Picture
 
-    figure = Picture(figsize=(width, height))
+    figure = Picture(figsize=(width, height), dpi=dpi)
     FigureCanvasAgg(figure)
     return figure, figure.subplots(rows, columns, **options)
 

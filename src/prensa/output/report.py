@@ -89,7 +89,7 @@ def _interactive(stored: Stored) -> dict[str, Any]:
     """The interactive part: what it shows, the library that draws it and the script that drives that."""
     from prensa.output.scene import scene
 
-    if not stored.with_fields or stored.problem.space == "solid":
+    if not stored.with_fields:
         return {"frames": 0, "thinned": "", "touched": False}
     made = scene(stored)
     data, (shown, there) = made.pop("data"), made["shown"]
@@ -98,8 +98,12 @@ def _interactive(stored: Stored) -> dict[str, Any]:
         "frames": there, "touched": bool(made["contacts"]),
         "thinned": f"{shown} of the {there} increments with fields are shown, to keep the page small." if shown < there else "",
         "library": _library(),
-        "script": resources.files("prensa.output").joinpath("templates/report.js").read_text(encoding="utf-8"),
+        "script": _template("report.js"), "viewer": _template("report_space.js"),
     }  # fmt: skip
+
+
+def _template(name: str) -> str:
+    return resources.files("prensa.output").joinpath(f"templates/{name}").read_text(encoding="utf-8")
 
 
 def _library() -> str:
@@ -136,6 +140,7 @@ def _tables(stored: Stored, summary: dict[str, Any]) -> dict[str, Any]:
         "units": {"length": style.length_unit(problem), "force": style.force_unit(problem), "area": style.area_unit(problem),
                   "moment": style.moment_unit(problem), "energy": style.energy_unit(problem)},
         "axes": style.axes_names(problem),
+        "solid": problem.space == "solid",
         "stress": style.pressure_unit(problem),
         "dies": dies.in_report(stored, case),
         "thickness": problem.thickness,

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from prensa.errors import PrensaError, take, take_path
 from prensa.output import history
+from prensa.output.curve import ForceCurve, force_curve
 from prensa.output.maxima import Maximum, largest_force, maxima
 from prensa.output.report import REPORT, stored_run, write_report
 from prensa.output.stored import Stored
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from prensa.dies.loads import ToolLoads
     from prensa.dies.stress import Die, DieStress
 
+FILM_DPI = 110  # pixels an inch of a film unless others are asked for
 MOST_PICTURES = 60  # of an animation unless more are asked for: each takes a quarter of a second
 PLOTS = ("force_stroke", "energy", "convergence")
 
@@ -130,7 +132,7 @@ class RunResult(Shown):
         at
             The increment to draw, as in `at`.
         **options
-            As of `Increment.plot`.
+            As of `Increment.plot`; of curves of the whole run ``size`` and ``dpi``.
 
         Raises
         ------
@@ -140,29 +142,31 @@ class RunResult(Shown):
         """
         from prensa.output import plot
 
-        if what in PLOTS and options:
-            raise PrensaError(f"{what!r} takes no options, not even {next(iter(options))!r}")
+        others = [name for name in options if name not in ("size", "dpi")]
+        if what in PLOTS and others:
+            raise PrensaError(f"{what!r} takes no options but 'size' and 'dpi', not even {others[0]!r}")
         problem, table = self.increments.problem, self.increments.history
         if what in PLOTS and not len(self.increments):
             self.at("last")  # which says why there is none
         if what == "force_stroke":
-            return plot.force_stroke(table, problem)
+            return plot.force_stroke(table, problem, **options)
         if what == "energy":
-            return plot.energy(table, problem)
+            return plot.energy(table, problem, **options)
         if what == "convergence":
-            return plot.convergence(table, self.iterations, problem, self.summary["convergence"]["tolerance"])
-        options = options if what == "pressure" else {"mirror": self.increments.mirror} | options
-        return self.at(at).plot(what, **options)
+            tolerance = self.summary["convergence"]["tolerance"]
+            return plot.convergence(table, self.iterations, problem, tolerance, **options)
+        mirrored = what != "pressure" or problem.space == "solid"
+        return self.at(at).plot(what, **({"mirror": self.increments.mirror} if mirrored else {}) | options)
 
     def animate(
         self, what: str = "mises", path: str | Path | None = None, fps: int = 10, frames: int = MOST_PICTURES, **options: Any
     ) -> Animation:
-        """A film of a field over the run, colours and cut-out the same throughout.
+        """A film of a field over the run, colours, axes and view the same throughout; in space also of ``pressure``.
 
         Parameters
         ----------
         what, **options
-            As of `Increment.plot`, a field.
+            As of `Increment.plot`, a field, in space or ``pressure``.
         path
             File to write: ``.gif``, or ``.mp4`` where the program ffmpeg is installed; ``<folder>/<what>.gif`` if None.
         fps
@@ -185,6 +189,19 @@ class RunResult(Shown):
         shown = [self.increments.number(numbers[k]) for k in chosen]
         target = Path(path) if path is not None else self.directory / f"{what.replace('.', '_')}.gif"
         return _film(target, shown, what, fps, {"mirror": self.increments.mirror} | options)
+
+    def curve(self, tool: str = "") -> ForceCurve:
+        """Force against travel of a tool, of the one that does the most work if none is named; ``save`` writes two columns.
+
+        Raises
+        ------
+        PrensaError
+            If there is no such tool, or it never moves.
+
+        """
+        if not len(self.increments):
+            self.at("last")  # which says why there is none
+        return force_curve(self.increments.history, self.increments.problem, tool)
 
     def to_frame(self) -> DataFrame:
         """The history as a table of pandas, one row an increment; needs ``pip install prensa[notebook]``.
@@ -255,23 +272,42 @@ def _film(path: Path, shown: Sequence[Increment], what: str, fps: int, options: 
     """Pictures of all increments in one file, all with the same colours and cut-out."""
     from matplotlib.animation import FFMpegWriter, PillowWriter
 
-    from prensa.output import plot, style
+    from prensa.output import style
 
     kind = path.suffix.lower()
     if kind not in (".gif", ".mp4"):
         raise PrensaError(f"{path}: animations are .gif or .mp4 files; give one of these endings")
     if kind == ".mp4" and shutil.which("ffmpeg") is None:
         raise PrensaError(f"{path}: an .mp4 needs the program ffmpeg, which is not on the path; install it or write a .gif")
-    values = [plot.field_values(b, what) for i in shown for b in i.bodies.values()]
-    mirror = options.get("mirror", ())
-    ends = np.array([plot.limits(i, i.problem, mirror) for i in shown]).reshape(len(shown), -1, 2)
-    box = tuple(np.stack([ends[..., 0].min(axis=0), ends[..., 1].max(axis=0)], axis=1).ravel().tolist())
-    same = {"box": box, "range": plot.colour_range(values, what)} | options
+    fixed = _fixed(shown, what, options)
+    same = fixed | options | {key: fixed[key] for key in ("view",) if key in fixed}
+    dpi = same.pop("dpi", None) or FILM_DPI
     path.parent.mkdir(parents=True, exist_ok=True)
     writer = PillowWriter(fps=fps) if kind == ".gif" else FFMpegWriter(fps=fps)
-    figure = plot.deformed(shown[0], shown[0].problem, what, **same)
-    with style.styled(), writer.saving(figure, str(path), dpi=110):
+    figure = shown[0].plot(what, dpi=dpi, **same)
+    with style.styled(), writer.saving(figure, str(path), dpi=dpi):
         for increment in shown:
-            writer.fig = plot.deformed(increment, increment.problem, what, **same)
+            writer.fig = increment.plot(what, dpi=dpi, **same)
             writer.grab_frame()
     return Animation(path)
+
+
+def _fixed(shown: Sequence[Increment], what: str, options: dict[str, Any]) -> dict[str, Any]:
+    """Part of the bodies' surroundings, colours and view that hold for all pictures of a film."""
+    from prensa.output import plot, spatial
+
+    problem, mirror = shown[0].problem, options.get("mirror", ())
+    solid = problem.space == "solid"
+    if what == "pressure" and not solid:
+        raise PrensaError("in the plane a film shows a field of the bodies, and 'pressure' is a curve along a contact")
+    ends = np.array([plot.limits(i, problem, mirror) for i in shown]).reshape(len(shown), -1, 2)
+    box = tuple(np.stack([ends[..., 0].min(axis=0), ends[..., 1].max(axis=0)], axis=1).ravel().tolist())
+    if what != "pressure":
+        values = [plot.field_values(b, what) for i in shown for b in i.bodies.values()]
+        seen = {"view": spatial.view_angles(options["view"], shown[-1])} if options.get("view") and solid else {}
+        return {"box": box, "range": plot.colour_range(values, what)} | seen
+    pressures = [spatial.contact_pressures(i, b, options.get("contact", "")) for i in shown for b in i.bodies]
+    largest = max((float(p.max(initial=0.0)) for p in pressures), default=0.0)
+    pressed = max(shown, key=lambda i: sum(float(c.pressure.sum()) for c in i.contacts.values()))
+    view = spatial.view_angles(options.get("view") or spatial.TOOL_SIDE, pressed)
+    return {"box": box, "range": (0.0, largest or 1.0), "view": view}

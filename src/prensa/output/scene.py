@@ -8,34 +8,53 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from prensa.measures.columns import force_columns, place_columns
 from prensa.model.problem import Problem
-from prensa.output import plot, press, style
+from prensa.output import plot, press, scene_in_space, style
 from prensa.output.cells import around, drawn, outline
 from prensa.output.maxima import largest_force, leading_tool
 from prensa.output.outline import outlines
 from prensa.output.packing import PLACE_BITS, VALUE_BITS, Packer
+from prensa.output.spatial import TOOL_SIDE, view_angles
 from prensa.output.stored import Stored
 from prensa.result.increment import STATUS, BodyState, ContactState, Increment
 from prensa.types import Array, Index
 
 MOST_NUMBERS = 8_000_000  # in the frames of a page: some six megabytes of it
+MOST_TEXT = 6_500_000  # characters of the frames of a page in space, which with its library and pictures has ten megabytes
 PROFILES = ("x", "y", "pressure", "pressure_from_stress", "shear", "slip")
 
 
 def scene(stored: Stored) -> dict[str, Any]:
-    """Everything that the page draws; ``data`` is the packed block that its references point into."""
-    problem, packer = stored.problem, Packer()
+    """Everything that the page draws; ``data`` is the packed block that its references point into.
+
+    In space frames are left out until the block has `MOST_TEXT` characters at most: fields that are rough compress badly.
+    """
     frames = chosen_frames(stored)
+    made = _scene(stored, frames)
+    while made["solid"] and len(made["data"]) > MOST_TEXT and len(frames) > 2:
+        fewer = chosen_frames(stored, max(2, int(0.9 * len(frames) * MOST_TEXT / len(made["data"]))))
+        if len(fewer) >= len(frames):  # the ends of steps and the peak stay
+            break
+        frames = fewer
+        made = _scene(stored, frames)
+    return made
+
+
+def _scene(stored: Stored, frames: list[int]) -> dict[str, Any]:
+    problem, packer = stored.problem, Packer()
     increments = [stored.number(n) for n in frames]
     made: dict[str, Any] = {
         "name": problem.name,
         "axes": style.axes_names(problem),
         "axisymmetric": problem.space == "axisymmetric",
+        "solid": problem.space == "solid",
         "units": {"length": style.length_unit(problem), "force": style.force_unit(problem),
                   "moment": style.moment_unit(problem), "energy": style.energy_unit(problem),
                   "pressure": style.pressure_unit(problem)},
@@ -47,24 +66,46 @@ def scene(stored: Stored) -> dict[str, Any]:
         "largest": largest_force(stored, frames),
         "history": _history(stored),
         "leading": leading_tool(stored.history, problem),
-        "tools": _tools(stored, increments),
         "capacities": _capacities(stored),
         "mirror": plot.mirror_lines(increments[0], problem, stored.mirror) if increments else [],
         "offered": _offered(stored, increments) if increments else [],
-        **_bodies(problem, increments, packer),
-        "contacts": [_contact(name, problem, increments, packer) for name in _touched(stored)],
     }  # fmt: skip
-    made["box"] = _box(problem, increments)
+    made |= (_in_space if problem.space == "solid" else _in_plane)(stored, increments, packer)
     return made | {"data": packer.text()}
 
 
-def chosen_frames(stored: Stored) -> list[int]:
-    """Numbers of the increments to show: all with fields, or evenly spaced ones with the ends of steps and the peak."""
+def _in_plane(stored: Stored, increments: list[Increment], packer: Packer) -> dict[str, Any]:
+    """Tools, bodies and contacts of a section, and the part of it to show."""
+    problem = stored.problem
+    return {
+        "tools": _tools(stored, increments),
+        **_bodies(problem, increments, packer),
+        "contacts": [_contact(name, problem, increments, packer) for name in _touched(stored)],
+        "box": _box(problem, increments),
+    }
+
+
+def _in_space(stored: Stored, increments: list[Increment], packer: Packer) -> dict[str, Any]:
+    """The same in space, where the pressure of a contact is a field of the bodies' outsides."""
+    problem, groups = stored.problem, list(_same_mesh(increments))
+    return {
+        "tools": scene_in_space.tools(problem, list(stored.placements), increments, packer),
+        **scene_in_space.bodies(problem, groups, increments, packer),
+        "contacts": [],
+        "box": scene_in_space.box(increments),
+        "view": list(view_angles(TOOL_SIDE, increments[-1])) if increments else [0.0, 0.0],
+    }
+
+
+def chosen_frames(stored: Stored, most: int | None = None) -> list[int]:
+    """Numbers of the increments to show: all with fields, or evenly spaced ones with the ends of steps and the peak.
+
+    ``most``: how many evenly spaced ones; as many as make `MOST_NUMBERS` if None.
+    """
     there = list(stored.with_fields)
     if not there:
         return []
-    size = sum(len(b.X) for b in stored.number(there[-1]).bodies.values())
-    most = max(int(MOST_NUMBERS / (8 * max(size, 1))), 2)
+    most = max(int(MOST_NUMBERS / max(_numbers(stored, there[-1]), 1)), 2) if most is None else most
     if len(there) <= most:
         return there
     ends = set(stored.history["increment"][stored.ends].tolist()) & set(there)
@@ -74,10 +115,19 @@ def chosen_frames(stored: Stored) -> list[int]:
 
 
 # ------------------------------------------------------------------------------------------------------------- details
+def _numbers(stored: Stored, number: int) -> int:
+    """How many numbers a frame has, about: eight a node of a section, in space three and its fields a point that is seen."""
+    increment = stored.number(number)
+    if stored.problem.space != "solid":
+        return 8 * sum(len(b.X) for b in increment.bodies.values())
+    seen = scene_in_space.shells(increment, scene_in_space.middle([increment]))
+    return (3 + len(plot.fields_of(stored.problem, [increment]))) * sum(len(s.pairs) for s in seen.values())
+
+
 def _history(stored: Stored) -> dict[str, Any]:
     """Columns of the curves, of all increments."""
     table, problem = stored.history, stored.problem
-    columns = [f"{t}.{c}" for t in problem.tools for c in ("ux", "uy", "rz", "fx", "fy", "mz")]
+    columns = [f"{t}.{c}" for t in problem.tools for c in (*place_columns(problem), *force_columns(problem))]
     columns += [c for c in table if c.startswith("energy.")]
     out: dict[str, Any] = {c: _rounded(table[c]) for c in ("time", *columns)}
     out |= {c: [int(v) for v in table[c]] for c in ("increment", "iterations", "cutbacks")}
@@ -110,8 +160,6 @@ def _tools(stored: Stored, increments: list[Increment]) -> list[dict[str, Any]]:
 
 
 def _unmoved(state: Any) -> Any:
-    from dataclasses import replace
-
     return replace(state, place=type(state.place)(0.0, 0.0, 0.0))
 
 
@@ -126,7 +174,8 @@ def _offered(stored: Stored, increments: list[Increment]) -> list[tuple[int, flo
     same = [i for i in increments if sum(len(b.X) for b in i.bodies.values()) == len(X)]
     low, high = X.min(axis=0), X.max(axis=0)
     found = []
-    for side, axis, at in (("left", 0, low[0]), ("right", 0, high[0]), ("bottom", 1, low[1]), ("top", 1, high[1])):
+    names = (("left", "right"), ("bottom", "top"), ("back", "front"))[: X.shape[1]]
+    for side, axis, at in ((n, k, end[k]) for k, pair in enumerate(names) for n, end in zip(pair, (low, high))):
         on = np.abs(X[:, axis] - at) <= 1e-9 * float(np.ptp(X, axis=0).max())
         moved = (np.vstack([b.displacement for b in i.bodies.values()])[on, axis] for i in same)
         if axis not in taken and on.sum() > 1 and not any(u.any() for u in moved):
@@ -192,6 +241,9 @@ def _touched(stored: Stored) -> list[str]:
 
 def _contact(name: str, problem: Problem, increments: list[Increment], packer: Packer) -> dict[str, Any]:
     states = [i.contacts[name] for i in increments]
+    quadratic = bool(states) and plot.on_quadratic_edges(states[0], problem)
+    if quadratic:  # what scatters about it at corners and middles is no line
+        states = [replace(s, pressure_from_stress=s.pressure_smoothed) for s in states]
     groups = []
     starts = [0] + [k for k, (a, b) in enumerate(pairwise(states), 1) if not np.array_equal(a.node, b.node)]
     ranges = {p: _range_of([_profile(s, p) for s in states]) for p in PROFILES}
@@ -203,7 +255,8 @@ def _contact(name: str, problem: Problem, increments: list[Increment], packer: P
     touching = [s for s in states if s.status.any()]
     along = plot.abscissa(touching[-1] if touching else states[-1], problem)[1] if states else ""
     axis = {f"{a} ({style.length_unit(problem)})": k for a, k in zip(style.axes_names(problem), "xy")}.get(along, "s")
-    return {"name": name, "surface": states[0].surface if states else "", "along": axis, "groups": groups}
+    return {"name": name, "surface": states[0].surface if states else "", "along": axis, "groups": groups,
+            "quadratic": quadratic}  # fmt: skip
 
 
 def _profile(state: ContactState, name: str) -> Array:

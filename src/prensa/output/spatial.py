@@ -1,118 +1,300 @@
-"""Pictures of bodies in space: their outsides in perspective, coloured by a field or by the contact pressure."""
+"""Pictures of bodies in space: their outsides, tools as glass before them, sections, coloured by a field or the contact pressure.
+
+Places and numbers stand at axes of matplotlib; what lies in them is drawn pixel by pixel (`prensa.output.raster`).
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from prensa.measures.tool_outlines import surface
+from prensa.errors import PrensaError
 from prensa.mesh.bricks import outside
+from prensa.mesh.level_set import level_set
+from prensa.model.names import suggest
 from prensa.model.problem import Problem
-from prensa.output import style
-from prensa.output.cells import MOST_EDGES
-from prensa.output.clipping import within
-from prensa.precision import DRAWN
+from prensa.output import raster, style
+from prensa.output.cells import MOST_EDGES, covered
+from prensa.output.mirrors import Image
+from prensa.output.tool_surfaces import frame_box, surface
 from prensa.result.increment import BodyState, Increment
-from prensa.types import Array, Index
+from prensa.types import Array, Flags, Index
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Copy = tuple[Callable[[Array], Array], float]
-"""Places of a mirror image, and the sign of its values."""
-VIEW: Mapping[str, float] = {"elev": 25.0, "azim": -50.0}
-"""Angles in degrees above the horizontal plane and about the vertical axis, y."""
-_LIGHT = np.array([0.35, 0.85, 0.4])
+VIEWS: Mapping[str, tuple[float, float]] = {
+    "iso": (40.0, 25.0), "front": (0.0, 0.0), "back": (180.0, 0.0), "left": (-90.0, 0.0), "right": (90.0, 0.0),
+    "top": (0.0, 90.0), "bottom": (0.0, -90.0),
+}  # fmt: skip
+"""Degrees about the upright axis, from the front to the right, and above the horizontal plane, from where bodies are seen."""
+TOOL_SIDE = "tool"  # the view from the side of the tools that press
+PIXELS_FOR_EACH, FINE_ENOUGH = 2.0, 200.0  # pixels drawn for each of the picture, and an inch from which on they need be no finer
+_LIGHT = np.array([0.25, 0.55, 0.8])  # to the right, upwards, towards the eye
+_GLASS = (0.62, 0.66, 0.72, 0.4)
+END_ON = 0.99  # cosine of the angle to the eye from which on an axis is seen end on, and its numbers on one another
+_TOUCHING = 2e-3  # of the size of the bodies: tools no farther before a body are not drawn before it
+_TOOLS_BEYOND = 0.05  # of the size of the bodies
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a picture in space is taken; see `prensa.output.plot.deformed` for its fields."""
+
+    view: str | tuple[float, float] = "iso"
+    section: str = ""
+    mesh: bool | None = None
+    box: Sequence[float] | None = None
+    size: tuple[float, float] | None = None
+    dpi: float | None = None
+    tools: bool = True
+
+
+class _Faces(NamedTuple):
+    """Triangles of all copies: ``x`` (t, 3, 3) corners, ``values`` (t, 3), ``sides`` (t, 3) drawn, ``off`` (t, 3) cut away."""
+
+    x: Array
+    values: Array
+    sides: Flags
+    off: Array
 
 
 def picture(
     increment: Increment, problem: Problem, values: Callable[[str, BodyState], Array], label: str, colours: str,
-    ends: tuple[float, float], title: str, mesh: bool | None = None, copies: Sequence[Copy] = ((np.asarray, 1.0),),
-    box: Sequence[float] | None = None, tools: bool = True,
+    ends: tuple[float, float], title: str, copies: Sequence[tuple[Image, float]], look: Look,
 ) -> Figure:  # fmt: skip
     """Deformed bodies seen from outside; ``values`` (n,) at the nodes of a body, ``label`` and colour map of them.
 
-    ``tools``: draw what of the tools is near the bodies, transparent.
+    ``copies``: images of the bodies, and the sign of the values there.
 
-    ``mesh``: draw the sides of the faces; None draws them where they can be distinguished. ``copies``: of the bodies, mirrored.
-    ``box``: limits (x from, to, y from, to, z from, to); those of the bodies if None.
+    Raises
+    ------
+    PrensaError
+        If there is no such view or section.
+
     """
     from matplotlib import colormaps
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize, to_rgba
-    from matplotlib.figure import Figure
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+    from matplotlib.colors import Normalize
 
+    from prensa.output.picture import Picture
+
+    angles, cut = view_angles(look.view, increment), _cut(look.section, increment, copies)
+    eye = _directions(*angles)[2]
+    faces = _faces(increment, values, copies, cut, eye)
     with style.styled():
-        figure = Figure(figsize=(5.4, 4.4), layout="constrained")
+        figure = Picture(figsize=look.size or (5.4, 4.4), layout="constrained", dpi=look.dpi)
+        FigureCanvasAgg(figure)
         axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
         scale, shades = Normalize(*ends), colormaps[colours]
-        corners, colours_of = [], []
-        for name, body in increment.bodies.items():
-            faces, value = outside(body.cells), values(name, body)
-            for of, sign in copies:
-                x = of(body.x)
-                colour = shades(scale(sign * value[faces].mean(axis=1)))
-                colour[:, :3] *= _lit(x, faces)[:, None]
-                corners.append(_upright(x)[faces])
-                colours_of.append(colour)
-        if tools:
-            near = _tools(increment, problem, copies)
-            corners.append(_upright(near)[:, [0, 1, 2, 2]])
-            colours_of.append(_shaded(near))
-        # One collection: within it the nearer faces cover those behind, of all bodies and copies.
-        shown, colour = np.concatenate(corners), np.concatenate(colours_of)
-        bodies = len(shown) - (len(near) if tools else 0)
-        edge = colour.copy()
-        edge[bodies:, 3] = 0.0
-        if bodies <= MOST_EDGES if mesh is None else mesh:
-            edge[:bodies] = to_rgba(style.BLACK)
-        axes.add_collection3d(Poly3DCollection(shown, facecolors=colour, edgecolors=edge, linewidths=0.25))
-        _frame(axes, shown.reshape(-1, 3) if box is None else _upright(np.reshape(box, (3, 2)).T), problem)
-        axes.view_init(**VIEW)
+        left = faces.x[(faces.off <= 0.0).any(axis=1)].reshape(-1, 3)
+        box = np.reshape(look.box, (3, 2)).T if look.box is not None else _ends(left)
+        _frame(axes, box, problem, angles)
+        glass = _tools(increment, problem, copies, cut, eye, box) if look.tools else None
+        count = len(faces.sides) // 2
+        mesh = count <= MOST_EDGES if look.mesh is None else look.mesh
+        _paint(axes, faces, glass, lambda v: shades(scale(v)), angles, mesh)
         figure.colorbar(ScalarMappable(scale, shades), ax=axes, label=label, shrink=0.75, pad=0.14)
         axes.set_title(title)
     return figure
 
 
-def contact_pressures(increment: Increment, body: str) -> Array:
-    """Contact pressures (n,) at the nodes of a body, the larger where two tools press."""
+def contact_pressures(increment: Increment, body: str, of: str = "") -> Array:
+    """Pressures (n,) of a contact, by name, at the nodes of a body; of all if the name is empty, the larger where two press."""
     out = np.zeros(len(increment.bodies[body].X))
-    for contact in increment.contacts.values():
-        if contact.body == body:
+    for name, contact in increment.contacts.items():
+        if contact.body == body and of in ("", name):
             np.maximum.at(out, contact.node, contact.pressure)
     return out
 
 
-def _tools(increment: Increment, problem: Problem, copies: Sequence[Copy]) -> Array:
-    """Corners (k, 3, 3) of the triangles of the tools that are near the bodies, and of their mirror images."""
-    x = np.concatenate([body.x for body in increment.bodies.values()])
-    low, high = x.min(axis=0), x.max(axis=0)
-    size = float((high - low).max())
-    ends = np.array([low, high])
-    out = ends + 0.25 * size * np.array([[-1.0], [1.0]])
-    for of, _ in copies:  # a side about which the bodies are mirrored is where their tools are cut
-        for k in range(3):
-            step = size * np.eye(3)[k]
-            still = np.abs(of(ends)[:, k] - ends[:, k]) < DRAWN * size
-            still &= of(ends + step)[:, k] < ends[:, k]
-            out[still, k] = ends[still, k]
-    near = [np.zeros((0, 3, 3))]
+def view_angles(view: str | tuple[float, float], increment: Increment) -> tuple[float, float]:
+    """Degrees about the upright axis and above the horizontal plane of a view: a name of `VIEWS`, ``tool``, or the two.
+
+    ``tool`` is ``iso`` where tools press from above, from below if they press there, and turned to where they press from a side.
+
+    Raises
+    ------
+    PrensaError
+        If there is no such view.
+
+    """
+    if not isinstance(view, str):
+        return float(view[0]), float(view[1])
+    if view == TOOL_SIDE:
+        return _facing(increment)
+    if view in VIEWS:
+        return VIEWS[view]
+    try:
+        turn, lift = map(float, view.split(","))
+    except ValueError:
+        known = (*VIEWS, TOOL_SIDE)
+        message = f"there is no view {view!r}{suggest(view, known)}; views: {', '.join(known)}, or two angles as '40,25'"
+        raise PrensaError(message) from None
+    return turn, lift
+
+
+# ------------------------------------------------------------------------------------------------------------- details
+def _facing(increment: Increment) -> tuple[float, float]:
+    pressed = np.zeros(3)
+    for contact in increment.contacts.values():
+        if np.isfinite(contact.force).all():
+            pressed -= contact.force.sum(axis=0)  # forces on the body point away from the tool
+    turn, lift = VIEWS["iso"]
+    if pressed[1] < 0.0:
+        lift = -lift
+    if abs(pressed[1]) < math.hypot(pressed[0], pressed[2]):  # pressed from a side: turned to see that
+        turn = max((turn + 90.0 * k for k in (0, 1, -1, 2)), key=lambda a: float(_directions(a, lift)[2] @ pressed))
+    return turn, lift
+
+
+def _directions(turn: float, lift: float) -> Array:
+    """Unit vectors (3, 3) to the right, upwards and towards the eye."""
+    a, b = math.radians(turn), math.radians(lift)
+    eye = np.array([math.cos(b) * math.sin(a), math.sin(b), math.cos(b) * math.cos(a)])
+    right = np.array([math.cos(a), 0.0, -math.sin(a)])
+    return np.stack([right, np.cross(eye, right), eye])
+
+
+def _cut(section: str, increment: Increment, copies: Sequence[tuple[Image, float]]) -> tuple[int, float] | None:
+    """Axis and coordinate of a plane across the initial bodies; through the middle of all copies if no coordinate is given."""
+    if not section:
+        return None
+    name, _, at = section.partition("=")
+    X = np.vstack([image.of(b.X) for image, _ in copies for b in increment.bodies.values()])
+    try:
+        axis = "xyz".index(name.strip())
+        coordinate = float(at) if at else 0.5 * float(X[:, axis].min() + X[:, axis].max())
+    except ValueError:
+        raise PrensaError(f"there is no section {section!r}; write 'x', 'y' or 'z', or with its place as 'x=2.5'") from None
+    low, high = float(X[:, axis].min()), float(X[:, axis].max())
+    if not low < coordinate < high:
+        raise PrensaError(f"the section {section!r} misses the bodies, which reach from {low:.4g} to {high:.4g} there")
+    return axis, coordinate
+
+
+def _faces(
+    increment: Increment, values: Callable[[str, BodyState], Array], copies: Sequence[tuple[Image, float]],
+    cut: tuple[int, float] | None, eye: Array,
+) -> _Faces:  # fmt: skip
+    """Outsides and sections of all copies, without sides that lie on planes of symmetry, inside of the whole."""
+    lines = copies[-1][0].lines
+    parts = []
+    for name, body in increment.bodies.items():
+        value, faces = values(name, body), outside(body.cells)
+        size = float(np.ptp(body.X, axis=0).max())
+        for axis, at in lines:
+            if cut is None or axis != cut[0]:
+                faces = faces[(np.abs(body.X[faces, axis] - at) > 1e-9 * size).any(axis=1)]
+        triangles, sides = covered(faces), _outer(faces)
+        for image, sign in copies:
+            x, X = image.of(body.x), image.of(body.X)
+            off = np.full(len(X), -1.0)
+            if cut is not None:
+                beyond = (X[:, cut[0]] - cut[1]) * (-1.0 if eye[cut[0]] < 0.0 else 1.0)
+                beyond[np.abs(beyond) < 1e-9 * size] = 0.0
+                found = level_set(body.cells, -beyond)
+                cap = found.triangles
+                none = np.zeros(cap.shape, bool)
+                parts.append(_Faces(found.of(x)[cap], sign * found.of(value)[cap], none, none - 1.0))
+                off = beyond
+            parts.append(_Faces(x[triangles], sign * value[triangles], sides, off[triangles]))
+    return _Faces(*(np.concatenate(arrays) for arrays in zip(*parts)))
+
+
+def _outer(faces: Index) -> Flags:
+    """(t, 3) whether the side of a triangle of `covered` that is across from a corner is a side of its face."""
+    if faces.shape[1] == 3:
+        return np.ones((len(faces), 3), dtype=bool)
+    if faces.shape[1] == 4:  # 0 1 2 and 0 2 3: the diagonal 0 2 is inside
+        return np.repeat(np.array([[True, False, True], [True, True, False]]), len(faces), axis=0)
+    return np.repeat(np.array([[False, True, True], [False, True, True], [False, True, True], [False] * 3]), len(faces), axis=0)
+
+
+def _tools(
+    increment: Increment, problem: Problem, copies: Sequence[tuple[Image, float]], cut: tuple[int, float] | None, eye: Array,
+    box: Array,
+) -> _Faces | None:  # fmt: skip
+    """Surfaces of the tools near the bodies, cut like these; ``values`` is how much their corners are turned to the light."""
+    own = _ends(np.vstack([b.x for b in increment.bodies.values()]))
+    parts, margin = [], _TOOLS_BEYOND * float((box[1] - box[0]).max())
     for name, tool in problem.tools.items():
-        points, triangles = surface(tool, increment.tools[name], 2.0 * size)
-        near.append(within(points[triangles], out[0], out[1], size / 12))
-    found = np.concatenate(near)
-    return np.concatenate([of(found.reshape(-1, 3)).reshape(found.shape) for of, _ in copies])
+        state = increment.tools[name]
+        if not np.isfinite(state.at).all():
+            continue  # it was not placed
+        made = surface(tool, state, *frame_box(own[None], [state], margin), beyond=0.2)
+        for image, _ in copies:
+            x = image.of(made.at(state))
+            off = np.full(len(x), -1.0) if cut is None else (x[:, cut[0]] - cut[1]) * (-1.0 if eye[cut[0]] < 0.0 else 1.0)
+            t = made.triangles
+            parts.append(_Faces(x[t], np.zeros(t.shape), np.zeros(t.shape, bool), off[t]))
+    return _Faces(*(np.concatenate(arrays) for arrays in zip(*parts))) if parts else None
 
 
-def _shaded(triangles: Array) -> Array:
-    """Colours (k, 4) of triangles (k, 3, 3) of tools."""
-    n = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    n /= np.maximum(np.linalg.norm(n, axis=1), np.finfo(float).tiny)[:, None]
-    grey = 0.4 + 0.4 * np.abs(n @ _LIGHT)
-    return np.column_stack([grey, grey, grey, np.full(len(grey), 0.2)])
+def _paint(
+    axes: Any, faces: _Faces, glass: _Faces | None, colours: Callable[[Array], Array], angles: tuple[float, float], mesh: bool
+) -> None:
+    """Draw bodies, and tools before them, into axes whose limits and view are set."""
+    from matplotlib.image import AxesImage
+
+    window = axes.viewLim
+    figure = axes.get_figure(root=True)
+    finer = max(1.0, min(PIXELS_FOR_EACH, FINE_ENOUGH / figure.dpi))
+    pixels = int(finer * figure.dpi * min(figure.get_size_inches()))
+    to_pixels = _projected(axes, pixels, window)
+    eye = _directions(*angles)[2]
+    xy = to_pixels(faces.x)
+    found = raster.seen(xy, faces.x @ eye, pixels, pixels, faces.off)
+    shown = np.tile([1.0, 1.0, 1.0, 0.0], (pixels * pixels, 1))
+    shown[found.pixel] = colours(found.of(faces.values))
+    shown[found.pixel, :3] *= _lit(faces.x, angles)[found.triangle, None]
+    if mesh:
+        shown[found.pixel, :3] *= 1.0 - 0.45 * raster.on_sides(found, xy, faces.sides, 0.6 * finer)[:, None]
+    if glass is not None:
+        front = raster.seen(to_pixels(glass.x), glass.x @ eye, pixels, pixels, glass.off)
+        depth = np.full(pixels * pixels, -np.inf)
+        depth[found.pixel] = found.depth
+        touching = _TOUCHING * float(np.ptp(faces.x.reshape(-1, 3), axis=0).max())
+        near = front.depth > depth[front.pixel] + touching
+        at, share = front.pixel[near], _GLASS[3]
+        tone = np.array(_GLASS[:3]) * _lit(glass.x, angles)[front.triangle[near], None]
+        shown[at] = np.concatenate([share * tone + (1.0 - share) * shown[at, :3], np.ones((len(at), 1))], axis=1)
+    image = AxesImage(axes, extent=(window.x0, window.x1, window.y0, window.y1), origin="lower", interpolation="antialiased")
+    image.set_data(shown.reshape(pixels, pixels, 4))
+    image.set_zorder(3)
+    axes.add_image(image)
+
+
+def _projected(axes: Any, pixels: int, window: Any) -> Callable[[Array], Array]:
+    """Pixels (…, 2) of places (…, 3) in the square that axes in space fill."""
+    matrix = axes.get_proj()
+
+    def of(x: Array) -> Array:
+        flat = np.concatenate([_upright(x).reshape(-1, 3), np.ones((x.size // 3, 1))], axis=1) @ matrix.T
+        place = flat[:, :2] / flat[:, 3:]
+        share = (place - [window.x0, window.y0]) / [window.width, window.height]
+        return np.asarray(pixels * share.reshape(*x.shape[:-1], 2))
+
+    return of
+
+
+def _lit(x: Array, angles: tuple[float, float]) -> Array:
+    """Brightness (t,) of triangles (t, 3, 3) that are seen from a side."""
+    right, up, eye = _directions(*angles)
+    light = _LIGHT @ np.stack([right, up, eye])
+    n = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
+    n *= np.where(n @ eye < 0.0, -1.0, 1.0)[:, None] / np.maximum(np.linalg.norm(n, axis=1), np.finfo(float).tiny)[:, None]
+    return np.asarray(0.6 + 0.4 * np.clip(n @ light / np.linalg.norm(light), 0.0, 1.0))
+
+
+def _ends(x: Array) -> Array:
+    """Lowest and highest (2, 3) of places (n, 3)."""
+    return np.stack([x.min(axis=0), x.max(axis=0)])
 
 
 def _upright(x: Array) -> Array:
@@ -120,22 +302,23 @@ def _upright(x: Array) -> Array:
     return x[..., [0, 2, 1]] * np.array([1.0, -1.0, 1.0])
 
 
-def _lit(x: Array, faces: Index) -> Array:
-    """Brightness (k,) of faces, between two thirds and one."""
-    a = x[faces]
-    n = np.cross(a[:, 2] - a[:, 0], a[:, 3] - a[:, 1])
-    if float((n * a.mean(axis=1)).sum()) < 0.0:  # ∫ n·x dA is three times the volume: mirrored faces turn inwards
-        n = -n
-    n /= np.maximum(np.linalg.norm(n, axis=1), np.finfo(float).tiny)[:, None]
-    return np.asarray(2 / 3 + np.clip(n @ _LIGHT, 0.0, 1.0) / 3)
-
-
-def _frame(axes: Any, shown: Array, problem: Problem) -> None:
-    """Limits with equal scales, and names of the axes, for points (k, 3) that are shown."""
-    low, high = shown.min(axis=0), shown.max(axis=0)
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    axes.set_box_aspect(high - low)
+def _frame(axes: Any, box: Array, problem: Problem, angles: tuple[float, float]) -> None:
+    """Limits (2, 3) with equal scales, names of the axes, and the view."""
+    ends = np.sort(_upright(box), axis=0)
+    axes.set(xlim=ends[:, 0], ylim=ends[:, 1], zlim=ends[:, 2])
+    axes.set_box_aspect(ends[1] - ends[0])
     unit = style.length_unit(problem)
     axes.set(xlabel=f"x ({unit})", ylabel=f"z ({unit})", zlabel=f"y ({unit})")
     axes.yaxis.set_major_formatter(lambda value, _: f"{-value + 0.0:g}")
     axes.locator_params(nbins=4)
+    axes.grid(False)
+    _, _, eye = _upright(_directions(*angles))
+    for axis, along in zip((axes.xaxis, axes.yaxis, axes.zaxis), eye):
+        axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
+        if abs(along) > END_ON:
+            axis.set_ticks([])
+            axis.set_label_text("")
+            for other in (axes.xaxis, axes.yaxis, axes.zaxis):
+                other.labelpad = 10.0  # without it, names and numbers stand on one another in this view
+    axes.set_proj_type("ortho")
+    axes.view_init(elev=angles[1], azim=angles[0] - 90.0)

@@ -33,18 +33,22 @@ class Pictures:
 
         assert isinstance(increment, Increment)
         problem, others = increment.problem, dict(options)
+        solid = problem.space == "solid"
+        _refuse_others(what, others, solid)
         contact = str(others.pop("contact", ""))
         if what == "pressure":
             known = increment.contacts
+            if solid and not contact:
+                return pictures.pressures_in_space(increment, problem, **others)  # type: ignore[arg-type]
             if not contact and len(known) == 1:
                 contact = next(iter(known))
             if contact not in known:
                 message = f"unknown contact {contact!r}{suggest(contact, known)}" if contact else "say which contact"
                 raise PrensaError(f"{message}; contacts: {', '.join(map(repr, known)) or 'none'}")
+            if solid:
+                return pictures.pressures_in_space(increment, problem, contact, **others)  # type: ignore[arg-type]
             named: dict[str, Any] = {"title": pictures.title(increment, contact)} | others
             return pictures.pressure(known[contact], problem, **named)
-        if contact:
-            raise PrensaError(f"'contact' belongs to 'pressure', and {what!r} is a field of bodies")
         fields: dict[str, Any] = others
         return pictures.deformed(increment, problem, what, **fields)
 
@@ -76,6 +80,24 @@ def table(columns: Mapping[str, Any], index: str = "") -> DataFrame:
 
 
 # ------------------------------------------------------------------------------------------------------------- details
+_OF_ALL, _OF_FIELDS, _OF_SPACE = ("size", "dpi"), ("mesh", "mirror", "range", "box"), ("view", "section")
+
+
+def _refuse_others(what: str, options: Iterable[str], solid: bool) -> None:
+    """Raise PrensaError for options that a picture does not have."""
+    of_pressure = ("contact", "title") if solid else ("contact", "title", "reference")
+    known = _OF_ALL + (_OF_SPACE if solid else ())
+    known += (of_pressure if what == "pressure" else ()) + (_OF_FIELDS if what != "pressure" or solid else ())
+    for name in options:
+        if name in known:
+            continue
+        if name in of_pressure:
+            raise PrensaError(f"{name!r} belongs to 'pressure', and {what!r} is a field of bodies")
+        if name in _OF_SPACE:
+            raise PrensaError(f"{name!r} belongs to pictures of 'space: solid', and this is a problem of the plane; leave it out")
+        raise PrensaError(f"a picture of {what!r} has no option {name!r}{suggest(name, known)}; its options: {', '.join(known)}")
+
+
 def _needed(module: str, extra: str) -> Any:
     import importlib
 

@@ -28,6 +28,10 @@ class PlotOptions(TypedDict, total=False):
     mirror: Sequence[str]
     range: tuple[float, float] | None
     box: tuple[float, ...] | None
+    view: str | tuple[float, float]
+    section: str
+    size: tuple[float, float] | None
+    dpi: float | None
     reference: Mapping[str, Curve] | None
     title: str
 
@@ -90,15 +94,17 @@ class Drawn(Shown):
         ----------
         what
             A field of the bodies (``mises``, ``plastic_strain``, ``displacement``, ``displacement.x``, ``stress.xx``, …), or
-            ``pressure`` for pressure and shear along a contact.
+            ``pressure`` for pressure and shear along a contact, in space on the bodies, seen from the side of the tools.
         **options
-            Of fields those of `prensa.output.plot.deformed` (``mesh``, ``mirror``, ``range``); of ``pressure`` those of
-            `prensa.output.plot.pressure` (``reference``, ``title``) and ``contact``, its name where there are several.
+            Of fields those of `prensa.output.plot.deformed` (``mesh``, ``mirror``, ``range``, ``box``, in space ``view`` and
+            ``section``); of ``pressure`` ``title`` and ``contact``, its name where there are several (in space all if it is left
+            out), in the plane ``reference`` (see `prensa.output.plot.pressure`), in space those of fields. Of all ``size``
+            (width and height in inches) and ``dpi`` (pixels an inch).
 
         Raises
         ------
         PrensaError
-            If there is no such field or contact; the message suggests the nearest.
+            If there is no such field, contact or option; the message suggests the nearest.
 
         """
         return _views().plot(self, what, **options)

@@ -191,9 +191,11 @@ class Revolution(_Swept):
         middle = on_axis & ~beyond & (np.abs(n_rho) > NEGLIGIBLE)
         rows = np.flatnonzero(beyond | middle)
         if len(rows):
-            of_tip = self._at_tip(xi[rows], zeta[rows], g[rows] < 0.0)
-            meets = np.isfinite(of_tip[0])  # a torus does not meet its axis: any of its closest points will do there
-            g[rows[meets]], n[rows[meets]], H[rows[meets]] = (v[meets] for v in of_tip)
+            tip = self._at_tip(xi[rows], zeta[rows], g[rows] < 0.0)
+            there = np.isfinite(tip[0])  # the surface of a ring does not meet its axis: the distance is that to a circle
+            for values, found_there in zip((g, n, H), tip):
+                values[rows[there]] = found_there[there]
+            n[rows[~there]] = np.where(n_zeta[rows[~there]] < 0.0, -1.0, 1.0)[:, None] * k
             H[middle] = 0.0
         return Closest(g, n, H)
 
@@ -206,11 +208,12 @@ class Revolution(_Swept):
         limit = 10.0 * (np.abs(xi).max(initial=0.0) + self.extent) + math.hypot(*self.at)
         up, down = (self.section.along(start, np.array([0.0, way]), limit) * way for way in (1.0, -1.0))
         way = np.where(np.abs(up) <= np.abs(down), up, down)
-        meets = np.isfinite(way)
-        d = xi - (zeta + np.where(meets, way, 0.0))[:, None] * k
+        none = ~np.isfinite(way)
+        way = np.where(none, 0.0, way)
+        d = xi - (zeta + way)[:, None] * k
         r = np.linalg.norm(d, axis=1)
         sign = np.where(inside, -1.0, 1.0)
         safe = np.where(r > 0.0, r, 1.0)
         n = np.where((r > 0.0)[:, None], sign[:, None] * d / safe[:, None], -np.sign(way)[:, None] * k)
         H = sign[:, None, None] * (np.eye(3) - n[:, :, None] * n[:, None]) / safe[:, None, None]
-        return np.where(meets, sign * r, np.inf), n, np.where((r > NEGLIGIBLE * limit)[:, None, None], H, 0.0)
+        return np.where(none, np.inf, sign * r), n, np.where((r > NEGLIGIBLE * limit)[:, None, None], H, 0.0)

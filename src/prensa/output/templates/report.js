@@ -103,15 +103,16 @@ function bodiesNow() {  // of the group of the frame: places, values, cells
   const group = scene.groups.find(g => state.frame >= g.first && state.frame < g.last), k = state.frame - group.first;
   const scale = Number($("scale").value);
   return group.bodies.map(b => {
-    const [X, Y] = unpack(b.X), u = unpack(b.u[0])[k], v = unpack(b.u[1])[k], n = X.length;
-    const x = new Float64Array(n), y = new Float64Array(n);
-    for (let i = 0; i < n; i++) { x[i] = X[i] + scale * u[i]; y[i] = Y[i] + scale * v[i]; }
-    let value;
-    if (state.field === "displacement") value = Float64Array.from(u, (a, i) => Math.hypot(a, v[i]));
-    else if (state.field.startsWith("displacement.")) value = state.field.endsWith("x") ? u : v;
-    else value = unpack(b.fields[state.field])[k];
-    return {b, x, y, X, Y, value};
+    const [X, Y, Z] = unpack(b.X), moved = (at, u) => Float64Array.from(at, (a, i) => a + scale * u[i]);
+    const x = moved(X, unpack(b.u[0])[k]), y = moved(Y, unpack(b.u[1])[k]), z = Z && moved(Z, unpack(b.u[2])[k]);
+    return {b, x, y, z, X, Y, Z, value: valuesOf(b, k)};
   });
+}
+function valuesOf(b, k) {  // of the field that is shown, at the k-th frame of a group
+  const u = axis => unpack(b.u[axis])[k];
+  if (state.field === "displacement") return Float64Array.from(u(0), (a, i) => Math.hypot(a, ...b.u.slice(1).map(r => unpack(r)[k][i])));
+  if (state.field.startsWith("displacement.")) return u("xyz".indexOf(state.field.split(".")[1]));
+  return unpack(b.fields[state.field])[k];
 }
 
 function divided(body, copies, px, py) {  // facets with one value each; cells of a coarse mesh in s × s of them
@@ -168,6 +169,8 @@ function inside(body, edge, copies) {  // whether a side of the body lies on a l
 }
 const flip = (values, lines, axis) => lines.reduce((v, [a, at]) => a === axis ? Array.from(v, c => 2 * at - c) : v, values);
 function sign(lines) {
+  const letters = state.field.split(".")[1] || "";
+  if (scene.solid) return lines.reduce((s, [a]) => letters.split("xyz"[a]).length % 2 ? s : -s, 1);
   if (state.field === "stress.xy") return lines.length % 2 ? -1 : 1;
   const axis = "xy".indexOf(state.field.split(".")[1] || "-");
   return state.field.startsWith("displacement.") && lines.some(([a]) => a === axis && !(a === 0 && scene.axisymmetric)) ? -1 : 1;
@@ -299,6 +302,115 @@ async function picture() {
   draw();
 }
 
+// ----------------------------------------------------------------------------------------------- bodies in space
+const shapes = new Map();
+function shape(b, hidden) {  // triangles and sides of its faces but those on hidden planes, triangles of its sections, initial places
+  const name = hidden.join(";"), known = shapes.get(b) || {};
+  shapes.set(b, known);
+  if (known[name]) return known[name];
+  const [flat] = unpack(b.facets), a = b.corners, faces = [], lines = [], seen = new Set(), places = unpack(b.X), [X, Y, Z] = places;
+  const size = Math.max(...[0, 1, 2].map(k => scene.box[2 * k + 1] - scene.box[2 * k]));
+  const on = hidden.map(([axis, at]) => places[axis].map(v => Math.abs(v - at) < 1e-6 * size ? 1 : 0));
+  const inside = {3: [0, 1, 2], 4: [0, 1, 2, 0, 2, 3], 6: [0, 3, 5, 3, 1, 4, 5, 4, 2, 3, 4, 5]}[a], ring = a === 6 ? [0, 3, 1, 4, 2, 5] : [...Array(a).keys()];
+  for (let f = 0; f < flat.length; f += a) {
+    if (on.some(nodes => ring.every(k => nodes[flat[f + k]]))) continue;
+    for (const k of inside) faces.push(flat[f + k]);
+    ring.forEach((k, i) => {
+      const p = flat[f + k], q = flat[f + ring[(i + 1) % a]], key = Math.min(p, q) * X.length + Math.max(p, q);
+      if (!seen.has(key)) { seen.add(key); lines.push(p, q); }
+    });
+  }
+  const made = {faces: Uint32Array.from(faces), lines: Uint32Array.from(lines), X: together(X, Y, Z),
+    caps: b.sections.map(ref => Uint32Array.from(unpack(ref)[0] || []))};
+  known[name] = made;
+  return made;
+}
+function together(x, y, z) {
+  const out = new Float32Array(3 * x.length);
+  for (let i = 0; i < x.length; i++) { out[3 * i] = x[i]; out[3 * i + 1] = y[i]; out[3 * i + 2] = z[i]; }
+  return out;
+}
+async function space() {
+  if (!frames.length) return;
+  const canvas = $("turned"), viewer = window.prensaSpace.viewer(canvas);
+  if (!viewer) { $("no-webgl").hidden = false; $("space").hidden = true; $("stills")?.setAttribute("open", ""); return; }
+  canvas.addEventListener("webglcontextlost", () => { $("no-webgl").hidden = false; $("stills")?.setAttribute("open", ""); });
+  const {cam} = viewer, select = $("field");
+  for (const f of scene.fields) select.add(new Option(`${f.label} (${f.unit})`, f.key));
+  select.value = state.field;
+  [cam.turn, cam.lift] = scene.view;
+  const tools = scene.tools.map(t => ({x: together(...unpack(t.X)), n: together(...unpack(t.N).map(row => Float32Array.from(row, v => v / 127 - 1))), faces: Uint32Array.from(unpack(t.facets)[0]), moves: t.moves}));
+  const still = lines => ({flip: [0, 1, 2].map(k => lines.some(([a]) => a === k) ? -1 : 1),
+    shift: [0, 1, 2].map(k => lines.reduce((s, [a, at]) => a === k ? 2 * at : s, 0)), factor: sign(lines)});
+  const place = m => Float32Array.from([m[0], m[3], m[6], 0, m[1], m[4], m[7], 0, m[2], m[5], m[8], 0, m[9], m[10], m[11], 1]);
+  let now = null, asked = false, covered = false;  // covered: tools were hidden for the pressure under them
+  function ends(parts, field) {
+    let {low, high} = field;
+    if ($("range").value === "now") {
+      [low, high] = [Infinity, -Infinity];
+      for (const p of parts) for (const v of p.v) { low = Math.min(low, v); high = Math.max(high, v); }
+    }
+    if (field.map !== "viridis") { high = Math.max(Math.abs(low), Math.abs(high)); low = -high; }
+    return [low, high > low ? high : low + 1];
+  }
+  function prepare() {
+    const field = fieldOf(state.field), copies = images(), axis = "xyz".indexOf($("cut").value || "-");
+    const hidden = copies[copies.length - 1].filter(([a]) => a !== axis);  // sides on planes of symmetry are inside of the whole
+    const parts = bodiesNow().map(body => ({...shape(body.b, hidden), x: together(body.x, body.y, body.z), v: Float32Array.from(body.value)}));
+    const line = copies[copies.length - 1].find(([a]) => a === axis);
+    now = {parts, copies: copies.map(still), palette: scene.palettes[field.map], ends: ends(parts, field), lines: $("mesh").checked,
+      cut: axis < 0 ? null : {axis, at: line ? line[1] : scene.middle[axis]}, caps: !line,
+      tools: $("tools").checked ? tools.map(t => ({...t, place: place(t.moves[state.frame])})) : []};
+    bar(field, now.ends);
+    paint();
+  }
+  function paint() {  // once a picture of the screen
+    if (asked) return;
+    asked = true;
+    requestAnimationFrame(() => {
+      asked = false;
+      viewer.draw(now);
+      window.prensaSpace.marks($("marks"), cam, scene.axes, U.length, text);
+    });
+  }
+  function bar(field, [low, high]) {
+    const colours = scene.palettes[field.map].filter((_, k) => k % 15 === 0);
+    $("bar-colours").style.background = `linear-gradient(to right, ${colours.join(", ")})`;
+    $("bar-label").textContent = `${field.label} (${field.unit})`;
+    $("bar-ticks").replaceChildren(...[0, 1, 2, 3, 4].map(k => Object.assign(document.createElement("span"),
+      {textContent: text(low + k * (high - low) / 4, 3)})));
+  }
+  function fit() {
+    const box = scene.box.slice();
+    for (const lines of images()) for (const [axis, at] of lines) {
+      const a = 2 * at - scene.box[2 * axis], b = 2 * at - scene.box[2 * axis + 1];
+      box[2 * axis] = Math.min(box[2 * axis], a, b); box[2 * axis + 1] = Math.max(box[2 * axis + 1], a, b);
+    }
+    cam.fit(box, canvas.clientWidth / Math.max(canvas.clientHeight, 1));
+  }
+  window.prensaSpace.steer(canvas, cam, paint, (x, y) => {
+    const found = window.prensaSpace.picked(canvas, cam, now, x, y);
+    if (found) { probed = {number: found.number, node: found.point, name: bodiesNow()[found.number].b.name}; follow(); }
+  });
+  for (const name of Object.keys(window.prensaSpace.VIEWS)) {
+    const button = Object.assign(document.createElement("button"), {textContent: name, id: `view-${name}`, type: "button"});
+    button.addEventListener("click", () => { [cam.turn, cam.lift] = window.prensaSpace.VIEWS[name]; fit(); paint(); });
+    $("views").append(button);
+  }
+  follows("space", prepare);
+  for (const id of ["field", "range", "mesh", "tools", "scale", "cut"])
+    $(id).addEventListener("input", () => { state.field = select.value; prepare(); if (probed) follow(); });
+  select.addEventListener("input", () => {  // a pressure is seen from the side of the tool, through which it is looked
+    const pressure = state.field === "contact_pressure";
+    if (pressure === $("tools").checked && (pressure || covered)) { covered = pressure; $("tools").checked = !pressure; prepare(); }
+  });
+  for (const box of document.querySelectorAll("[id^=mirror]")) box.addEventListener("input", () => { fit(); prepare(); });
+  let width = canvas.clientWidth;
+  new ResizeObserver(() => { if (canvas.clientWidth !== width) { width = canvas.clientWidth; fit(); } paint(); }).observe(canvas);
+  fit();
+  prepare();
+}
+
 // ------------------------------------------------------------------------------------------------ probe of values
 let probed = null;
 function probe(x, y) {  // the node nearest to a place of the picture, followed through the run
@@ -321,15 +433,15 @@ async function follow() {
     const b = group.bodies[probed.number], same = group.first <= at && at < group.last;
     for (let k = group.first; k < group.last; k++) {
       if (!same) { values.push(NaN); continue; }  // nodes of another mesh are other points
-      const j = k - group.first, u = unpack(b.u[0])[j][probed.node], v = unpack(b.u[1])[j][probed.node];
-      values.push(state.field === "displacement" ? Math.hypot(u, v) : state.field === "displacement.x" ? u :
-        state.field === "displacement.y" ? v : unpack(b.fields[state.field])[j][probed.node]);
+      values.push(valuesOf(b, k - group.first)[probed.node]);
     }
   }
   const body = bodiesNow()[probed.number];
   $("probe-box").hidden = false;
-  $("probe-text").textContent = `Node ${probed.node} of ${probed.name}, now at ${scene.axes[0]} = ${text(body.x[probed.node])}, ` +
-    `${scene.axes[1]} = ${text(body.y[probed.node])} ${U.length}: ${field.label} ${text(values[at])} ${field.unit}`;
+  const places = [body.x, body.y, body.z].filter(Boolean).map((v, k) => `${scene.axes[k]} = ${text(v[probed.node])}`).join(", ");
+  const node = body.b.nodes ? unpack(body.b.nodes)[0][probed.node] - 1 : probed.node;  // of a section, points between nodes
+  $("probe-text").textContent = `${node < 0 ? "Point" : `Node ${node}`} of ${probed.name}, now at ${places} ${U.length}: ` +
+    `${field.label} ${text(values[at])} ${field.unit}`;
   const data = {t: frames.map(r => history.time[r]), v: values};
   if (!probeSource) {
     probeSource = new Bokeh.ColumnDataSource({data});
@@ -349,12 +461,13 @@ async function follow() {
 }
 
 // ------------------------------------------------------------------------------------------- forces against travel
+const ways = scene.solid ? ["x", "y", "z"] : ["x", "y"];
 function column(name) { return Float64Array.from(history[name]); }
 function abscissa() {
   const t = scene.leading;
   if (t && $("along").value === "travel") {
-    const names = ["ux", "uy"].map(c => column(`${t}.${c}`)), most = v => v.reduce((a, b) => Math.max(a, Math.abs(b)), 0);
-    const k = most(names[0]) > most(names[1]) ? 0 : 1, turn = column(`${t}.rz`);
+    const names = ways.map(c => column(`${t}.u${c}`)), most = v => v.reduce((a, b) => Math.max(a, Math.abs(b)), 0);
+    const k = ways.map((_, i) => i).reduce((a, i) => most(names[i]) > most(names[a]) ? i : a, 1), turn = column(`${t}.rz`);
     const positive = u => { const j = u.reduce((a, v, i) => Math.abs(v) > Math.abs(u[a]) ? i : a, 0); return u[j] < 0 ? u.map(v => -v) : u; };
     if (most(names[k]) > 0) return [positive(names[k]), `travel of ${t} along ${scene.axes[k]} (${U.length})`];
     if (most(turn) > 0) return [positive(turn), `rotation of ${t} (rad)`];
@@ -372,7 +485,7 @@ function unbroken(s, f) {  // points, and a gap where the abscissa stands still
 }
 async function forces() {
   if (!scene.tools.length || !history.time.length) return;
-  const kinds = [["force", "force", scene.axisymmetric ? ["fy"] : ["fy", "fx"]]];
+  const kinds = [["force", "force", scene.axisymmetric ? ["fy"] : scene.solid ? ["fy", "fx", "fz"] : ["fy", "fx"]]];
   const turning = scene.tools.filter(t => !scene.axisymmetric && history[`${t.name}.rz`].some(v => v) && history[`${t.name}.mz`].some(v => v));
   if (turning.length) kinds.push(["moment", "moment", ["mz"]]);
   for (const [id, what, columns] of kinds) {
@@ -385,10 +498,10 @@ async function forces() {
       if (Math.max(...values.map(Math.abs)) <= 1e-6 * largest) return;
       const colour = scene.colours[scene.tools.indexOf(tool) % scene.colours.length], source = new Bokeh.ColumnDataSource({data: {x: [], y: []}});
       const dot = new Bokeh.ColumnDataSource({data: {x: [], y: []}});
-      figure.line({field: "x"}, {field: "y"}, {source, line_width: 2, line_color: colour, line_dash: j ? [6, 4] : []});
+      figure.line({field: "x"}, {field: "y"}, {source, line_width: 2, line_color: colour, line_dash: [[], [6, 4], [2, 3]][j]});
       figure.scatter({field: "x"}, {field: "y"}, {source: dot, size: 9, fill_color: colour, line_color: "#ffffff"});
       curves.push({source, dot, values});
-      names.push([`${tool.name}${c === "mz" ? "" : ", " + scene.axes[c === "fx" ? 0 : 1]}`, colour, j ? "dashed" : "solid"]);
+      names.push([`${tool.name}${c === "mz" ? "" : ", " + scene.axes["xyz".indexOf(c[1])]}`, colour, ["solid", "dashed", "dotted"][j]]);
     }));
     if (!curves.length) continue;
     const limits = [];
@@ -449,7 +562,7 @@ async function contacts() {
   figure.add_layout(bars);
   figure.line({field: "s"}, {field: "q"}, {source, line_width: 1.5, line_color: orange, line_dash: [6, 4]});
   figure.line({field: "s"}, {field: "shear"}, {source, line_width: 1.8, line_color: green});
-  figure.line({field: "s"}, {field: "p"}, {source, line_width: 2, line_color: blue});
+  const line = figure.line({field: "s"}, {field: "p"}, {source, line_width: 2, line_color: blue});
   const dots = figure.scatter({field: "s"}, {field: "p"}, {source, size: 5, fill_color: blue, line_color: null});
   figure.add_tools(new Bokeh.HoverTool({renderers: [dots], mode: "vline", tooltips: [["pressure", `@p ${U.pressure}`],
     ["from stress", `@q ${U.pressure}`], ["shear", `@shear ${U.pressure}`], ["slip", `@slip ${U.length}`], ["", "@word"]]}));
@@ -502,7 +615,7 @@ async function contacts() {
     $("contact-note").textContent = n ? `${n} of ${closed.length} nodes touch.` :
       `At this time nothing touches here. It does at other times: move the slider.`;
   }
-  const choose = () => { contact = scene.contacts[Number(select.value)]; $("place").value = contact.along; ranges(); draw(); };
+  const choose = () => { contact = scene.contacts[Number(select.value)]; line.visible = !contact.quadratic; $("place").value = contact.along; ranges(); draw(); };
   select.addEventListener("input", choose);
   $("place").addEventListener("input", () => { ranges(); draw(); });
   follows("contact-plots", draw);
@@ -596,7 +709,7 @@ function player() {
   label();
 }
 player();
-await picture();
+await (scene.solid ? space() : picture());
 await forces();
 await contacts();
 await energies();
