@@ -312,7 +312,10 @@ def _problem(
 def _supports(problem: Problem, die: Die, back: Array, force: Array, lines: Mapping[str, str]) -> dict[str, Fixed]:
     """What holds a die: what is asked for, else its back, and lines of symmetry."""
     if die.mesh is not None:
-        return {f"die.{side}": Fixed(**{c: "held" for c in how}) for side, how in die.fixed.items()}
+        return {
+            f"die.{side}": Fixed(x="held" if "x" in how else None, y="held" if "y" in how else None)
+            for side, how in die.fixed.items()
+        }
     d = back[-1] - back[0]
     along = "x" if abs(d[1]) > abs(d[0]) else "y"  # the component nearest to the back's normal
     given = dict(die.fixed)

@@ -11,18 +11,19 @@ import prensa as pr
 from prensa.reference import tables
 from prensa.result.increment import Increment
 from prensa.system.discretise import discretise
-from prensa.types import Array
+from prensa.types import Index
 from prensa.verify.balance import BALANCE_TOLERANCE, Balance, imbalance
 from prensa.verify.forming import BILLET_FLOW
 from prensa.verify.table import Row, case, row
 
+Supports = dict[str, str | dict[str, float | str]]
 DAMAGE_LAWS = {
     "cockcroft_latham": pr.CockcroftLatham(), "cockcroft_latham_plain": pr.CockcroftLathamPlain(), "oyane_tenth": pr.Oyane(A=0.1),
     "rice_tracey": pr.RiceTracey(), "plastic_work": pr.Freudenthal(),
 }  # fmt: skip
 """By their columns of the table."""
-PULLED_UP = {"b.bottom": "y", "b.left": "x", "b.top": {"y": 1.0}}
-DAMAGE_PATHS: dict[str, tuple[str, dict[str, str | dict[str, float | str]], float]] = {
+PULLED_UP: Supports = {"b.bottom": "y", "b.left": "x", "b.top": {"y": 1.0}}
+DAMAGE_PATHS: dict[str, tuple[str, Supports, float]] = {
     "uniaxial tension": ("axisymmetric", PULLED_UP, 1e-8),
     "equibiaxial tension (plane stress)": ("plane stress", {**PULLED_UP, "b.right": {"x": 1.0}}, 1e-8),
     "plane strain tension (plane stress sheet)": ("plane stress", {**PULLED_UP, "b.right": "x"}, 2e-3),
@@ -79,7 +80,7 @@ def equator(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     yield from balance.rows()
 
 
-def stretched(increment: Increment, side: Array) -> float:
+def stretched(increment: Increment, side: Index) -> float:
     """∫⟨σ_θ⟩/σ̄ dε̄ = ⅔ (2 ε_θ + ε_z) at the equator of a free side of which nodes ``side`` are given.
 
     Lévy and Mises' flow on a surface without pressure, σ_r = 0, has σ_θ/σ̄ dε̄ = ⅔ (2 dε_θ + dε_z) (Kudo and Aoi 1967): of the
