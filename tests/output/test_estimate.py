@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
 import prensa as pr
@@ -14,6 +16,7 @@ from prensa.cli import app
 from prensa.linear import iterative
 from prensa.linear.reduction import Reduced
 from prensa.output.estimate import estimate
+from prensa.output.progress import ProgressBar
 from prensa.output.vtk import write_fields
 from prensa.system.discretise import discretise
 from prensa.system.planning import plan_step
@@ -72,3 +75,15 @@ def test_check_prints_it_in_space(tmp_path):
     answer = CliRunner().invoke(app, ["check", str(path)])
     assert "linear systems: 144 free unknowns" in answer.output and "disk: at most" in answer.output
     assert pytest.approx(data["disk_bytes"]) == 4 * data["disk_bytes_per_increment"]
+
+
+def test_a_run_counts_krylov_iterations(tmp_path):
+    """Progress, log, history and summary say how many iterations of GMRES increments took, and by what."""
+    shown = io.StringIO()
+    case = pr.Case(block(3, increments=2), NUMERICS, pr.Output(pictures=False, report=False))
+    found = pr.run(case, tmp_path / "out", bar=ProgressBar(console=Console(file=shown)))
+    counted = found.history["krylov"]
+    assert (counted > 0).all()
+    assert found.summary["linear_solver"] == {"solver": "ldlt", "krylov_iterations": int(counted.sum())}
+    for text in (shown.getvalue(), (tmp_path / "out" / "run.log").read_text(encoding="utf-8")):
+        assert f"{counted[-1]} Krylov iterations" in text
