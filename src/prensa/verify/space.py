@@ -1,4 +1,4 @@
-"""Bodies in space: a square billet with friction, a rigid sphere on a block at large strain, a plate bent between rollers.
+"""Bodies in space: billet and cylinder upset with friction, a sphere on a block, a plate bent between rollers, a twisted bar.
 
 References: tables of an independent program of bricks with F-bar (`prensa.reference.tables`), whose billet has the same uniform
 meshes; a second program (CalculiX, C3D20R) is within 0.1 % of its limit.
@@ -127,3 +127,26 @@ def quarter_of_a_cylinder(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterat
         yield row(f"{core}: F (kN), angle extrapolated", 1e-3 * exact, 1e-3 * (4.0 * forces[1] - forces[0]) / 3.0, 0.001)
         yield row(f"{core}: order in the angle", 2.0, float(np.log2((forces[0] - exact) / (forces[1] - exact))), 0.05)
         yield row(f"{core}: plate and supports out of balance", 0.0, imbalance(solid), 1e-8, "absolute")
+
+
+def twisted_bar(n: int, E_scale: float = 1.0) -> float:
+    """M/theta of a square bar, n x 1.5 n x n bricks, that a plate sticks to and turns about its axis."""
+    *_, last = pr.solve(pr.Problem(
+        "bar", space="solid", kinematics="small", contact_geometry="reference", friction=pr.Coulomb(1.0),
+        bodies={"bar": pr.Body(pr.Box((20.0, 30.0, 20.0), (n, 3 * n // 2, n)), pr.Elastic(1000.0 * E_scale, 0.3), "h8")},
+        tools={"plate": pr.Plane(touching="bar.top", at=(10.0, 0.0, 10.0))},
+        contacts=(pr.Contact("bar.top", "plate", enforcement=pr.Augmented()),), fixed={"bar.bottom": "xyz"},
+        # pressed on so that all of it sticks, which adds nothing to the moment of linear elasticity
+        steps=(pr.Step("twist", move={"plate": pr.Motion(y=-0.3, ry=1e-3)}, increments=1),),
+    ))  # fmt: skip
+    assert set(last.contacts["bar.top-plate"].status.tolist()) == {1}
+    return -last.force("plate").my / 1e-3
+
+
+@case("square bar twisted by a plate", suite="space")
+def torsion(E_scale: float = 1.0) -> Iterator[Row]:
+    """Moment about the axis on 16 x 24 x 16 bricks, and the order with which its error falls from half as many."""
+    coarse, fine = (twisted_bar(n, E_scale) for n in (8, 16))
+    exact = tables.TORSION_STIFFNESS
+    yield row("M/theta (N mm)", exact, fine, 0.005)
+    yield row("order of the error", 1.8, float(np.log2((coarse - exact) / (fine - exact))), 0.0, "at least")
