@@ -14,7 +14,7 @@ from prensa.types import Array
 from prensa.verify.table import Row, case, row
 from prensa.verify.ties import shell_flexibility
 
-INNER, OUTER, PRESSURE, NU = 1.0, 2.0, 10.0, 0.3
+BORE_RADIUS, RIM_RADIUS, BORE_PRESSURE, BORE_NU = 1.0, 2.0, 10.0, 0.3
 _SQUARE_OF_CELLS = ((0, 0), (1, 0), (1, 1), (0, 1))
 
 
@@ -23,7 +23,7 @@ def sphere(r: Array, a: float, b: float, p: float, E: float, nu: float) -> Array
     return p * a**3 / (E * (b**3 - a**3)) * ((1.0 - 2.0 * nu) * r + (1.0 + nu) * b**3 / (2.0 * r**2))
 
 
-def solved(E_scale: float, mesh: object, nu: float = NU, **more: object) -> pr.Increment:
+def solved(E_scale: float, mesh: object, nu: float = BORE_NU, **more: object) -> pr.Increment:
     """The one increment of an elastic body."""
     problem = pr.Problem(
         "loaded", space="solid", kinematics="small", bodies={"b": pr.Body(mesh, pr.Elastic(1000.0 * E_scale, nu))},
@@ -38,7 +38,7 @@ def part_of_sphere(n: int) -> pr.Bricks:
     k = np.arange(n + 1)
     i, j, m = (g.ravel() for g in np.meshgrid(k, k, k, indexing="ij"))
     d = np.stack([np.ones(len(i)), np.tan(0.25 * np.pi * j / n), np.tan(0.25 * np.pi * m / n)], axis=1)
-    points = (INNER * (OUTER / INNER) ** (i / n) / np.linalg.norm(d, axis=1))[:, None] * d
+    points = (BORE_RADIUS * (RIM_RADIUS / BORE_RADIUS) ** (i / n) / np.linalg.norm(d, axis=1))[:, None] * d
     number = np.arange(len(i)).reshape([n + 1] * 3)
     corners = [number[a : n + a, b : n + b, c : n + c] for c in (0, 1) for a, b in _SQUARE_OF_CELLS]
     cells = np.stack(corners, axis=-1).reshape(-1, 8)
@@ -51,7 +51,7 @@ def pushed_outwards(n: int) -> Array:
     number, x = np.arange((n + 1) ** 2).reshape(n + 1, n + 1), np.array(part_of_sphere(n).points)
     border = np.concatenate([number[0, :-1], number[:-1, -1], number[-1, :0:-1], number[:0:-1, 0]])
     area = 0.5 * np.cross(x[border], x[np.roll(border, -1)]).sum(axis=0)
-    return np.asarray(PRESSURE * area * np.sign(area[0]))
+    return np.asarray(BORE_PRESSURE * area * np.sign(area[0]))
 
 
 def root_mean_square(errors: Array) -> float:
@@ -62,15 +62,15 @@ def root_mean_square(errors: Array) -> float:
 @case("pressure and weight on bodies in space", suite="space")
 def closed_forms(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Lamé's tube between axes and sphere between inclined planes, at order 2; a column that hangs under its weight, exactly."""
-    E, load = 1000.0, pr.Load(pressure=PRESSURE)
+    E, load = 1000.0, pr.Load(pressure=BORE_PRESSURE)
     errors = []
     for n in (4, 8):
-        section = pr.Rectangle((OUTER - INNER, 0.25), (n, 1), (INNER, 0.0))
+        section = pr.Rectangle((RIM_RADIUS - BORE_RADIUS, 0.25), (n, 1), (BORE_RADIUS, 0.0))
         fixed = {"b.bottom": "y", "b.top": "y", "b.base": "z", "b.cap": "x"}
         tube = solved(E_scale, pr.Revolution(section, 2 * n, angle=np.pi / 2), fixed=fixed, loads={"b.left": load})
         r = np.hypot(tube.bodies["b"].X[:, 0], tube.bodies["b"].X[:, 2])
         moved = (tube.bodies["b"].displacement * tube.bodies["b"].X * (1.0, 0.0, 1.0)).sum(axis=1) / r
-        exact = np.array([shell_flexibility(E, NU, INNER, OUTER, at, PRESSURE, 0.0) for at in r.tolist()])
+        exact = np.array([shell_flexibility(E, BORE_NU, BORE_RADIUS, RIM_RADIUS, at, BORE_PRESSURE, 0.0) for at in r.tolist()])
         errors.append(root_mean_square(moved / exact - 1.0))
     yield row("tube: error of the displacement, 8 bricks", 0.0, errors[1], 2e-3, "absolute")
     yield row("tube: order", 1.9, float(np.log2(errors[0] / errors[1])), kind="at least")
@@ -80,7 +80,7 @@ def closed_forms(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
         ball = solved(E_scale, part_of_sphere(n), fixed=fixed, loads={"b.inner": load})
         r = np.linalg.norm(ball.bodies["b"].X, axis=1)
         moved = (ball.bodies["b"].displacement * ball.bodies["b"].X).sum(axis=1) / r
-        errors.append(root_mean_square(moved / sphere(r, INNER, OUTER, PRESSURE, E, NU) - 1.0))
+        errors.append(root_mean_square(moved / sphere(r, BORE_RADIUS, RIM_RADIUS, BORE_PRESSURE, E, BORE_NU) - 1.0))
     yield row("sphere: error of the displacement, 8 bricks", 0.0, errors[1], 5e-3, "absolute")
     yield row("sphere: order", 1.9, float(np.log2(errors[0] / errors[1])), kind="at least")
     pushed = pushed_outwards(8)
