@@ -39,7 +39,7 @@ from prensa.model.remeshing import remeshing_of
 from prensa.system.moments import moments
 from prensa.system.system import System
 
-IN_ANY_SPACE: tuple[Check[System], ...] = (obsolete_keys, rigid_motions)
+IN_ANY_SPACE: tuple[Check[System], ...] = (obsolete_keys, flow_curves, tables, rigid_motions, joint_motions)
 """Those that know bodies in space."""
 AT_REST: tuple[Check[System], ...] = (tool_sizes, surface_corners, starting_places, overlapping_bodies)
 """Those of where things are before anything moves."""
