@@ -84,3 +84,23 @@ def test_motions_are_put_in_words(motions, words):
     """Whatever the basis that the null space came in."""
     centre = np.array([1.0, 2.0, 3.0])
     assert in_words(moving(centre, **motions), centre, 1.0) == words
+
+
+def test_a_body_that_a_tool_pushes_away_is_named():
+    """Nothing stands under it: the direction in which it goes, with friction and without; nothing is said of one that is held."""
+    for friction, held in ((None, {"b.left": "x", "b.back": "z"}), (pr.Coulomb(0.2), {})):
+        (found_,) = found(held, friction=friction)
+        assert not found_.fatal
+        assert "free to move along -y, away from the tools of step 'press'" in found_.message
+    assert found({"b.left": "x", "b.back": "z", "b.bottom": "y"}) == []
+
+
+def test_mistakes_in_curves_and_tables_are_found_in_space():
+    """A flow curve in other units than the modulus, and a table that ends before its step."""
+    problem = pr.Problem(
+        "p", space="solid", bodies={"b": pr.Body(BOX, pr.J2(200.0, 0.3, pr.Swift(K=500.0, e0=0.01, n=0.2)))},
+        fixed={"b.bottom": "xyz"}, steps=(pr.Step("s", by={"b.top": pr.Motion(y=((0.0, 0.0), (0.5, -0.1)))}),),
+    )  # fmt: skip
+    said = {f.path: f.message for f in preflight(discretise(problem))}
+    assert "faster than E = 200" in said["bodies.b.material.flow"]
+    assert any("held at -0.1" in words for words in said.values())

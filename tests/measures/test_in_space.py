@@ -196,3 +196,20 @@ def test_the_page_has_measures_that_exist():
     assert len(texts) > 15
     for text in texts:
         parse(text, case.problem)
+
+
+def test_fields_on_cuts(twisted):
+    """On planes and lines through the nodes those of the nodes there; between them linear between the two planes of nodes."""
+    last, body = twisted, twisted.bodies["b"]
+    at = {k: np.isclose(body.X[:, 0], k) for k in (2.0, 3.0)}
+    assert last.measure("b.max.mises at X=2") == pytest.approx(body.mises[at[2.0]].max())
+    assert last.measure("b.min.stress.yy at X=3") == pytest.approx(body.stress[at[3.0], 1].min())
+    on_line = at[2.0] & np.isclose(body.X[:, 2], 1.0)
+    assert on_line.sum() == 3
+    assert last.measure("b.max.plastic_strain at X=2, Z=1") == pytest.approx(body.plastic_strain[on_line].max())
+    pairs = {tuple(x[1:]): {} for x in body.X}
+    for x, v in zip(body.X, body.mises):
+        pairs[tuple(x[1:])][float(x[0])] = v
+    assert last.measure("b.max.mises at X=2.25") == pytest.approx(max(0.75 * p[2.0] + 0.25 * p[3.0] for p in pairs.values()))
+    top = at[2.0] & np.isclose(body.X[:, 1], 2.0)
+    assert last.measure("b.top.max.mises at X=2") == pytest.approx(body.mises[top].max())

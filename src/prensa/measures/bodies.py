@@ -117,6 +117,10 @@ class Place:
             )
         return found
 
+    def through(self, shape: Shape, x: Array) -> tuple[Index, Array]:
+        """Of bodies in space: nodes and weights of places all over a cut."""
+        raise MeasureError(f"{self} is a place, which has one value")
+
     @property
     def _in(self) -> str:
         return f" {self.unit}" if self.unit else ""
@@ -414,6 +418,17 @@ def field_at(place: Place, name: str) -> Callable[[Increment], float]:
     def value(increment: Increment) -> float:
         shape = increment.shapes[place.outline.body]
         return float(place.spot(shape, shape.x).of(_on_outline(increment, place.outline, name)))
+
+    return value
+
+
+def field_on_cut(place: Place, name: str, sign: float) -> Callable[[Increment], float]:
+    """Largest (sign 1) or smallest (−1) value of a field over a cut through a body in space, or through a side of it."""
+
+    def value(increment: Increment) -> float:
+        shape = increment.shapes[place.outline.body]
+        nodes, N = place.through(shape, shape.x)
+        return sign * float((sign * (N * _on_outline(increment, place.outline, name)[nodes]).sum(axis=1)).max())
 
     return value
 

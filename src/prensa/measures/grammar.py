@@ -453,6 +453,8 @@ class _Reader:
         if name in self.positions and not (choose and not place.axis):
             geometry = bodies.coordinate(place, name[-1], displacement=name.startswith("u"), choose=choose)
             return self._geometric(body, length_unit(self.problem), geometry)
+        if choose and self.solid and place.axis and name in _fields(self.problem):
+            return _Part(self._field_unit(body, name), bodies.field_on_cut(place, name, 1.0 if choose == "max" else -1.0))
         if choose:
             return None
         if name == "angle" and place.axis and not self.solid:

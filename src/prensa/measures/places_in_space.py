@@ -9,7 +9,8 @@ import numpy as np
 
 from prensa.measures.bodies import Place
 from prensa.measures.measure import MeasureError
-from prensa.measures.outline import Spot, crossings, node
+from prensa.measures.outline import Spot
+from prensa.mesh.bricks import every_face
 from prensa.mesh.faces import located, multilinear
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.types import Array, Index
@@ -70,17 +71,30 @@ class PlaceInSpace(Place):
     def _cut(self, shape: Shape, x: Array, values: Array, axis: int, material: bool) -> list[Spot]:
         """Where edges of the elements of a side meet the level of one coordinate."""
         faces = self.outline.edges(shape)
-        pairs = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
-        level = self.levels[0][1]
-        edges = np.unique(pairs, axis=0)
-        # along an edge on the level all places are meant: its ends are among the crossings of others, or alone
-        found = [s._replace(slide=np.zeros((len(s.nodes), 3))) for s in crossings(x, edges, values, level, axis, True)]
-        on = np.unique(edges[(np.abs(values[edges] - level) <= NEGLIGIBLE * float(np.ptp(values))).all(axis=1)])
-        found += [node(int(n), 3) for n in on]
-        if not found:
+        edges, N = crossed(_edges(faces), values, self.levels[0][1])
+        if not len(edges):
             low, high = values[faces].min(), values[faces].max()
             raise MeasureError(f"{self.outline} does not reach {self._level}: it lies at {low:.6g} … {high:.6g}{self._in}")
-        return found
+        zero, slide = np.zeros(2), np.zeros((2, 3))
+        return [Spot(nodes, n, zero, zero, slide) for nodes, n in zip(edges, N)]
+
+    def through(self, shape: Shape, x: Array) -> tuple[Index, Array]:
+        """Nodes (k, a) and weights (k, a) of places all over a cut: of a side, or of the body, where it is a plane or a line.
+
+        They are where the edges of the bricks pass the plane, and where the line passes their faces.
+        """
+        material = self.axis.isupper()
+        axes = ["xyz".index(axis.lower()) for axis, _ in self.levels]
+        values, level = (shape.X if material else x)[:, axes], np.array([value for _, value in self.levels])
+        sides = self.outline.edges(shape) if self.outline.boundary else every_face(shape.cells)
+        if len(axes) == 1:
+            nodes, N = crossed(_edges(sides), values[:, 0], float(level[0]))
+        else:
+            elements, at = located(values[sides], level)
+            nodes, N = sides[elements], multilinear(at, 4)[0]
+        if not len(nodes):
+            raise MeasureError(f"{self.outline} does not reach {self._level}")
+        return nodes, N
 
     def spot(self, shape: Shape, x: Array) -> Spot:
         """The one place of the description."""
@@ -92,6 +106,24 @@ class PlaceInSpace(Place):
                 "coordinates that change along it, or the one that is meant: 'max.y' or 'min.y'"
             )
         return found[0]
+
+
+def _edges(faces: Index) -> Index:
+    """Edges (k, 2) of faces (m, 4), each once."""
+    pairs = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
+    return np.unique(np.sort(pairs, axis=1), axis=0)
+
+
+def crossed(edges: Index, values: Array, level: float) -> tuple[Index, Array]:
+    """Of edges (k, 2) those on which nodal values (n,) take the ``level``, and the shares of their ends there."""
+    first, last = (values[edges] - level).T
+    close = NEGLIGIBLE * float(np.ptp(values))
+    on = (np.abs(first) <= close) & (np.abs(last) <= close)
+    passes = ~on & (np.minimum(first, last) <= close) & (np.maximum(first, last) >= -close)
+    share = np.clip(first[passes] / (first - last)[passes], 0.0, 1.0)
+    ends = [np.tile(end, (int(on.sum()), 1)) for end in ([1.0, 0.0], [0.0, 1.0])]  # an edge on the level is there with both
+    N = np.concatenate([np.stack([1.0 - share, share], axis=1), *ends])
+    return np.concatenate([edges[passes], edges[on], edges[on]]), N
 
 
 def _spots(cells: Index, elements: Index, at: Array) -> list[Spot]:

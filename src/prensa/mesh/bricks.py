@@ -45,6 +45,12 @@ class BrickMesh(Mesh):
         return outside(self.cells)
 
 
+def every_face(cells: Index) -> Index:
+    """All faces (k, 4) of bricks cells (m, 8), those between two of them once."""
+    faces = cells[:, FACES].reshape(-1, 4)
+    return faces[np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1]]
+
+
 def outside(cells: Index) -> Index:
     """Faces (k, 4) that belong to one of the bricks cells (m, 8) only; those collapsed into a line are none."""
     faces = cells[:, FACES].reshape(-1, 4)

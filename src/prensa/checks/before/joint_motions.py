@@ -80,7 +80,8 @@ def joint_motions(system: System) -> Iterator[Finding]:
                     f"it is free to move along {_axis(way)}, away from the tools of step {stage.plan.name!r}: hold its other "
                     "side with 'fixed', or let a tool stand against it",
                 )
-        names, words = _together(system, frames, stage.plan)
+        # what moves together with pushed tools is not looked for in space yet
+        names, words = _together(system, frames, stage.plan) if system.dofs.dimension == 2 else ([], "")
         if names and reported.isdisjoint(names):
             reported |= set(names)
             yield Finding(
@@ -91,9 +92,9 @@ def joint_motions(system: System) -> Iterator[Finding]:
 
 
 def _axis(way: Array) -> str:
-    """A direction (2,) in words."""
+    """A direction (d,) in words."""
     sign = "-" if way[np.argmax(np.abs(way))] < 0 else "+"
-    return f"{sign}{'xy'[int(np.argmax(np.abs(way)))]}"
+    return f"{sign}{'xyz'[int(np.argmax(np.abs(way)))]}"
 
 
 def _met(system: System, body: str, plan: StepPlan) -> Iterator[_Met]:
@@ -107,7 +108,7 @@ def _met(system: System, body: str, plan: StepPlan) -> Iterator[_Met]:
 
 
 def _flight(system: System, body: str, frame: Frame, plan: StepPlan) -> Array | None:
-    """The translation (2,) by which a body leaves all tools at once, and which its supports allow; None if there is none.
+    """The translation (d,) by which a body leaves all tools at once, and which its supports allow; None if there is none.
 
     Loads may press it against them, and where no tool is driven towards it nothing is asked of the contacts.
     """
@@ -119,19 +120,20 @@ def _flight(system: System, body: str, frame: Frame, plan: StepPlan) -> Array | 
     at, moved = plan.values(plan.t0), plan.values(plan.t1)
     for met in _met(system, body, plan):
         seen = ~np.isnan(met.pairs.g)
-        n, e = met.pairs.n[seen], met.pairs.e[seen, 0]
+        n, tangents = met.pairs.n[seen], np.moveaxis(met.pairs.e[seen], 1, 0)
         # Friction up to the pressure itself may hold it, as rolls grip a strip: no force of that cone may push it back.
-        normals += [n + e, n - e] if met.rubs else [n]
+        normals += [n + side * e for e in tangents for side in (1.0, -1.0)] if met.rubs else [n]
         own = system.tool_masters[met.surface.against].dofs
-        way = np.array([float((moved - at)[plan.fixed == dof].sum()) for dof in own[:2]])
+        way = np.array([float((moved - at)[plan.fixed == dof].sum()) for dof in own[: n.shape[1]]])
         driven |= bool(np.isin(own, list(plan.push)).any() or (n @ way > 0.0).any())
     if not driven or not sum(map(len, normals)):
         return None
     cone = np.concatenate(normals)
-    held = support_rows(system, frame, plan)[:, :2]
+    d = system.dofs.dimension
+    held = support_rows(system, frame, plan)[:, :d]
     if system.axisymmetric:
         held = np.concatenate([held, [[1.0, 0.0]]])
-    free = null_space(held, rcond=NO_DIFFERENCE) if len(held) else np.eye(2)
+    free = null_space(held, rcond=NO_DIFFERENCE) if len(held) else np.eye(d)
     if not free.shape[1]:
         return None
     away = free @ _along_all(cone @ free)
@@ -139,14 +141,25 @@ def _flight(system: System, body: str, frame: Frame, plan: StepPlan) -> Array | 
 
 
 def _along_all(n: Array) -> Array:
-    """The direction (d,) that has the largest angle to being across any of vectors n (k, d), d being 1 or 2, if there is one."""
+    """The direction (d,) that has the largest angle to being across any of vectors n (k, d), if there is one."""
     if n.shape[1] == 1:
         return np.sign(n[0])
+    if n.shape[1] == 3:
+        return _along_all_in_space(n)
     angles = np.sort(np.arctan2(n[:, 1], n[:, 0]))
     gaps = np.diff(angles, append=angles[0] + 2.0 * np.pi)
     # opposite to the middle of the largest sector without a vector
     opposite = angles[np.argmax(gaps)] + 0.5 * float(gaps.max()) + np.pi
     return np.array([np.cos(opposite), np.sin(opposite)])
+
+
+def _along_all_in_space(n: Array) -> Array:
+    """The direction (3,) in the cube about the origin that goes farthest along all of vectors n (k, 3) at once."""
+    from scipy.optimize import linprog
+
+    behind = np.hstack([-n, np.ones((len(n), 1))])
+    found = linprog([0.0, 0.0, 0.0, -1.0], behind, np.zeros(len(n)), bounds=[(-1.0, 1.0)] * 3 + [(0.0, None)])
+    return np.asarray(found.x[:3]) if found.success else np.zeros(3)
 
 
 def _together(system: System, frames: dict[str, Frame], plan: StepPlan) -> tuple[list[str], str]:
