@@ -368,6 +368,17 @@ def indentation(run: Run) -> Iterator[Row]:
     yield row("slope of unloading (kN/mm), Sneddon", 2.0 * 200e3 / 0.91 * radius / 1e3, slope / 1e3, 0.07)
 
 
+@example("Square head of a bolt")
+def square_head(run: Run) -> Iterator[Row]:
+    """Before it comes to the walls the head is round, and its force that of a cylinder upset with friction."""
+    height = 10.0 - 3.5
+    radius, strain = 5.0 * math.sqrt(10.0 / height), math.log(10.0 / height)
+    force = math.pi * radius**2 * (250.0 + 500.0 * strain**0.3) * (1.0 + 2.0 * 0.1 * radius / (3.0 * height))
+    pressed = float(np.interp(3.5, -run.table["stroke"], run.table["force"]))
+    yield row("force (kN) before the walls, elementary formula", 1e-3 * force, 4e-3 * pressed, 0.06)
+    yield beside("force (kN) at the end, most of the walls covered", math.nan, 4e-3 * run["force"])
+
+
 def _ring(m: float, decrease: float) -> None:
     @example("Ring compression with a shear factor", "ring_shear_factor", (f"friction.m={m}",), quick=m == 0.1)
     def compare(run: Run) -> Iterator[Row]:

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.importers.abaqus_case import case_of
+from prensa.importers.deck import FileError
 from prensa.mesh.brick_checks import jacobians
 from prensa.mesh.bricks import bricks_behind, wedges
 from prensa.mesh.generate import mesh_of
@@ -234,13 +236,18 @@ def test_what_cannot_be_computed_is_refused_with_the_remedy(tmp_path: Path) -> N
     for kind, (nodes, words) in kinds.items():
         points = np.random.default_rng(0).uniform(size=(nodes, 3))
         meshio.write(tmp_path / "a.msh", meshio.Mesh(points, [(kind, [range(nodes)])]), file_format="gmsh22", binary=False)
-        with pytest.raises(MeshError, match=rf"a\.msh: element 1 is one of {words}"):
+        with pytest.raises(MeshError, match=rf"a\.msh: line \d+: element 1 is one of {words}"):
             solid(tmp_path / "a.msh")
 
     def meshed(points, cells):
         meshio.write(tmp_path / "a.vtu", meshio.Mesh(np.asarray(points, dtype=float), [("hexahedron", cells)]))
         return tmp_path / "a.vtu"
 
+    over = MSH.replace("15 1 1 1\n", "15 1 -1 -1\n")
+    with pytest.raises(MeshError, match=r"a\.msh: line 35: element 5 near .* is turned over: its Jacobian is -.*; mesh it again"):
+        written(tmp_path, "a.msh", over, part="left half")
+    with pytest.raises(MeshError, match=r"a\.inp: line 14: element 10 near .* is turned over"):
+        written(tmp_path, "a.inp", INP.replace("7, 2, 1, -1", "7, 0, -1, 1"), part="Foot")
     bent = cube(0.0)
     bent[6] = -2.0
     with pytest.raises(MeshError, match=r"a\.vtu: element 0 near .* is turned over: .*\(1 of 1 are\); mesh it again"):
@@ -253,11 +260,13 @@ def test_what_cannot_be_computed_is_refused_with_the_remedy(tmp_path: Path) -> N
     smaller = np.concatenate([cube(0.0), cube(1.0) * [1.0, 0.5, 0.5] + [0.0, 0.2, 0.2]])
     with pytest.raises(MeshError, match=r"node \d+ at \(1, .*\) hangs in the face of the nodes .*; split that element"):
         solid(meshed(smaller, [one, one + 8]))
+    with pytest.raises(FileError, match=r"line 13: element type 'C3D8R' is no plane element .* mesh of a body in 'space: solid'"):
+        case_of(INP, "a.inp", frozenset())
     with pytest.raises(MeshError, match="there is no hexahedron or wedge in it"):
         meshio.write(tmp_path / "a.vtu", meshio.Mesh(cube(0.0), [("quad", [[0, 1, 2, 3]])]))
         solid(tmp_path / "a.vtu")
     deck = INP.replace("10, 1, 2, 3, 4, 5, 6, 7, 8", "10, 1, 2, 3, 4, 5, 6, 7, 77")
-    with pytest.raises(MeshError, match="element 10 refers to node 77"):
+    with pytest.raises(MeshError, match="line 14: element 10 refers to node 77"):
         written(tmp_path, "c.inp", deck, part="Foot")
     with pytest.raises(MeshError, match=r"line 18: 'S9' is no side of element 10; write S1 … S6"):
         written(tmp_path, "d.inp", INP.replace("10, S3", "10, S9"), part="Foot")

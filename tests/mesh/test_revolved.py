@@ -151,3 +151,18 @@ def test_quality_of_bricks():
     assert few.line().startswith("H8, 6 of them wedges")
     assert few.jacobian == pytest.approx(0.75**0.5)
     assert few.aspect == pytest.approx(1.0)
+
+
+def test_converge_keeps_the_kind_of_the_bricks_at_the_axis():
+    """Finer and coarser cylinders have a square core where the case has one; a sector may have a single layer."""
+    from prensa.study.levels import _mesh
+
+    def levels(mesh, factor):
+        problem = pr.Problem("c", space="solid", bodies={"b": pr.Body(mesh, pr.Elastic(1.0, 0.3))}, steps=(pr.Step("s"),))
+        return _mesh(problem, factor, {})[0]
+
+    quarter = pr.Cylinder(10.0, 15.0, (6, 4, 8), angle=np.pi / 2)
+    assert levels(quarter, 0.6) == {"bodies.b.mesh.n": "[4, 2, 4]"}
+    assert levels(pr.Revolution(RECTANGLE, 8, angle=np.pi / 2), 0.6)["bodies.b.mesh.n"] == "4"
+    assert levels(pr.Revolution(RECTANGLE, 5, angle=0.5), 0.25)["bodies.b.mesh.n"] == "1"
+    assert levels(pr.Cylinder(10.0, 15.0, (1, 4, 4)), 0.25)["bodies.b.mesh.n"] == "[1, 1, 3]"

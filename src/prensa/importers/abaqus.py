@@ -39,6 +39,7 @@ class Assembly:
     def __init__(self, text: str, solid: bool = False) -> None:
         self.solid = solid
         self.solids: dict[int, tuple[SolidKind, tuple[int, ...]]] = {}
+        self.solid_lines: dict[int, int] = {}
         self.top = Scope()
         self.instances: dict[str, Scope] = {}
         self.order: list[tuple[Keyword, Scope]] = []
@@ -147,9 +148,11 @@ class Assembly:
     def _elements(self, k: Keyword, scope: Scope, set_name: str) -> None:
         kind = k.parameters.get("TYPE", "").upper()
         if self.solid and (body := _SOLID.match(kind)) and (known := OF_ABAQUS.get(body[1])):
-            for label, nodes in self._rows(k, kind, known.nodes, scope, set_name):
-                self.solids[label] = known, nodes
-                scope.solids.append(label)
+            rows = list(self._rows(k, kind, known.nodes, scope, set_name))
+            self.solids |= {label: (known, nodes) for label, nodes in rows}
+            scope.solids += (label for label, _ in rows)
+            if len(rows) == len(k.lines):  # an element a line
+                self.solid_lines |= {label: line for (label, _), (line, _) in zip(rows, k.lines)}
             return
         cell, line = _CELL.match(kind), _LINE.match(kind)
         if kind.startswith(("C3D", "SC", "CSS", "COH3")) or not (cell or line):
@@ -309,7 +312,7 @@ class Assembly:
             If there is no plane element.
 
         """
-        deck = Deck(nodes=self.nodes, cells=self.cells, kinds=self.kinds, solids=self.solids)
+        deck = Deck(nodes=self.nodes, cells=self.cells, kinds=self.kinds, solids=self.solids, solid_lines=self.solid_lines)
         if not (deck.solids if self.solid else deck.cells):
             raise FileError(f"the deck has no {'bricks (C3D8, …)' if self.solid else 'plane elements (CPE4, CPS4, CAX4, …)'}")
         parts = deck.volumes if self.solid else deck.parts

@@ -36,8 +36,9 @@ class Deck:
     ``curves``, ``surfaces`` and ``vertices`` are lines, cells and points by their numbers in the drawing that was meshed; they
     stand in where the file names no lines and no parts.
 
-    Of a mesh in space, ``solids``: label → kind and node labels of its elements, ``volumes`` name → labels of these, and
-    ``volume_numbers`` the same by the numbers in the drawing; ``cells`` and what refers to them are then sides of bodies.
+    Of a mesh in space, ``solids``: label → kind and node labels of its elements, ``solid_lines`` label → line of the file where
+    that is known, ``volumes`` name → labels of elements, and ``volume_numbers`` the same by the numbers in the drawing; ``cells``
+    and what refers to them are then sides of bodies.
     """
 
     nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
@@ -52,5 +53,11 @@ class Deck:
     surfaces: dict[str, list[int]] = field(default_factory=dict)
     vertices: dict[str, list[int]] = field(default_factory=dict)
     solids: dict[int, tuple[SolidKind, tuple[int, ...]]] = field(default_factory=dict)
+    solid_lines: dict[int, int] = field(default_factory=dict)
     volumes: dict[str, list[int]] = field(default_factory=dict)
     volume_numbers: dict[str, list[int]] = field(default_factory=dict)
+
+    def element(self, label: int) -> str:
+        """An element in space in words, with its line where that is known."""
+        line = self.solid_lines.get(label)
+        return f"{'' if line is None else f'line {line}: '}element {label % LABELS}"

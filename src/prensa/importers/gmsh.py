@@ -108,8 +108,8 @@ def read(text: str, solid: bool = False) -> Deck:
     if deck.solids and not solid:
         label, (kind, _) = next(iter(deck.solids.items()))
         raise FileError(
-            f"element {label} is of gmsh's type {kind.gmsh}; a three-dimensional mesh is no section: save the surfaces only, or "
-            "compute it in 'space: solid'"
+            f"{deck.element(label)} is of gmsh's type {kind.gmsh}; a three-dimensional mesh is no section: save the surfaces "
+            "only, or compute it in 'space: solid'"
         )
     return deck
 
@@ -202,7 +202,7 @@ def _add(lines: _Lines, deck: Deck, names: dict[tuple[int, int], str], element: 
     label, kind, nodes, groups, entity = element
     known = OF_GMSH.get(kind)
     if known is not None and len(nodes) == known.nodes:
-        deck.solids[label] = known, tuple(nodes)
+        deck.solids[label], deck.solid_lines[label] = (known, tuple(nodes)), lines.number
         if entity > 0:
             deck.volume_numbers.setdefault(f"volume-{entity}", []).append(label)
         for tag in groups:

@@ -35,7 +35,7 @@ def bricks_from_file(m: model.File, unit: str) -> BrickMesh:
         if m.merge:
             points, kinds, label = merged(points, {cells.shape[1]: cells}, label)
             cells = next(iter(kinds.values()))
-        cells = _oriented(points, cells, chosen)
+        cells = _oriented(points, cells, deck, chosen)
     except FileError as error:
         raise MeshError(f"{file}: {error}") from None
     mesh = BrickMesh(points, cells, {})
@@ -55,7 +55,7 @@ def _chosen(deck: Deck, parts: tuple[str, ...]) -> list[int]:
     for label in chosen:
         kind, _ = deck.solids[label]
         if not kind.order:
-            raise FileError(f"element {label % LABELS} is one of {kind.name}, which bodies are not made of; {kind.remedy}")
+            raise FileError(f"{deck.element(label)} is one of {kind.name}, which bodies are not made of; {kind.remedy}")
     return chosen
 
 
@@ -66,7 +66,7 @@ def _bricks(deck: Deck, labels: list[int]) -> tuple[Array, Index, dict[int, int]
         kind, nodes = deck.solids[label]
         rows.append([nodes[i] for i in kind.order])
         if missing := [n for n in nodes if n not in deck.nodes]:
-            raise FileError(f"element {label % LABELS} refers to node {missing[0] % LABELS}, which the file does not have")
+            raise FileError(f"{deck.element(label)} refers to node {missing[0] % LABELS}, which the file does not have")
     order = sorted({n for row in rows for n in row})
     number = {n: k for k, n in enumerate(order)}
     points = np.array([deck.nodes[n] for n in order])
@@ -75,14 +75,14 @@ def _bricks(deck: Deck, labels: list[int]) -> tuple[Array, Index, dict[int, int]
     return points, np.array([[number[n] for n in row] for row in rows], dtype=np.int64), number
 
 
-def _oriented(points: Array, cells: Index, labels: list[int]) -> Index:
+def _oriented(points: Array, cells: Index, deck: Deck, labels: list[int]) -> Index:
     """The bricks with those that are left-handed turned round: programs write them either way."""
     det = jacobians(points[cells])
     over = np.flatnonzero((det <= 0.0).any(axis=1) & (det >= 0.0).any(axis=1))
     if len(over):
         e = int(over[0])
         raise FileError(
-            f"element {labels[e] % LABELS} {near(points, cells[e])} is turned over: its Jacobian is {det[e].min():.3g} at one of "
+            f"{deck.element(labels[e])} {near(points, cells[e])} is turned over: its Jacobian is {det[e].min():.3g} at one of "
             f"its points and {det[e].max():.3g} at another ({len(over)} of {len(cells)} are); mesh it again with better angles"
         )
     left = det[:, 0] < 0.0

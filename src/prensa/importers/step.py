@@ -1,0 +1,73 @@
+"""Bodies of STEP files meshed with hexahedra by gmsh, which is no part of prensa: it is installed apart, under its own licence.
+
+gmsh fills a body with tetrahedra and cuts each into four hexahedra ("Mesh.SubdivisionAlgorithm", C. Geuzaine & J.-F. Remacle,
+Gmsh reference manual).
+"""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from prensa.importers.deck import FileError
+
+STEP_ENDINGS = (".step", ".stp")
+
+
+def hexahedra(path: Path, size: float, around: float) -> str:
+    """Text of a ``.msh`` file (4.1) of the bodies of a STEP file, in millimetres, in hexahedra of a *size* at most.
+
+    ``around``: how many of them a full turn of a curved face has at least.
+
+    Raises
+    ------
+    FileError
+        If gmsh is not installed, the file cannot be read, or its bodies cannot be meshed.
+
+    """
+    if not (math.isfinite(size) and size > 0.0):
+        raise FileError(f"the size of its elements is {size:g}; give a length above 0, in mm")
+    if not path.is_file():
+        raise FileError("there is no such file")
+    gmsh = _gmsh()
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("General.NumThreads", 1)
+        gmsh.model.occ.importShapes(str(path))
+        gmsh.model.occ.synchronize()
+        if not gmsh.model.getEntities(3):
+            raise FileError("there is no solid body in it; export solids, not surfaces")
+        # a quarter of a regular tetrahedron has the volume of a cube of the size
+        length = (24.0 * math.sqrt(2.0)) ** (1.0 / 3.0) * size
+        gmsh.option.setNumber("Mesh.MeshSizeMax", length)
+        gmsh.model.mesh.setSize(gmsh.model.getEntities(0), length)  # at points, or gmsh takes a tenth of the body
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 0.5 * around)
+        gmsh.option.setNumber("Mesh.OptimizeNetgen", 1)  # without it some hexahedra are turned over
+        gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 2)
+        gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
+        gmsh.model.mesh.generate(3)
+        with tempfile.TemporaryDirectory() as folder:
+            made = Path(folder) / "body.msh"
+            gmsh.write(str(made))
+            return made.read_text(encoding="utf-8")
+    except FileError:
+        raise
+    except Exception as error:  # gmsh raises no other kind
+        raise FileError(f"gmsh cannot mesh it: {error}") from None
+    finally:
+        gmsh.finalize()
+
+
+def _gmsh() -> Any:
+    """The module gmsh."""
+    try:
+        import gmsh
+    except (ImportError, OSError) as error:  # OSError: a graphics library that it links is missing
+        why = "" if isinstance(error, ModuleNotFoundError) else f" ({error})"
+        raise FileError(
+            f"STEP files are meshed by gmsh{why}, a program under the GPL that is installed apart: pip install 'prensa[step]'"
+        ) from None
+    return gmsh
