@@ -1,4 +1,4 @@
-"""Meshes in space: bricks, whose boundaries are faces."""
+"""Meshes in space: bricks or tetrahedra, whose boundaries are faces."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from prensa.types import Array, Index
 
 # corners of the six faces of a brick, seen from outside counter-clockwise
 FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
+# of a tetrahedron of ten nodes: corners, then the middles of the sides after them
+TETRAHEDRON_FACES = np.array([(0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (2, 0, 3, 6, 7, 9)])
 _SECTION_AXES = {"x": [2, 1, 0], "y": [0, 2, 1], "z": [0, 1, 2]}
 """Axes of a section's x and y, and of the extrusion."""
 _SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]  # corners along x and y, in the order of a brick's lower nodes
@@ -23,7 +25,7 @@ _SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]  # corners along x and y, in the orde
 
 @dataclass(frozen=True)
 class BrickMesh(Mesh):
-    """``points`` (n, 3), ``cells`` (m, 8), ``edges``: name → faces (k, 4), seen from outside counter-clockwise.
+    """``points`` (n, 3), ``cells`` (m, 8 | 10), ``edges``: name → faces (k, 4 | 6), seen from outside counter-clockwise.
 
     Raises
     ------
@@ -44,7 +46,7 @@ class BrickMesh(Mesh):
             raise MeshError(f"node {unused[0]} at {points[unused[0]].tolist()} belongs to no brick; remove it")
         if len(twice := np.flatnonzero((np.diff(np.sort(cells, axis=1), axis=1) == 0).any(axis=1))):
             raise MeshError(f"brick {twice[0]} names a node twice: {cells[twice[0]].tolist()}")
-        _, count = np.unique(np.sort(cells[:, FACES].reshape(-1, 4), axis=1), axis=0, return_counts=True)
+        _, count = np.unique(_sorted(_faces(cells)), axis=0, return_counts=True)
         if count.max() > 2:
             raise MeshError("three bricks have a face in common: they overlap")
 
@@ -53,21 +55,34 @@ class BrickMesh(Mesh):
 
     @cached_property
     def boundary(self) -> Index:
-        """Faces (k, 4) of one brick only."""
+        """Faces (k, 4 | 6) of one brick or tetrahedron only."""
         return outside(self.cells)
 
 
+def _faces(cells: Index) -> Index:
+    """All faces (k, 4) of bricks (m, 8), (k, 6) of tetrahedra (m, 10)."""
+    of = FACES if cells.shape[1] == 8 else TETRAHEDRON_FACES
+    return np.asarray(cells[:, of].reshape(-1, of.shape[1]))
+
+
+def _sorted(faces: Index) -> Index:
+    """Their corners (k, 4 | 3) in ascending order."""
+    return np.sort(faces[:, :3] if faces.shape[1] == 6 else faces, axis=1)
+
+
 def outside(cells: Index) -> Index:
-    """Faces (k, 4) that belong to one of the bricks cells (m, 8) only."""
-    faces = cells[:, FACES].reshape(-1, 4)
-    _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
+    """Faces (k, 4 | 6) that belong to one of the bricks or tetrahedra cells (m, 8 | 10) only."""
+    faces = _faces(cells)
+    _, first, count = np.unique(_sorted(faces), axis=0, return_index=True, return_counts=True)
     return faces[np.sort(first[count == 1])]
 
 
 def bricks_behind(faces: Index, cells: Index) -> Index:
-    """The bricks (k,) of cells (m, 8) that have faces (k, 4) of the outside."""
-    owner = {tuple(side): i for i, side in enumerate(np.sort(cells[:, FACES].reshape(-1, 4), axis=1).tolist())}
-    return np.array([owner[tuple(face)] for face in np.sort(faces, axis=1).tolist()], dtype=np.int64) // len(FACES)
+    """The bricks or tetrahedra (k,) of cells (m, 8 | 10) that have faces (k, 4 | 6) of the outside."""
+    all_ = _sorted(_faces(cells))
+    owner = {tuple(side): i for i, side in enumerate(all_.tolist())}
+    found = [owner[tuple(face)] for face in _sorted(faces).tolist()]
+    return np.array(found, dtype=np.int64) // (len(all_) // len(cells))
 
 
 def box(m: model.Box) -> BrickMesh:
@@ -84,8 +99,8 @@ def box(m: model.Box) -> BrickMesh:
     return _with_boundaries(points, cells, {name: nodes.ravel() for name, nodes in sides.items()})
 
 
-def from_arrays(m: model.Bricks) -> BrickMesh:
-    """Mesh of a `prensa.Bricks`."""
+def from_arrays(m: model.Bricks | model.Tetrahedra) -> BrickMesh:
+    """Mesh of a `prensa.Bricks` or `prensa.Tetrahedra`."""
     named = {name: np.array(nodes, dtype=np.int64) for name, nodes in m.boundaries.items()}
     return _with_boundaries(np.array(m.points, dtype=np.float64), np.array(m.cells, dtype=np.int64), named)
 
@@ -153,4 +168,4 @@ def _with_boundaries(points: Array, cells: Index, named: dict[str, Index]) -> Br
 
 
 def _within(faces: Index, nodes: Index) -> Index:
-    return faces[np.isin(faces, nodes).all(axis=1)]
+    return faces[np.isin(faces[:, :3] if faces.shape[1] == 6 else faces, nodes).all(axis=1)]

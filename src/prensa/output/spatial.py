@@ -10,7 +10,7 @@ import numpy as np
 from prensa.mesh.bricks import outside
 from prensa.model.problem import Problem
 from prensa.output import style
-from prensa.output.cells import MOST_EDGES
+from prensa.output.cells import MOST_EDGES, rings, to_corners
 from prensa.result.increment import BodyState, Increment
 from prensa.types import Array, Index
 
@@ -46,18 +46,18 @@ def picture(
         scale, shades = Normalize(*ends), colormaps[colours]
         corners, colours_of = [], []
         for name, body in increment.bodies.items():
-            faces, value = outside(body.cells), values(name, body)
+            faces, value = rings(outside(body.cells)), values(name, body)
             for of, sign in copies:
                 x = of(body.x)
                 colour = shades(scale(sign * value[faces].mean(axis=1)))
                 colour[:, :3] *= _lit(x, faces)[:, None]
-                corners.append(_upright(x)[faces])
+                corners += list(_upright(x)[faces])
                 colours_of.append(colour)
         # One collection: within it the nearer faces cover those behind, of all bodies and copies.
-        shown, colour = np.concatenate(corners), np.concatenate(colours_of)
+        shown, colour = corners, np.concatenate(colours_of)
         edge = style.BLACK if (len(shown) <= MOST_EDGES if mesh is None else mesh) else colour
         axes.add_collection3d(Poly3DCollection(shown, facecolors=colour, edgecolors=edge, linewidths=0.25))
-        _frame(axes, shown.reshape(-1, 3) if box is None else _upright(np.reshape(box, (3, 2)).T), problem)
+        _frame(axes, np.concatenate(shown) if box is None else _upright(np.reshape(box, (3, 2)).T), problem)
         axes.view_init(**VIEW)
         figure.colorbar(ScalarMappable(scale, shades), ax=axes, label=label, shrink=0.75, pad=0.14)
         axes.set_title(title)
@@ -70,6 +70,8 @@ def contact_pressures(increment: Increment, body: str) -> Array:
     for contact in increment.contacts.values():
         if contact.body == body:
             np.maximum.at(out, contact.node, contact.pressure)
+    nodes = [c.node for c in increment.contacts.values() if c.body == body]
+    to_corners(out, increment.bodies[body].cells, np.concatenate([np.zeros(0, dtype=np.int64), *nodes]))
     return out
 
 
@@ -81,6 +83,8 @@ def _upright(x: Array) -> Array:
 def _lit(x: Array, faces: Index) -> Array:
     """Brightness (k,) of faces, between two thirds and one."""
     a = x[faces]
+    # of six nodes those at the corners
+    a = a if a.shape[1] == 4 else a[:, [0, 2, 4, 4]]
     n = np.cross(a[:, 2] - a[:, 0], a[:, 3] - a[:, 1])
     if float((n * a.mean(axis=1)).sum()) < 0.0:  # ∫ n·x dA is three times the volume: mirrored faces turn inwards
         n = -n

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from prensa.errors import PrensaError, take_path
-from prensa.output.cells import vtk_type
+from prensa.output.cells import VTK_IN_SPACE, to_corners, vtk_type
 from prensa.output.files import numbered, replacing, write_text
 from prensa.result.increment import SLIDING_FIELDS, BodyState, Increment
 from prensa.types import Array, Index
@@ -152,7 +152,7 @@ def read_fields(path: str | Path, names: list[str]) -> dict[str, BodyState]:
 
 # ------------------------------------------------------------------------------------------------------------- details
 def _body(mesh: Any, cells: Index, own: slice) -> BodyState:
-    d = 3 if mesh.cells[0].type == "hexahedron" else 2
+    d = 3 if mesh.cells[0].type in VTK_IN_SPACE.values() else 2
     x, data = np.array(mesh.points[own, :d]), mesh.point_data
     thickness = np.array(data["thickness"][own]) if "thickness" in data else None
     damage = {name: np.array(values[own]) for name, values in data.items() if name.startswith(DAMAGE)}
@@ -188,6 +188,7 @@ def _on_surfaces(increment: Increment, name: str) -> Array:
         if values is not None:
             reached = (contact.status > 0) | (name in ACCUMULATED)
             np.maximum.at(out[contact.body], contact.node, np.where(reached, values, 0.0))
+            to_corners(out[contact.body], increment.bodies[contact.body].cells, contact.node)
     return np.concatenate(list(out.values()))
 
 
