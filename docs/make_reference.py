@@ -30,7 +30,8 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     "Bodies and meshes": (
         model.Body, model.Rectangle, model.Grade, model.Strip, model.Wire, model.Nose,
         model.Disc, model.Annulus, model.Patch, model.ArcSide, model.SplineSide,
-        model.Outline, model.Points, model.File, model.Box, model.Extrusion, model.Revolution, model.Bricks, model.Tie,
+        model.Outline, model.Points, model.File, model.Box, model.Extrusion, model.Revolution, model.Bricks, model.Tetrahedra,
+        model.Tie,
     ),
     "Materials": tuple(dict(public("material")).values()),
     "Flow curves": tuple(dict(public("flow")).values()),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -170,6 +172,16 @@ def test_tetrahedra_upset_as_bricks_do():
     top = np.flatnonzero(last.bodies["b"].X[:, 1] == 1.0)
     assert (pressure[top] > 0.5 * contact.pressure.min()).all()  # corners have those around them
     assert pressure.max() == contact.pressure.max()
+
+
+@pytest.mark.parametrize(("at", "reported"), [((0.5, 0.5), True), ((0.25, 0.25), False)], ids=["corner", "middle of a side"])
+def test_a_corner_inside_a_small_ball_is_reported(at, reported, caplog):
+    """A ball over a corner passes between the points of contact; over the middle of a side it is met."""
+    problem = under_plane(enforcement=pr.Penalty())
+    ball = pr.Revolved(pr.Circle(0.2), at=(at[0], 1.2, at[1]))
+    steps = (pr.Step("press", move={"t": pr.Motion(y=-0.05)}, increments=1),)
+    list(pr.solve(replace(problem, tools={"t": ball}, steps=steps)))
+    assert ("of a tetrahedron, at (0.5, 1, 0.5), lies 0.05 inside 't'" in caplog.text) == reported
 
 
 @pytest.mark.parametrize(("element", "words"), [("h8_fbar", "has tetrahedra; use 't10'"), ("t6", "of the plane")])
