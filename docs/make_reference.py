@@ -31,6 +31,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
         model.Body, model.Rectangle, model.Grade, model.Strip, model.Wire, model.Nose,
         model.Disc, model.Annulus, model.Patch, model.ArcSide, model.SplineSide,
         model.Outline, model.Points, model.File, model.Box, model.Cylinder, model.Extrusion, model.Revolution, model.Bricks,
+        model.Tetrahedra,
         model.Tie,
     ),
     "Materials": tuple(dict(public("material")).values()),

@@ -1,11 +1,13 @@
-"""Blocks of bricks without a problem around them, for tests of elements in space."""
+"""Blocks of bricks and tetrahedra without a problem around them, for tests of elements in space."""
 
 from __future__ import annotations
+
+from itertools import permutations
 
 import numpy as np
 
 from prensa.elements.element import Mode, element_of
-from prensa.layout import DofMap
+from prensa.layout import TETRAHEDRON_EDGES, DofMap
 from prensa.materials.laws import At
 from prensa.materials.material import material_of
 from prensa.system.assembly import Block, block_slots, make_pattern, sweep
@@ -27,7 +29,7 @@ def bricks(n, size, skew=0.0, seed=0):
 def block_of(X, cells, element, material, kinematics):
     """A block of bricks and the pattern of its system."""
     pattern = make_pattern([cells], DofMap(3, len(X)), [])
-    slot = np.empty((*cells.shape, 8), dtype=np.int32)
+    slot = np.empty((*cells.shape, cells.shape[1]), dtype=np.int32)
     block_slots(pattern.indptr, pattern.indices, cells, slot, 3)
     formulation, mode = element_of(element), Mode(False, kinematics == "finite", 1.0)
     volume, folded = formulation.volumes(X[cells], mode)
@@ -45,3 +47,24 @@ def respond(block, pattern, x, du, old, stiffness=False):
     result = sweep(block, x, du.reshape(x.shape), old, At(0.1, 0.1, stiffness), r, data, pattern)
     K = csc_matrix((data, pattern.indices, pattern.indptr), (pattern.n,) * 2).toarray() if stiffness else None
     return r.reshape(x.shape), K, result
+
+
+def tetrahedra(n, size, skew=0.0, seed=0):
+    """Points and cells (elements, 10) of the same box, six tetrahedra to a brick (Kuhn 1960), and which nodes are inside."""
+    X, cells, _ = bricks(n, size, skew, seed)
+    corner = cells[:, [0, 1, 3, 2, 4, 5, 7, 6]].reshape(-1, 2, 2, 2)  # by z, y, x
+    found = []
+    for a, b, c in permutations(range(3)):
+        at, path = [0, 0, 0], [(0, 0, 0)]
+        for axis in (a, b, c):
+            at[axis] = 1
+            path.append(tuple(at))
+        if (a, b, c) in ((0, 2, 1), (1, 0, 2), (2, 1, 0)):
+            path[1], path[2] = path[2], path[1]
+        found.append(np.stack([corner[:, z, y, x] for x, y, z in path], axis=1))
+    tets = np.concatenate(found)
+    sides = np.sort(tets[:, np.array(TETRAHEDRON_EDGES)], axis=2)
+    edges, number = np.unique(sides.reshape(-1, 2), axis=0, return_inverse=True)
+    points = np.concatenate([X, X[edges].mean(axis=1)])
+    inner = ((points > 1e-9) & (points < np.array(size) - 1e-9)).all(axis=1)
+    return points, np.concatenate([tets, len(X) + number.reshape(-1, 6)], axis=1), inner

@@ -10,7 +10,7 @@ _MODEL = (
     "Annulus", "ArcSide", "Archard", "Body", "Box", "Bricks", "Case", "Contact", "Crank", "Cylinder", "Disc", "Extrusion", "Feed",
     "File", "Fixed", "Grade", "Interference", "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch",
     "Points", "Press", "Problem", "Push", "Rectangle", "Remesh", "Revolution", "Sizes", "SplineSide", "Springs", "Start", "Step",
-    "Strip", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",
+    "Strip", "Tetrahedra", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",
 )  # fmt: skip
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "BodyContact": "prensa.model.problem",

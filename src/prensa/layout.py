@@ -53,6 +53,9 @@ PLANE = TensorLayout("plane", 2, _pairs("11 12 21 22 33"), _pairs("11 22 33 12")
 SPATIAL = TensorLayout("3d", 3, _pairs("11 12 13 21 22 23 31 32 33"), _pairs("11 22 33 12 13 23"))
 """Three dimensions."""
 
+TETRAHEDRON_EDGES: Pairs = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+"""Corners that the nodes 4 to 9 of a tetrahedron stand between: the order of VTK."""
+
 
 # ------------------------------------------------------------------------------------------------- degrees of freedom
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from functools import partial
 
 from prensa.checks.after.between_nodes import BetweenNodes
 from prensa.checks.after.coarse_tools import CoarseTools
+from prensa.checks.after.corners_of_faces import corners_of_faces
 from prensa.checks.after.quality import PenaltyShare, hidden_forces, penetrations, soft_springs, untouched_tools
 from prensa.checks.before.table_starts import table_jumps
 from prensa.checks.check import (
@@ -55,7 +56,7 @@ class RunChecks:
         self.committed: list[Check[Committed]] = [self.validity]
         self.step_ends: list[Check[Committed]] = [
             partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), penalties,
-            BetweenNodes(system), CoarseTools(system),
+            BetweenNodes(system), CoarseTools(system), partial(corners_of_faces, system),
         ]  # fmt: skip
         self.tools_leave: list[Check[Finished]] = [partial(untouched_tools, system)]
         self.run_ends: list[Check[Finished]] = [*self.tools_leave, self.validity.warnings, penalties.warnings]

@@ -1,4 +1,9 @@
-"""Contact points on surfaces in space: nodes of quadrilateral faces, as `prensa.contact.integration` has them in the plane."""
+"""Contact points on surfaces in space: nodes of faces, as `prensa.contact.integration` has them in the plane.
+
+Those of quadrilaterals are their corners. Of triangles of six nodes they are the three in the middle of the sides: the shape
+functions of the corners have no mean, and the points in the middle, with a third of the area each, integrate quadratic fields
+(Zienkiewicz & Taylor 2000, vol. 1, ch. 9).
+"""
 
 from __future__ import annotations
 
@@ -14,12 +19,17 @@ from prensa.mesh.bricks import bricks_behind
 from prensa.types import Array, Flags, Index
 
 _FACE_POINTS = list(product(np.polynomial.legendre.leggauss(2)[0].tolist(), repeat=2))
+_SLOPES = np.array([
+    [(-1, 1, 0, 0, 0, 0), (-1, 0, -1, -2, 2, 2)], [(1, 1, 0, -2, 2, -2), (1, 0, 1, -2, 2, -2)],
+    [(-1, -1, 0, 2, 2, -2), (-1, 0, 1, 0, 0, 0)],
+], dtype=np.float64)  # fmt: skip
+"""Slopes (2, 6) in ξ and η of the shape functions of a triangle of six nodes, at each of those in the middle of its sides."""
 _CORNERS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
 
 
 @dataclass(frozen=True)
 class FacePoints:
-    """Contact points that are the ``nodes`` (k,) of quadrilateral ``faces`` (m, 4), seen from outside counter-clockwise.
+    """Contact points that are the ``nodes`` (k,) of ``faces`` (m, 4 | 6), seen from outside counter-clockwise.
 
     ``depth`` (k,) size of the elements behind, in the initial mesh, ``pressed_length`` (k,) what of it a point presses in.
     It answers as `prensa.contact.integration.Points` does.
@@ -65,13 +75,13 @@ class FacePoints:
 
     @cached_property
     def slots(self) -> Index:
-        """Places (m, 4) of the faces' nodes in ``nodes``."""
+        """Places (m, 4 | 3) in ``nodes`` of the faces' nodes that are points."""
         number = np.full(int(self.nodes.max()) + 1, -1, dtype=np.int64)
         number[self.nodes] = np.arange(len(self))
-        return number[self.faces]
+        return number[_bearing(self.faces)]
 
     def weights(self, x: Array) -> Array:
-        """∫ N_A dΓ (k,) on node positions x (n, 3) of the whole system, by 2 × 2 Gauss points a face."""
+        """∫ N_A dΓ (k,) on node positions x (n, 3) of the whole system, by 2 × 2 Gauss points a face, of six nodes by three."""
         parts = face_measures(x[self.faces]).ravel()
         return np.asarray(np.bincount(self.slots.ravel(), parts, len(self)), dtype=np.float64)
 
@@ -92,7 +102,7 @@ class FacePoints:
         return flags.copy()
 
     def elements_behind(self, cells: Index) -> Index:
-        """Bricks (m,) of cells (e, 8) that the faces are sides of."""
+        """Elements (m,) of cells (e, 8 | 10) that the faces are sides of."""
         return bricks_behind(self.faces, cells)
 
     def node_normals(self, x: Array) -> Array:
@@ -102,16 +112,19 @@ class FacePoints:
     def normals(self, x: Array) -> Array:
         """Outward unit normals (k, 3) at the nodes, weighted by the areas of the faces."""
         a = x[self.faces]
+        out = np.zeros((len(self), 3))
+        if self.faces.shape[1] == 6:
+            np.add.at(out, self.slots, _at_sides(a))
+            return np.asarray(out / np.linalg.norm(out, axis=1)[:, None])
         # Half the cross product of the diagonals is the area vector of a bilinear face, warped ones included.
         n = np.cross(a[:, 2] - a[:, 0], a[:, 3] - a[:, 1])
-        out = np.zeros((len(self), 3))
         np.add.at(out, self.slots, n[:, None])
         return np.asarray(out / np.linalg.norm(out, axis=1)[:, None])
 
 
 def face_points(X: Array, cells: Index, faces: Index, volume: Array) -> FacePoints:
-    """Points at the nodes of faces (k, 4) of bricks cells (m, 8) of the initial volume (m,), at positions X (n, 3)."""
-    nodes = np.unique(faces)
+    """Points at nodes of faces (k, 4 | 6) of cells (m, 8 | 10) of the initial volume (m,), at positions X (n, 3)."""
+    nodes = np.unique(_bearing(faces))
     return FacePoints(nodes, faces, *_depths(X, faces, volume[bricks_behind(faces, cells)], nodes))
 
 
@@ -120,16 +133,20 @@ def _depths(X: Array, faces: Index, volume: Array, nodes: Index) -> tuple[Array,
 
     That is no more than `SPREAD` times the width of the face, its area over its longest side.
     """
-    area, x, ends = face_measures(X[faces]).sum(axis=1), X[faces], faces.ravel()
+    x, bearing = X[faces], _bearing(faces)
+    area, ends = face_measures(x).sum(axis=1), bearing.ravel()
+    x = x[:, :3] if faces.shape[1] == 6 else x
     longest = np.linalg.norm(np.roll(x, -1, axis=1) - x, axis=2).max(axis=1)
     into = volume / area
-    sums = [np.bincount(ends, np.repeat(h, 4)) for h in (into, np.minimum(into, SPREAD * area / longest))]
+    sums = [np.bincount(ends, np.repeat(h, bearing.shape[1])) for h in (into, np.minimum(into, SPREAD * area / longest))]
     depth, pressed = (total[nodes] / np.bincount(ends)[nodes] for total in sums)
     return depth, pressed
 
 
 def face_measures(x: Array) -> Array:
-    """∫ N_A dΓ (m, 4) of bilinear faces x (m, 4, 3)."""
+    """∫ N_A dΓ (m, 4) of bilinear faces x (m, 4, 3), (m, 3) of the middles of quadratic ones (m, 6, 3)."""
+    if x.shape[1] == 6:
+        return np.asarray(np.linalg.norm(_at_sides(x), axis=2))
     out = np.zeros(x.shape[:2])
     for xi, eta in _FACE_POINTS:
         a, b = _CORNERS.T
@@ -137,3 +154,14 @@ def face_measures(x: Array) -> Array:
         along, across = (np.einsum("a,mai->mi", d, x) for d in (0.25 * a * (1 + b * eta), 0.25 * b * (1 + a * xi)))
         out += np.linalg.norm(np.cross(along, across), axis=1)[:, None] * N
     return out
+
+
+def _bearing(faces: Index) -> Index:
+    """Nodes (m, 4 | 3) of faces that are contact points."""
+    return faces if faces.shape[1] == 4 else faces[:, 3:]
+
+
+def _at_sides(x: Array) -> Array:
+    """Outward area vectors (m, 3, 3) of the nodes in the middle of the sides of triangles x (m, 6, 3)."""
+    along, across = np.einsum("qda,mai->dmqi", _SLOPES, x)
+    return np.asarray(np.cross(along, across) / 6.0)

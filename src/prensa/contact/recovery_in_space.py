@@ -1,13 +1,15 @@
-"""Fields at the nodes of bricks, from those at their integration points.
+"""Fields at the nodes of bricks and tetrahedra, from those at their integration points.
 
-Elastic fields are extrapolated to the corners of each brick and averaged there, by volume. Where metal has yielded the corner
-takes the point next to it instead: what is extrapolated would be above the flow stress.
+Elastic fields are extrapolated to the corners of each element and averaged there, by volume; the middle of a side has the mean of
+its ends. Where metal has yielded the corner takes the point next to it instead: what is extrapolated would be above the flow
+stress.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from prensa.layout import TETRAHEDRON_EDGES
 from prensa.types import Array, Flags, Index
 
 VTK_ORDER = [0, 1, 2, 3, 5, 4]
@@ -15,13 +17,18 @@ VTK_ORDER = [0, 1, 2, 3, 5, 4]
 
 
 def recover(cells: Index, volume: Array, N: Array, values: Array, yielded: Flags | None = None) -> Array:
-    """Values (n, c) at nodes of cells (m, 8) of values (m, q, c) at points with shape values N (q, 8) and volumes (m, q).
+    """Values (n, c) at nodes of cells (m, a) of values (m, q, c) at points with shape values N (q, a) and volumes (m, q).
 
-    ``yielded`` (m,): bricks whose values are not extrapolated.
+    ``yielded`` (m,): elements whose values are not extrapolated.
     """
-    corner = np.linalg.inv(N) @ values  # q = 8: the values are those of a trilinear field
+    to_nodes, linear = np.eye(N.shape[1]), N
+    if N.shape[1] == 10:
+        ends = 0.5 * np.eye(4)[np.array(TETRAHEDRON_EDGES)].sum(axis=1)
+        # L_i of the corners from quadratic shape functions: N_i and half of those in the middle of its sides
+        to_nodes, linear = np.concatenate([np.eye(4), ends]), N[:, :4] + N[:, 4:] @ ends
+    corner = to_nodes @ np.linalg.inv(linear) @ values  # as many points as corners: the values of a (tri)linear field
     if yielded is not None:
-        corner[yielded] = values[yielded][:, N.argmax(axis=0)]
+        corner[yielded] = to_nodes @ values[yielded][:, linear.argmax(axis=0)]
     weight = np.repeat(volume.sum(axis=1) / cells.shape[1], cells.shape[1])
     n, flat = int(cells.max()) + 1, corner.reshape(-1, values.shape[2])
     total = np.bincount(cells.ravel(), weight, n)

@@ -2,7 +2,8 @@
 
 Nodes: corners counter-clockwise, then mid-side nodes in the order of the sides. Triangles in area coordinates
 L = (1 − ξ − η, ξ, η), quadrilaterals on [−1, 1]² (Zienkiewicz & Taylor 2000, The Finite Element Method, vol. 1, ch. 8, 9);
-bricks on [−1, 1]³, the face ζ = −1 before ζ = 1, each in the order of the quadrilateral.
+bricks on [−1, 1]³, the face ζ = −1 before ζ = 1, each in the order of the quadrilateral. Tetrahedra in volume coordinates
+L = (1 − ξ − η − ζ, ξ, η, ζ): four corners, the fourth above the triangle of the others, then the middles of `TETRAHEDRON_EDGES`.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.layout import TETRAHEDRON_EDGES
 from prensa.types import Array
 
 _XI = np.array([-1.0, 1.0, 1.0, -1.0, 0.0, 1.0, 0.0, -1.0])
@@ -78,8 +80,16 @@ def h8(xi: float, eta: float, zeta: float) -> tuple[Array, Array]:
     return np.tile(N, 2) * across, slopes
 
 
+def t10(xi: float, eta: float, zeta: float) -> tuple[Array, Array]:
+    """N (10,), dN (10, 3) of the quadratic tetrahedron."""
+    L, dL = np.array([1.0 - xi - eta - zeta, xi, eta, zeta]), np.vstack([np.full(3, -1.0), np.eye(3)])
+    a, b = np.array(TETRAHEDRON_EDGES).T
+    N = np.concatenate([L * (2.0 * L - 1.0), 4.0 * L[a] * L[b]])
+    return N, np.concatenate([(4.0 * L - 1.0)[:, None] * dL, 4.0 * (dL[a] * L[b][:, None] + L[a][:, None] * dL[b])])
+
+
 _SHAPES: dict[tuple[int, int], Callable[..., tuple[Array, Array]]] = {
-    (3, 2): t3, (6, 2): t6, (4, 2): q4, (8, 2): q8, (8, 3): h8,
+    (3, 2): t3, (6, 2): t6, (4, 2): q4, (8, 2): q8, (8, 3): h8, (10, 3): t10,
 }  # fmt: skip
 """By nodes and dimension."""
 
@@ -110,6 +120,13 @@ def triangle(points: int) -> tuple[Array, Array]:
         return np.full((1, 2), 1.0 / 3.0), np.array([0.5])
     a, b = 1.0 / 6.0, 2.0 / 3.0
     return np.array([[a, a], [b, a], [a, b]]), np.full(3, 1.0 / 6.0)
+
+
+def tetrahedron() -> tuple[Array, Array]:
+    """4 points inside (degree 2; Hammer & Stroud 1956) of the tetrahedron, the nearest of each corner, and weights (sum 1/6)."""
+    a = (5.0 - np.sqrt(5.0)) / 20.0
+    L = a + (1.0 - 4.0 * a) * np.eye(4)
+    return L[:, 1:], np.full(4, 1.0 / 24.0)
 
 
 def table(nodes: int, rule: tuple[Array, Array]) -> Table:

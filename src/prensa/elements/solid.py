@@ -1,4 +1,4 @@
-"""Kernels of isoparametric elements, generated: T3, T6, Q4, Q8 in the plane and in axisymmetry, H8 in space; F-bar, B-bar.
+"""Kernels of isoparametric elements, generated: T3, T6, Q4, Q8 in the plane and in axisymmetry, H8, T10 in space; F-bar, B-bar.
 
 Two kernels bracket the material: `kinematics` turns nodal increments into h = f − I at the points, `integrate` turns stresses P
 and tangents A = ∂P/∂f into nodal forces and stiffnesses. Both are recorded from the point functions of

@@ -41,7 +41,7 @@ def jacobians(places: Array) -> Array:
 
 
 def check_bricks(points: Array, cells: Index) -> None:
-    """Raise MeshError for what no brick can be computed on.
+    """Raise MeshError for what no brick (m, 8) or tetrahedron (m, 10) can be computed on.
 
     That is: coordinates and node numbers that are none, nodes of no brick, nodes that a brick names twice otherwise than a wedge
     does, bricks that are turned over or left-handed, and bricks that overlap.
@@ -52,6 +52,9 @@ def check_bricks(points: Array, cells: Index) -> None:
         raise MeshError(f"bricks need nodes of the {len(points)} that there are")
     if len(unused := np.setdiff1d(np.arange(len(points)), cells)):
         raise MeshError(f"node {unused[0]} at {points[unused[0]].tolist()} belongs to no brick; remove it")
+    if cells.shape[1] == 10:
+        _check_tetrahedra(points, cells)
+        return
     _check_repeated(points, cells)
     det = jacobians(points[cells])
     if (det <= 0.0).any():
@@ -66,6 +69,21 @@ def check_bricks(points: Array, cells: Index) -> None:
             f"{det[e].max():.3g} at another; move its nodes, or mesh it again"
         )
     _check_faces(points, cells)
+
+
+def _check_tetrahedra(points: Array, cells: Index) -> None:
+    """Ten nodes of each, corners not turned over, and two at most at a face."""
+    if len(twice := np.flatnonzero((np.diff(np.sort(cells, axis=1), axis=1) == 0).any(axis=1))):
+        raise MeshError(f"tetrahedron {twice[0]} names a node twice: {cells[twice[0]].tolist()}")
+    a, b, c, d = (points[cells[:, k]] for k in range(4))
+    if len(turned := np.flatnonzero(np.einsum("mi,mi->m", np.cross(b - a, c - a), d - a) <= 0.0)):
+        raise MeshError(
+            f"tetrahedron {turned[0]} {near(points, cells[turned[0]])} is turned over; list its first three corners "
+            "counter-clockwise seen from the fourth"
+        )
+    corners = np.sort(cells[:, [(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)]].reshape(-1, 3), axis=1)
+    if np.unique(corners, axis=0, return_counts=True)[1].max() > 2:
+        raise MeshError("three tetrahedra have a face in common: they overlap")
 
 
 def near(points: Array, cell: Index) -> str:

@@ -1,4 +1,4 @@
-"""Meshes in space: bricks, whose boundaries are faces."""
+"""Meshes in space: bricks or tetrahedra, whose boundaries are faces."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from prensa.model import meshes as model
 from prensa.types import Array, Flags, Index
 
 SOLID_CORNERS = {4: 4, 8: 8, 10: 4}  # corners of a cell in space, by its nodes
+# of a tetrahedron of ten nodes: corners, then the middles of the sides after them
+TETRAHEDRON_FACES = np.array([(0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (2, 0, 3, 6, 7, 9)])
 _SECTION_AXES = {"x": [2, 1, 0], "y": [0, 2, 1], "z": [0, 1, 2]}
 """Axes of a section's x and y, and of the extrusion."""
 _SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]  # corners along x and y, in the order of a brick's lower nodes
@@ -21,7 +23,7 @@ _SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]  # corners along x and y, in the orde
 
 @dataclass(frozen=True)
 class BrickMesh(Mesh):
-    """``points`` (n, 3), ``cells`` (m, 8), ``edges``: name → faces (k, 4), seen from outside counter-clockwise.
+    """``points`` (n, 3), ``cells`` (m, 8 | 10), ``edges``: name → faces (k, 4 | 6), seen from outside counter-clockwise.
 
     A wedge is a brick with two edges of one face collapsed, each named twice; where a section meets its axis in a node alone, one
     edge is. Faces of three nodes have one of them twice.
@@ -41,28 +43,45 @@ class BrickMesh(Mesh):
 
     @cached_property
     def boundary(self) -> Index:
-        """Faces (k, 4) of one brick only."""
+        """Faces (k, 4 | 6) of one brick or tetrahedron only."""
         return outside(self.cells)
 
 
+def _faces(cells: Index) -> Index:
+    """All faces (k, 4) of bricks (m, 8), (k, 6) of tetrahedra (m, 10)."""
+    of = FACES if cells.shape[1] == 8 else TETRAHEDRON_FACES
+    return np.asarray(cells[:, of].reshape(-1, of.shape[1]))
+
+
+def _keys(faces: Index) -> Index:
+    """Rows that are equal for faces (k, 4 | 6) of the same corners."""
+    return np.sort(faces[:, :3], axis=1) if faces.shape[1] == 6 else face_keys(faces)
+
+
+def around_faces(faces: Index) -> Index:
+    """Nodes of faces (k, 4 | 6) in walking order around each, those in the middle of sides between their corners."""
+    return faces if faces.shape[1] == 4 else faces[:, [0, 3, 1, 4, 2, 5]]
+
+
 def every_face(cells: Index) -> Index:
-    """All faces (k, 4) of bricks cells (m, 8), those between two of them once."""
-    faces = cells[:, FACES].reshape(-1, 4)
-    return faces[np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1]]
+    """All faces (k, 4 | 6) of bricks or tetrahedra cells (m, 8 | 10), those between two of them once."""
+    faces = _faces(cells)
+    return faces[np.unique(_keys(faces), axis=0, return_index=True)[1]]
 
 
 def outside(cells: Index) -> Index:
-    """Faces (k, 4) that belong to one of the bricks cells (m, 8) only; those collapsed into a line are none."""
-    faces = cells[:, FACES].reshape(-1, 4)
-    kept = np.flatnonzero(~collapsed(faces))
-    _, first, count = np.unique(face_keys(faces[kept]), axis=0, return_index=True, return_counts=True)
+    """Faces (k, 4 | 6) of one of the bricks or tetrahedra cells (m, 8 | 10) only; those collapsed into a line are none."""
+    faces = _faces(cells)
+    kept = np.flatnonzero(~collapsed(faces)) if cells.shape[1] == 8 else np.arange(len(faces))
+    _, first, count = np.unique(_keys(faces[kept]), axis=0, return_index=True, return_counts=True)
     return faces[kept[np.sort(first[count == 1])]]
 
 
 def bricks_behind(faces: Index, cells: Index) -> Index:
-    """The bricks (k,) of cells (m, 8) that have faces (k, 4) of the outside."""
-    owner = {tuple(side): i for i, side in enumerate(face_keys(cells[:, FACES].reshape(-1, 4)).tolist())}
-    return np.array([owner[tuple(face)] for face in face_keys(faces).tolist()], dtype=np.int64) // len(FACES)
+    """The bricks or tetrahedra (k,) of cells (m, 8 | 10) that have faces (k, 4 | 6) of the outside."""
+    every = _keys(_faces(cells)).tolist()
+    owner = {tuple(side): i for i, side in enumerate(every)}
+    return np.array([owner[tuple(face)] for face in _keys(faces).tolist()], dtype=np.int64) // (len(every) // len(cells))
 
 
 def wedges(cells: Index) -> Flags:
@@ -84,8 +103,8 @@ def box(m: model.Box) -> BrickMesh:
     return with_boundaries(points, cells, {name: nodes.ravel() for name, nodes in sides.items()})
 
 
-def from_arrays(m: model.Bricks) -> BrickMesh:
-    """Mesh of a `prensa.Bricks`."""
+def from_arrays(m: model.Bricks | model.Tetrahedra) -> BrickMesh:
+    """Mesh of a `prensa.Bricks` or `prensa.Tetrahedra`."""
     named = {name: np.array(nodes, dtype=np.int64) for name, nodes in m.boundaries.items()}
     made = with_boundaries(np.array(m.points, dtype=np.float64), np.array(m.cells, dtype=np.int64), named)
     check_joints(made.points, made.boundary)
@@ -128,4 +147,4 @@ def with_boundaries(points: Array, cells: Index, named: dict[str, Index]) -> Bri
 
 
 def _within(faces: Index, nodes: Index) -> Index:
-    return faces[np.isin(faces, nodes).all(axis=1)]
+    return faces[np.isin(faces[:, :3] if faces.shape[1] == 6 else faces, nodes).all(axis=1)]

@@ -157,7 +157,7 @@ def mesh_of(
             return mesh_from_draft(blocks.patch(description), nodes, beside)
         case model.Box():
             return bricks.box(description)
-        case model.Bricks():
+        case model.Bricks() | model.Tetrahedra():
             return bricks.from_arrays(description)
         case model.Extrusion():
             return bricks.extruded(description, _section(description.section, unit))

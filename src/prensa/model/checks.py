@@ -198,7 +198,7 @@ def _of_mesh(mesh: Any) -> list[str]:
         case "annulus":
             ends = ["start", "end", "inner-start", "outer-start", "inner-end", "outer-end"]
             return ["inner", "outer", *(ends if mesh.angles[1] - mesh.angles[0] < 6.283185 else ends[2:4])]
-        case "points" | "bricks":
+        case "points" | "bricks" | "tetrahedra":
             return list(mesh.boundaries)
         case "box":
             return ["left", "right", "bottom", "top", "back", "front"]

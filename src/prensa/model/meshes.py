@@ -414,6 +414,20 @@ class Bricks:
     type: Literal["bricks"] = "bricks"
 
 
+@described
+class Tetrahedra:
+    """Mesh in space of quadratic tetrahedra by its arrays: ``points`` (n, 3), ``cells`` (m, 10), ``boundaries`` name → node list.
+
+    Cells list their corners, the fourth above the triangle of the first three seen counter-clockwise, then the nodes in the
+    middle of 1-2, 2-3, 3-1, 1-4, 2-4, 3-4. A boundary is the set of element faces on the outside whose corners are in the list.
+    """
+
+    points: tuple[tuple[Length, Length, Length], ...]
+    cells: tuple[tuple[int, int, int, int, int, int, int, int, int, int], ...]
+    boundaries: Mapping[str, tuple[int, ...]]
+    type: Literal["tetrahedra"] = "tetrahedra"
+
+
 Section = Annotated[
     Rectangle | Strip | Wire | Disc | Annulus | Patch | Outline | Points | File, Field(discriminator="type")
 ]
@@ -507,6 +521,6 @@ class Cylinder:
 
 Mesh = Annotated[
     Rectangle | Strip | Wire | Disc | Annulus | Patch | Outline | Points | File
-    | Box | Cylinder | Bricks | Extrusion | Revolution,
+    | Box | Cylinder | Bricks | Tetrahedra | Extrusion | Revolution,
     Field(discriminator="type"),
 ]

@@ -55,6 +55,7 @@ from prensa.model.meshes import (
     Revolution,
     SplineSide,
     Strip,
+    Tetrahedra,
     Wire,
 )
 from prensa.model.press import Press
@@ -135,7 +136,7 @@ class Body:
     Without ``element``, or with ``auto``: ``q4_fbar``, and ``q4`` in plane stress, where nothing locks in volume and F-bar has no
     meaning;
     ``q4_enhanced`` for elastic bodies whose layers would err by 5 % in bending and that nothing presses across their thickness.
-    In space: ``h8_fbar``, for such elastic bodies ``h8_enhanced``; ``h8`` is the textbook brick.
+    In space: ``h8_fbar``, for such elastic bodies ``h8_enhanced``; ``h8`` is the textbook brick. Tetrahedra are ``t10``.
     ``damage``: a damage law or a list of several, evaluated along with plastic flow; the mechanics do not depend on it.
     """
 
@@ -146,7 +147,8 @@ class Body:
 
     def element_in(self, space: str) -> str:
         """Name of the element in a problem of that ``space``, the default filled in."""
-        return self.element or {"plane stress": "q4", "solid": "h8_fbar"}.get(space, "q4_fbar")
+        solid = "t10" if self.mesh.type == "tetrahedra" else "h8_fbar"
+        return self.element or {"plane stress": "q4", "solid": solid}.get(space, "q4_fbar")
 
     def has_quadratic_edges(self, space: str) -> bool:
         """Whether edges of its elements, in a problem of that ``space``, have nodes in their middles."""
@@ -709,5 +711,5 @@ __all__ = [
     "Annulus", "ArcSide", "Archard", "Body", "Box", "Bricks", "Case", "Contact", "Crank", "Cylinder", "Disc", "Extrusion", "Feed",
     "File", "Fixed", "Grade", "Interference", "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch",
     "Points", "Press", "Problem", "Push", "Rectangle", "Remesh", "Revolution", "Sizes", "SplineSide", "Springs", "Start", "Step",
-    "Strip", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",
+    "Strip", "Tetrahedra", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",
 ]  # fmt: skip

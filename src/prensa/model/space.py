@@ -8,7 +8,7 @@ from typing import Any
 from prensa.model.names import Finding
 from prensa.registry import DOORS
 
-BRICKS = ("box", "cylinder", "extruded", "revolved", "bricks")
+BRICKS = ("box", "cylinder", "extruded", "revolved", "bricks", "tetrahedra")
 """Meshes of bodies in space, and of no others."""
 NOT_IN_SPACE = {
     "problem": ("no_contact", "remesh"),
@@ -106,6 +106,9 @@ def _bodies(p: Any, dimension: int) -> Iterator[Finding]:
             if element.layout.dimension != dimension:
                 words = "of the plane; use 'h8_fbar'" if dimension == 3 else "of 'space: solid'"
                 yield Finding(("bodies", name, "element"), f"{body.element!r} is an element {words}")
+            elif dimension == 3 and (body.element == "t10") != (body.mesh.type == "tetrahedra"):
+                words = "has tetrahedra; use 't10'" if body.element != "t10" else "has bricks; use 'h8_fbar'"
+                yield Finding(("bodies", name, "element"), f"{body.element!r} does not fit the mesh, which {words}")
 
 
 def _tools(p: Any, dimension: int) -> Iterator[Finding]:

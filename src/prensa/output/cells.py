@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from prensa.types import Index
+from prensa.mesh.bricks import outside
+from prensa.types import Array, Index
 
+VTK_IN_SPACE = {8: "hexahedron", 10: "tetra10"}
 VTK = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}
 MOST_EDGES = 2500  # sides of elements, or faces, that can be distinguished in a picture
 
@@ -20,7 +22,26 @@ _INSIDE = {
 
 def vtk_type(cells: Index, dimension: int) -> str:
     """Name of meshio for the cell type of VTK."""
-    return "hexahedron" if dimension == 3 else VTK[cells.shape[1]]
+    return VTK_IN_SPACE[cells.shape[1]] if dimension == 3 else VTK[cells.shape[1]]
+
+
+def rings(faces: Index) -> Index:
+    """Nodes (k, a) of faces in space (k, 4 | 6) in walking order around each, mid-side nodes between their corners."""
+    return faces if faces.shape[1] == 4 else faces[:, _AROUND[6]]
+
+
+def to_corners(values: Array, cells: Index, nodes: Index) -> None:
+    """Give the corners of tetrahedra (m, 10) values (n,), in place, of contact points: ``nodes`` (k,) in the middle of sides.
+
+    Means over the faces around them that have all their points among these nodes.
+    """
+    if cells.shape[1] != 10:
+        return
+    faces = outside(cells)
+    faces = faces[np.isin(faces[:, 3:], nodes).all(axis=1)]
+    corners, mean = faces[:, :3].ravel(), np.repeat(values[faces[:, 3:]].mean(axis=1), 3)
+    count = np.bincount(corners, minlength=len(values))
+    values[count > 0] = (np.bincount(corners, mean, len(values)) / np.maximum(count, 1))[count > 0]
 
 
 def around(cells: Index) -> Index:

@@ -39,8 +39,13 @@ class Edges:
         placements = {t.name: Placement((float(t.at[0]), float(t.at[1])), tuple(t.direction.tolist())) for t in system.tools}
         self.stored, self.tools = Stored(directory, case, placements), {t.name: t for t in system.tools}
 
-    def tool_at(self, body: str, number: int, place: tuple[float, float]) -> str:
-        """The tool whose sharp edge of contact a place of a body is at in an increment, within an element; '' of none."""
+    def tool_at(self, body: str, number: int, place: tuple[float, ...]) -> str:
+        """The tool whose sharp edge of contact a place of a body is at in an increment, within an element; '' of none.
+
+        Edges are looked for in the plane.
+        """
+        if self.stored.problem.space == "solid":
+            return ""
         for edge in self._edges(number):
             if edge.body == body and np.hypot(*(edge.place - place)) <= edge.length * (1.0 + NEGLIGIBLE):
                 return edge.tool

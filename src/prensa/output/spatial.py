@@ -18,7 +18,7 @@ from prensa.mesh.level_set import level_set
 from prensa.model.names import suggest
 from prensa.model.problem import Problem
 from prensa.output import raster, style
-from prensa.output.cells import MOST_EDGES, covered
+from prensa.output.cells import MOST_EDGES, covered, to_corners
 from prensa.output.mirrors import Image
 from prensa.output.tool_surfaces import frame_box, surface
 from prensa.result.increment import BodyState, Increment
@@ -110,6 +110,8 @@ def contact_pressures(increment: Increment, body: str, of: str = "") -> Array:
     for name, contact in increment.contacts.items():
         if contact.body == body and of in ("", name):
             np.maximum.at(out, contact.node, contact.pressure)
+    nodes = [c.node for c in increment.contacts.values() if c.body == body]
+    to_corners(out, increment.bodies[body].cells, np.concatenate([np.zeros(0, dtype=np.int64), *nodes]))
     return out
 
 

@@ -26,7 +26,7 @@ import numpy as np
 from prensa.errors import PrensaError, take_path
 from prensa.measures.tool_outlines import surface
 from prensa.model.problem import Problem
-from prensa.output.cells import vtk_type
+from prensa.output.cells import VTK_IN_SPACE, to_corners, vtk_type
 from prensa.output.files import numbered, replacing, write_text
 from prensa.result.increment import SLIDING_FIELDS, BodyState, Increment, MaterialPoints
 from prensa.types import Array, Index
@@ -240,7 +240,7 @@ def _at_points(increment: Increment) -> dict[str, list[Array]]:
 
 
 def _body(mesh: Any, cells: Index, own: slice) -> BodyState:
-    d = 3 if mesh.cells[0].type == "hexahedron" else 2
+    d = 3 if mesh.cells[0].type in VTK_IN_SPACE.values() else 2
     x, data = np.array(mesh.points[own, :d]), mesh.point_data
     thickness = np.array(data["thickness"][own]) if "thickness" in data else None
     damage = {name: np.array(values[own]) for name, values in data.items() if name.startswith(DAMAGE)}
@@ -276,6 +276,7 @@ def _on_surfaces(increment: Increment, name: str) -> Array:
         if values is not None:
             reached = (contact.status > 0) | (name in ACCUMULATED)
             np.maximum.at(out[contact.body], contact.node, np.where(reached, values, 0.0))
+            to_corners(out[contact.body], increment.bodies[contact.body].cells, contact.node)
     return np.concatenate(list(out.values()))
 
 

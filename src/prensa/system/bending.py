@@ -123,7 +123,7 @@ def bendings(system: System, unnamed: Iterable[str]) -> dict[str, Bending]:
 def _ways(system: System, body: str) -> Iterator[_Way]:
     """The ways across which a body may bend: its thickness, in space all but the longest, unless supports hold both ends."""
     mesh, law, space = system.meshes[body], system.problem.bodies[body].material, system.problem.space
-    if not (isinstance(mesh, BrickMesh) or mesh.cells.shape[1] == 4):
+    if mesh.cells.shape[1] != (8 if isinstance(mesh, BrickMesh) else 4):
         return
     s, held = strips(mesh), always_held(system.problem, body, mesh)
     solid = len(s.across) == 3

@@ -47,7 +47,7 @@ class BetweenNodes:
         self.system = system
         # Meshes that are made anew follow their tools, and what one of them shows is soon gone.
         none = system.on_undeformed or remeshing_of(system.problem) is not None
-        self.contacts = [] if none else [(i, s) for i, s in enumerate(system.tool_contacts) if not s.sharp]
+        self.contacts = [] if none else [(i, s) for i, s in enumerate(system.tool_contacts) if not (s.sharp or _curved(s))]
         self.pieces = {s.name: _pieces(s) for _, s in self.contacts}
         self.N, self.parabola = _inside(system.dofs.dimension)
         self.nodal = {s.name for _, s in self.contacts if _by_nodes(s)}
@@ -146,6 +146,11 @@ class BetweenNodes:
         gaps = self._gaps(s, self.N @ ends[near] + into[:, None], u).min(axis=1)
         k = int(np.argmin(gaps))
         return Dip(pieces[near[k]], float(length[near[k]])) if gaps[k] < 0.0 else None
+
+
+def _curved(s: Surface) -> bool:
+    """Whether a surface has faces of six nodes, whose points are in the middle of their sides."""
+    return isinstance(s.points, FacePoints) and s.points.faces.shape[1] == 6
 
 
 def _pieces(s: Surface) -> Index:

@@ -106,12 +106,12 @@ def within(x: Array, a: Array, b: Array) -> Flags:
 
 
 def within_faces(x: Array, points: Array, faces: Index) -> Flags:
-    """Whether places x (n, 3) lie in a body of closed ``faces`` (k, 4): they see all of it around them, or nothing on balance.
+    """Whether places x (n, 3) lie in a body of closed ``faces`` (k, 4 | 6): they see it all around them, or nothing on balance.
 
-    Solid angles of two triangles a face (van Oosterom and Strackee 1983).
+    Solid angles of the triangles between corners, two of a quadrilateral (van Oosterom and Strackee 1983).
     """
     angle = np.zeros(len(x))
-    for corners in (faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]):
+    for corners in (faces[:, :3],) if faces.shape[1] == 6 else (faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]):
         a, b, c = (points[corners[:, k]] - x[:, None] for k in range(3))
         la, lb, lc = (np.linalg.norm(v, axis=2) for v in (a, b, c))
         volume = (a * np.cross(b, c)).sum(axis=2)

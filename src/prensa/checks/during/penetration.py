@@ -16,9 +16,11 @@ from prensa.checks.before.overlap import within, within_faces
 from prensa.checks.check import Solved, ended_by
 from prensa.checks.during.folding import Folding
 from prensa.checks.thresholds import SLIGHT, TOUCHING_DEPTH
+from prensa.contact.faces import FacePoints
 from prensa.contact.integration import depth_of
+from prensa.contact.surface import Surface
 from prensa.errors import Finding
-from prensa.mesh.bricks import FACES, BrickMesh
+from prensa.mesh.bricks import BrickMesh, around_faces, every_face
 from prensa.mesh.mesh import Mesh, segments
 from prensa.system.contact_surfaces import named_edges, symmetric
 from prensa.system.failure import Inside, MetalInside
@@ -74,7 +76,7 @@ def watches(system: System) -> list[Watch]:
     nodes, size, pieces = _outlines(system)
     out = []
     for t, tool in enumerate(system.tools):
-        known = [s.points.nodes for s in system.against(tool.name)]
+        known = [_in_contact(s) for s in system.against(tool.name)]
         for entry in system.problem.no_contact:
             for name in entry.surface if entry.against == tool.name else ():
                 body = name.partition(".")[0]
@@ -84,6 +86,11 @@ def watches(system: System) -> list[Watch]:
             edges = pieces[np.isin(pieces, nodes[left]).all(axis=1)]
             out.append(Watch(t, nodes[left], size[left], np.searchsorted(nodes[left], edges)))
     return out
+
+
+def _in_contact(s: Surface) -> Index:
+    """Nodes (k,) of a contact: in space of its faces, whose corners a check of their own looks at where they are no points."""
+    return np.unique(s.points.faces) if isinstance(s.points, FacePoints) else s.points.nodes
 
 
 def _outlines(system: System) -> tuple[Index, Array, Index]:
@@ -114,9 +121,11 @@ def _outlines(system: System) -> tuple[Index, Array, Index]:
 def _skin(mesh: BrickMesh) -> tuple[Index, Array, Index]:
     """Nodes (n,) on the faces of a body, the shortest edge (n,) of the elements there, and the edges (k, 2) of its faces."""
     edges, inner = (
-        np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
-        for faces in (mesh.boundary, mesh.cells[:, FACES].reshape(-1, 4))
+        np.stack([ring, np.roll(ring, -1, axis=1)], axis=-1).reshape(-1, 2)
+        for ring in map(around_faces, (mesh.boundary, every_face(mesh.cells)))
     )
+    # wedges name a node twice
+    edges, inner = (ends[ends[:, 0] != ends[:, 1]] for ends in (edges, inner))
     size = np.full(len(mesh.points), np.inf)
     np.minimum.at(size, inner, np.linalg.norm(mesh.points[inner[:, 1]] - mesh.points[inner[:, 0]], axis=1)[:, None])
     own = np.unique(mesh.boundary)
