@@ -93,7 +93,7 @@ MISTAKES = [
     ("flow: {type: voce, s0: 60, Q: 120, b: 8}", "flow: 60", "7:53", ["is 60", "linear, ludwik"]),
     ("[billet.top, billet.right]", "[]", "14:6", ["surface of contact 0 is empty", "'body.boundary'"]),
     (FIXED, "fixed: {billet.bottom: z}", "15:24", ["'z'", "'x', 'y', 'xy'"]),
-    (FIXED, "fixed: {billet.bottom: 0}", "15:24", ["is 0", "x, y, free and z"]),
+    (FIXED, "fixed: {billet.bottom: 0}", "15:24", ["is 0", "x, y, free, z and normal"]),
     (FIXED, "fixed: [billet.bottom]", "15:1", ["fixed is a list", "a mapping"]),
     (FIXED, f"{FIXED}\n{LOADS}{{}}}}", "16:9", ["give either 'traction' or 'pressure'"]),
     (FIXED, f"{FIXED}\n{LOADS}{{traction: [1]}}}}", "16:23", ["has 1 value"]),
