@@ -331,7 +331,7 @@ for _m, _decrease in ((0.1, -15.5), (0.3, 13.3), (0.5, 29.3)):
 
 @example("Vickers indentation in three dimensions", long=True)
 def vickers(run: Run) -> Iterator[Row]:
-    """Curvature C of the force C h², over the second half of the depth, beside the fit of Dao et al. (2001, Acta Mater. 49, 3899).
+    """Curvature C of the force C h², over the second half of the depth, beside the fit of Dao et al. (2001, Acta Mater. 49).
 
     C/σ_r = −1.131 x³ + 13.635 x² − 30.594 x + 29.267 with x = ln(E*/σ_r) and the stress σ_r at a plastic strain of 0.033.
     """
