@@ -402,6 +402,21 @@ for _m, _decrease in ((0.1, -15.5), (0.3, 13.3), (0.5, 29.3)):
     _ring(_m, _decrease)
 
 
+@example("Vickers indentation in three dimensions", long=True)
+def vickers(run: Run) -> Iterator[Row]:
+    """Curvature C of the force C h², over the second half of the depth, beside the fit of Dao et al. (2001, Acta Mater. 49).
+
+    C/σ_r = −1.131 x³ + 13.635 x² − 30.594 x + 29.267 with x = ln(E*/σ_r) and the stress σ_r at a plastic strain of 0.033.
+    """
+    stress = 748.0 * (0.0019 + 0.033) ** 0.1
+    x = math.log(210e3 / (1.0 - 0.3**2) / stress)
+    exact = stress * (((-1.131 * x + 13.635) * x - 30.594) * x + 29.267)
+    depth, force = np.abs(run.table["depth"]), 4.0 * np.abs(run.table["force"])
+    late = depth > 0.5 * depth[-1]
+    ours = float((force * depth**2)[late].sum() / (depth**4)[late].sum())
+    yield row("force over the square of the depth (GPa), fitted finite elements", 1e-3 * exact, 1e-3 * ours, 0.08)
+
+
 # --------------------------------------------------------------------------------------------------------------- running
 Found = tuple[str, list[Row], float]
 

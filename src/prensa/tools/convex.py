@@ -117,8 +117,8 @@ class Convex(Analytic):
 
 def _directions() -> Array:
     """Unit vectors (k, 3) all around, in steps of 15 degrees."""
-    grid = np.meshgrid(np.linspace(-0.5 * np.pi, 0.5 * np.pi, 13), np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False))
-    a, b = (v.ravel() for v in grid)
+    up, around = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 13), np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    a, b = (angle.ravel() for angle in np.meshgrid(up, around))
     return np.stack([np.cos(a) * np.cos(b), np.sin(a), np.cos(a) * np.sin(b)], axis=1)
 
 
