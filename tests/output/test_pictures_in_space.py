@@ -123,6 +123,17 @@ def test_sides_of_faces_are_drawn_and_diagonals_are_not():
     assert image[20, 20] == image[10, 30] == 0.0
 
 
+@pytest.mark.parametrize("corners", [3, 4, 6])
+def test_sides_of_faces_are_those_of_their_outline(corners):
+    """Of triangles, quadrilaterals and triangles with middles: the drawn sides go once around."""
+    from prensa.output.cells import around, covered
+
+    faces = np.arange(corners)[None]
+    sides = {frozenset(np.delete(t, k)) for t, drawn in zip(covered(faces), spatial._outer(faces)) for k in range(3) if drawn[k]}
+    ring = around(faces)[0]
+    assert sides == {frozenset(pair) for pair in zip(ring, np.roll(ring, -1))}
+
+
 # ------------------------------------------------------------------------------------------------------------ pictures
 def made(pressed_from=(0.0, 1.0, 0.0)):
     """An increment of a box whose stress is 1 inside and 0 at its outside, under a ball that presses from somewhere."""

@@ -155,6 +155,18 @@ def test_the_page_holds_what_the_run_wrote(page, ran):
         assert np.abs(v - seen.of(field_values(body, "mises"))).max() <= 0.51 * (high - low) / 4095
 
 
+def test_a_page_that_would_be_too_large_shows_fewer_increments(ran, monkeypatch):
+    """The ends of the steps and the largest force stay."""
+    from prensa.output import scene as module
+    from prensa.output.report import stored_run
+
+    folder, _, solved = ran
+    monkeypatch.setattr(module, "MOST_TEXT", 1)
+    made = module.scene(stored_run(folder))
+    peak = max(solved, key=lambda i: abs(i.force("ball").y)).number
+    assert {2, 4, peak - 1} <= set(made["frames"]) and len(made["frames"]) < 5
+
+
 @test_page.needs_browser
 def test_a_phone_turns_them_and_a_browser_without_webgl_shows_pictures(browser, ran):
     """Nothing is wider than the screen; where nothing can be drawn in space the page says so and opens its pictures."""

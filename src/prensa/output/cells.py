@@ -67,12 +67,6 @@ def covered(faces: Index) -> Index:
     return triangles(faces)
 
 
-def sides(faces: Index) -> Index:
-    """Pieces (s, 2) of all sides of faces (k, a), each once."""
-    ring = around(faces)
-    return np.unique(np.sort(np.stack([ring, np.roll(ring, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1), axis=0)
-
-
 def drawn(cells: Index) -> Index:
     """Facets (k, 4) that cover the cells, corners in walking order; of a triangle the last corner stands twice."""
     if cells.shape[1] == 4:

@@ -57,16 +57,18 @@ def write_pictures(directory: Path, case: Case, stored: Stored, start: Increment
             yield f"{PICTURES}/{path.name} could not be drawn: {type(error).__name__}: {error}"
 
 
-def caption(path: Path) -> str:
-    """Caption of one of the pictures, empty for any other file."""
+def caption(path: Path, solid: bool = False) -> str:
+    """Caption of one of the pictures, of a run in space if ``solid``; empty for any other file."""
     name = path.stem
     if name.startswith(_PRESSURE):
-        return f"Contact pressure and shear, {name.removeprefix(_PRESSURE)}, at the largest force of its tool"
+        what = "Contact pressure" if solid else "Contact pressure and shear"
+        return f"{what}, {name.removeprefix(_PRESSURE)}, at the largest force of its tool"
     if name.startswith(_PRESS):
         return f"Press of {name.removeprefix(_PRESS)}: its force and its capacity over the stroke, and the share that is used"
     if (found := _MOMENT.fullmatch(name)) is not None:
         when = f"end of step {found[4]}" if found[4] else "largest force" if found[2] else "last increment"
-        return f"{_CAPTIONS[found[1]]}: {when}"
+        words = _CAPTIONS[found[1]].partition(" (dashed")[0] if solid else _CAPTIONS[found[1]]
+        return f"{words}: {when}"
     return _CAPTIONS.get(name, "")
 
 

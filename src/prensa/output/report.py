@@ -52,7 +52,7 @@ def write_report(directory: str | Path) -> Path:
         undefined=jinja2.StrictUndefined,
     )  # fmt: skip
     stored = stored_run(directory, summary)
-    stills = list(_pictures(directory)) if summary["status"] in ENDED else []
+    stills = list(_pictures(directory, stored.problem.space == "solid")) if summary["status"] in ENDED else []
     environment.filters |= {"number": number, "seconds": lambda s: f"{s:.2f}" if s < 100 else f"{s:.0f}"}
     page = environment.get_template("report.html").render(
         run=summary, pictures=stills, **_tables(stored, summary), **_interactive(stored)
@@ -252,8 +252,8 @@ def _facts(case: Case, summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield f"Step {step.name}", given if given != "{}" else "nothing moves"
 
 
-def _pictures(directory: Path) -> Iterator[tuple[str, str]]:
+def _pictures(directory: Path, solid: bool) -> Iterator[tuple[str, str]]:
     """Pairs (caption, data URI) of the pictures of a run, in reading order."""
     for path in sorted((directory / PICTURES).glob("*.png"), key=order):
-        if text := caption(path):
+        if text := caption(path, solid):
             yield text, "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()

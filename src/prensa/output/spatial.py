@@ -215,7 +215,7 @@ def _outer(faces: Index) -> Flags:
         return np.ones((len(faces), 3), dtype=bool)
     if faces.shape[1] == 4:  # 0 1 2 and 0 2 3: the diagonal 0 2 is inside
         return np.repeat(np.array([[True, False, True], [True, True, False]]), len(faces), axis=0)
-    return np.repeat(np.array([[False, True, True], [False, True, True], [False, True, True], [False] * 3]), len(faces), axis=0)
+    return np.repeat(np.array([[False, True, True], [True, False, True], [True, True, False], [False] * 3]), len(faces), axis=0)
 
 
 def _tools(
