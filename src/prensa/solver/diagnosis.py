@@ -75,7 +75,7 @@ def hint(failure: Failure, in_use: InUse = InUse()) -> str:
         case Unevaluable(ElementFailed(why=Why.INVERTED)):
             return (
                 "more 'increments', a mesh that is coarser or better shaped there, another 'element' (q4_fbar, q4, "
-                "q4_enhanced); if a free side slides past "
+                "q4_enhanced, in space h8_fbar); if a free side slides past "
                 "the tool, make it part of the contact surface"
             )
         case Unevaluable(FrictionTooSoft()):

@@ -34,8 +34,8 @@ def billet(n: int, mu: float, E_scale: float = 1.0) -> pr.Problem:
 
 def imbalance(increment: Increment) -> float:
     """Sum of the forces of tools and supports over the largest of the tools."""
-    tools = np.sum([t.force[:3] for t in increment.tools.values()], axis=0)
-    rest = tools - np.sum([list(f) for f in increment.supports.values()], axis=0)
+    tools = np.array([t.force[:3] for t in increment.tools.values()])
+    rest = tools.sum(axis=0) - np.sum([list(f) for f in increment.supports.values()], axis=0)
     return float(np.abs(rest).max() / np.abs(tools).max())
 
 
