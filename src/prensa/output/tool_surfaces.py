@@ -11,7 +11,7 @@ from prensa.result.increment import ToolState
 from prensa.types import Array, Index
 
 TRACED = 40  # bricks along the longest side of the part of a tool that is traced
-_OF_BRICK = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+_CUBE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
 
 
 class Surface(NamedTuple):
@@ -66,7 +66,7 @@ def _grid(low: Array, high: Array) -> tuple[Array, Index]:
     points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
     number = np.arange(len(points)).reshape(n + 1)
     a, b, c = n
-    return points, np.stack([number[i : a + i, j : b + j, k : c + k] for i, j, k in _OF_BRICK], axis=-1).reshape(-1, 8)
+    return points, np.stack([number[i : a + i, j : b + j, k : c + k] for i, j, k in _CUBE], axis=-1).reshape(-1, 8)
 
 
 def frame_box(boxes: Array, states: list[ToolState], margin: float) -> tuple[Array, Array]:
