@@ -11,7 +11,7 @@ from prensa.registry import DOORS
 BRICKS = ("box", "cylinder", "extruded", "revolved", "bricks", "tetrahedra")
 """Meshes of bodies in space, and of no others."""
 NOT_IN_SPACE = {
-    "problem": ("no_contact", "remesh"),
+    "problem": ("remesh",),
     "steps": ("control",),
 }
 """Keys that mean nothing in space yet, where they are given."""

@@ -70,6 +70,9 @@ block by delta - c P/(E* H). Regular part of the point-load Green function by p-
 HERTZ_ELLIPSE = {20.0: (0.79380956, 0.31743414, 0.025829784, 37.896703)}
 """P (N): semi-axes a, b (mm), delta (mm), p0 (MPa), gap x²/2Rx + y²/2Ry with Rx = 20, Ry = 5 on a half-space, E = 1000, nu = 0.3;
 exact elliptic integrals."""
+SQUARE_PUNCH_STIFFNESS = 2532.5351
+"""P/delta (N/mm) of a rigid frictionless square flat punch 2 x 2 on a half-space, E = 1000, nu = 0.3; boundary elements,
+extrapolated to 1e-5."""
 BLOCK_SPHERE_DRAG = {
     0.1: (6460.3305, 544.431), 0.2: (6461.4601, 1043.872), 0.3: (6460.4210, 1445.914), 0.5: (6447.2583, 1922.776),
     0.75: (6401.3276, 1895.050),

@@ -116,16 +116,19 @@ def marched_along(
     inside = distance(xi) < 0.0
     way = np.where(inside, -1.0, 1.0)
     h = np.zeros(len(xi))
+    going = np.arange(len(xi))
     for _ in range(400):
-        x = xi + (way * h)[:, None] * direction
+        x = xi[going] + (way[going] * h[going])[:, None] * direction
         close = np.abs(distance(x))
         near = np.flatnonzero(close <= 1e-4 * unit)
-        arrived = np.zeros(len(xi), dtype=bool)  # and not on the way out
-        arrived[near] = np.where(inside[near], 1.0, -1.0) * way[near] * (normal(x[near]) @ direction) > 0.0
-        alive = ~arrived & (h <= limit)
+        arrived = np.zeros(len(going), dtype=bool)  # and not on the way out
+        arrived[near] = np.where(inside[going[near]], 1.0, -1.0) * way[going[near]] * (normal(x[near]) @ direction) > 0.0
+        # on the surface itself, as at a tip, steps lead nowhere
+        alive = ~arrived & (h[going] <= limit) & (close > EPS * unit)
         if not alive.any():
             break
-        h = np.where(alive, h + close, h)
+        going = going[alive]
+        h[going] += close[alive]
     h = way * h
     for _ in range(30):
         x = xi + h[:, None] * direction

@@ -1,4 +1,4 @@
-"""Elastic contact in space against linear theory: Hertz, an ellipse, Mindlin; and a ball that is dragged.
+"""Elastic contact in space against linear theory: Hertz, an ellipse, a square punch, Mindlin; and a ball that is dragged.
 
 Linear theory has gaps on the undeformed surface and small strain. The block is 20 x 20 x 10 on a bonded base: what is known of a
 half-space is corrected by the regular part of the point-load Green function of the block (`tables.BLOCK_CORRECTION`).
@@ -32,27 +32,33 @@ def lines(h: float, even: float, far: float, growth: float) -> Array:
     return np.concatenate([near, near[-1] + np.cumsum(steps) * (far - near[-1]) / steps.sum()])
 
 
-def bricks(x: Array, y: Array, z: Array) -> pr.Bricks:
-    """Bricks between coordinates."""
+def bricks(x: Array, y: Array, z: Array, patch: float = 0.0) -> pr.Bricks:
+    """Bricks between coordinates; ``patch``: a side of that name on top, as far as that along x and z, beside ``top``."""
     points = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
     number = np.arange(len(points)).reshape(len(x), len(y), len(z))
     a, b, c = (len(v) - 1 for v in (x, y, z))
     cells = np.stack([number[i : a + i, j : b + j, k : c + k] for k in (0, 1) for i, j in LOWER_FACE], axis=-1).reshape(-1, 8)
     at = {"left": (0, x[0]), "right": (0, x[-1]), "bottom": (1, y[0]), "top": (1, y[-1]), "back": (2, z[0])}
     named = {name: np.flatnonzero(points[:, axis] == value) for name, (axis, value) in at.items()}
+    if patch:
+        flat = (points[:, [0, 2]] <= patch * (1.0 + 1e-9)).all(axis=1) & (points[:, 1] == y[-1])
+        inner = (points[:, [0, 2]] < patch * (1.0 - 1e-9)).all(axis=1)
+        named |= {"patch": np.flatnonzero(flat), "top": np.flatnonzero((points[:, 1] == y[-1]) & ~inner)}
     sides = {name: tuple(nodes.tolist()) for name, nodes in named.items()}
     return pr.Bricks(tuple(map(tuple, points.tolist())), tuple(map(tuple, cells.tolist())), sides)
 
 
 def block(
-    mesh: pr.Bricks, tool: pr.ToolShape, steps: tuple[pr.Step, ...], E_scale: float, fixed: dict[str, str] | None = None
+    mesh: pr.Bricks, tool: pr.ToolShape, steps: tuple[pr.Step, ...], E_scale: float, fixed: dict[str, str] | None = None,
+    side: str = "top",
 ) -> pr.Problem:  # fmt: skip
     """A linear elastic block on a bonded base under a tool, a quarter of it if not held otherwise."""
     held = {"block.left": "x", "block.back": "z"} if fixed is None else fixed
     return pr.Problem(
         "block", space="solid", kinematics="small", contact_geometry="reference", allow_large_strain=True,
         bodies={"block": pr.Body(mesh, pr.Elastic(E * E_scale, NU), "h8")}, tools={"tool": tool},
-        contacts=(pr.Contact("block.top", "tool"),), fixed={"block.bottom": "xyz", **held}, steps=steps,
+        contacts=(pr.Contact(f"block.{side}", "tool"),), fixed={"block.bottom": "xyz", **held}, steps=steps,
+        no_contact=() if side == "top" else (pr.NoContact("block.top", "tool"),),
     )  # fmt: skip
 
 
@@ -99,6 +105,43 @@ def ellipse(E_scale: float = 1.0) -> Iterator[Row]:
     yield row("P (N)", P, 4.0 * abs(increments[-1].force("tool").y), 0.005)
     yield row("r.m.s. of pressure (% of p0)", 0.0, 100.0 * rms(increments[-1], (a, b), p0), 2.0, "absolute")
     yield row("torus and supports out of balance", 0.0, max(map(imbalance, increments)), 1e-8, "absolute")
+
+
+@case("square flat punch on a block", suite="space")
+def square_punch(E_scale: float = 1.0) -> Iterator[Row]:
+    """Stiffness of a punch 2 x 2, of first order in the size of the bricks: extrapolated from 4 and 8 a half side.
+
+    A plane that meets the square alone: the rest of the top is out of its contact.
+    """
+    stiffness, off = [], 0.0
+    for n in (4, 8):
+        side = lines(1.0 / n, 1.0 + 2.0 / n, H, 1.3)
+        mesh = bricks(side, upright(1.0 / n, 1.0, 1.3), side, patch=1.0)
+        p = block(mesh, pr.Plane(touching="block.patch"), pressed(0.01), E_scale, side="patch")
+        (increment,) = pr.solve(p)
+        stiffness.append(4.0 * abs(increment.force("tool").y) / 0.01)
+        off = max(off, imbalance(increment))
+    exact = 1.0 / (1.0 / tables.SQUARE_PUNCH_STIFFNESS - tables.BLOCK_CORRECTION / (E_STAR * H))
+    yield row("P/delta (N/mm), extrapolated", exact, 2.0 * stiffness[1] - stiffness[0], 0.005)
+    yield row("punch and supports out of balance", 0.0, off, 1e-8, "absolute")
+
+
+@case("cone on a block", suite="space", slow=True)
+def cone(E_scale: float = 1.0) -> Iterator[Row]:
+    """Force of a cone of 75 degrees that presses a radius of 1 mm (Sneddon 1965), extrapolated from 4 and 8 bricks a radius."""
+    a, cot = 1.0, 1.0 / np.tan(np.radians(75.0))
+    P, delta = 0.5 * np.pi * a**2 * E_STAR * cot, 0.5 * np.pi * a * cot
+    tool = pr.Revolved(pr.Profile(points=((-20.0, 20.0 * cot), (0.0, 0.0), (20.0, 20.0 * cot))), at=(0.0, H, 0.0))
+    forces, off = [], 0.0
+    for n in (4, 8):
+        side = lines(1.0 / n, 1.0 + 1.0 / n, H, 1.3)
+        mesh = bricks(side, upright(1.0 / n, 1.0, 1.3), side)
+        way = delta - tables.BLOCK_CORRECTION * P / (E_STAR * H)
+        *_, last = pr.solve(block(mesh, tool, pressed(way), E_scale))
+        forces.append(4.0 * abs(last.force("tool").y))
+        off = max(off, imbalance(last))
+    yield row("P (N), extrapolated", P, 2.0 * forces[1] - forces[0], 0.01)
+    yield row("cone and supports out of balance", 0.0, off, 1e-8, "absolute")
 
 
 @case("Mindlin, sphere on a block", suite="space", slow=True)
