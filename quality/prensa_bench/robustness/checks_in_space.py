@@ -234,10 +234,10 @@ def driven(d: Drawn, record: Record) -> str:
         return f"steps {list(dict.fromkeys(record.steps))} were made of {[s.name for s in record.problem.steps]}"
     for step in record.problem.steps:
         for name, asked in step.move.items():
-            for a in XYZ:
-                value, found = getattr(asked, a), h[f"{name}.u{a}"]
+            for key, column in (*((a, f"u{a}") for a in XYZ), *((f"r{a}", f"r{a}") for a in XYZ)):
+                value, found = getattr(asked, key), h[f"{name}.{column}"]
                 if value is not None and abs(found[last[step.name]] - value) > REACHED * max(np.abs(found).max(), abs(value)):
-                    return f"step {step.name!r}: {name}.u{a} is {found[last[step.name]]:.6g} where {value:.6g} was asked"
+                    return f"step {step.name!r}: {name}.{column} is {found[last[step.name]]:.6g} where {value:.6g} was asked"
     return ""
 
 

@@ -69,11 +69,11 @@ def problem(rng: np.random.Generator) -> Drawn:
     name, tool, most = [_plate, _plate, _ball, _roll, _punch, _cone][rng.integers(6)](rng, body)
     depth = most * number(rng, 0.2, 1.0)
     mu = 0.0 if rng.random() < 0.2 else number(rng, 0.02, 0.5)
-    motion = str(rng.choice(["press", "slide", "lift", "again"]))
+    motion = str(rng.choice(["press", "slide", "lift", "again", *_TURNS.get(name, ())]))
     contact = pr.Contact(("body.top",), "tool")
     p = pr.Problem(
         "space", space="solid", bodies={"body": pr.Body(body.mesh, material)}, tools={"tool": tool.tool}, contacts=(contact,),
-        friction=friction(mu), fixed=body.fixed, steps=_steps(rng, motion, depth, body),
+        friction=friction(mu), fixed=body.fixed, steps=_steps(rng, motion, depth, body, tool),
     )  # fmt: skip
     kind = f"{shape}, {name}, {motion}, depth {depth / body.high:.2g} of the height, mu {mu:.2g}, {material.type}"
     claims = (sprung_back,) if motion == "lift" and not plastic and mu == 0.0 else ()
@@ -124,12 +124,26 @@ def _quarter(v: Any) -> Place:
 
 def _motion(m: Any) -> Any:
     turned = {"x": m.z, "y": m.y, "z": None if m.x is None else -m.x}
+    turned |= {"rx": m.rz, "ry": m.ry, "rz": None if m.rx is None else -m.rx}
     return pr.Motion(**{axis: way for axis, way in turned.items() if way is not None})
 
 
-def _steps(rng: np.random.Generator, motion: str, depth: float, body: Body) -> tuple[pr.Step, ...]:
+_TURNS = {"roll": ("roll",), "ball": ("roll", "twist"), "cone": ("twist",), "plate": ("twist",)}
+"""What tools do besides: they roll without slip, or turn about the upright axis."""
+
+
+def _steps(rng: np.random.Generator, motion: str, depth: float, body: Body, tool: Placed) -> tuple[pr.Step, ...]:
     """Pressing, and what follows; ways along x and z where the body is clamped, along planes of symmetry none."""
     steps = [pr.Step("press", move={"tool": pr.Motion(y=-depth)})]
+    if body.fixed["body.bottom"] == "xyz" and motion == "twist":
+        steps.append(pr.Step("twist", move={"tool": pr.Motion(ry=number(rng, -0.3, 0.3))}))
+    if body.fixed["body.bottom"] == "xyz" and motion == "roll":
+        far = number(rng, 0.5, 3.0) * depth
+        shape: Any = tool.tool
+        along = str(rng.choice(["x", "z"])) if shape.type == "sphere" else "z" if shape.axis[0] else "x"
+        R = shape.radius if shape.type == "sphere" else shape.section.radius
+        way = {"x": far, "rz": -far / R} if along == "x" else {"z": far, "rx": far / R}
+        steps.append(pr.Step("roll", move={"tool": pr.Motion(**way)}))
     ways: dict[str, float] = {}
     if motion in ("slide", "again"):
         far = number(rng, 0.3, 2.0) * depth
