@@ -284,7 +284,7 @@ def test_a_pattern_of_three_unknowns_a_node_has_tools_of_six():
     """Each unknown of a node meets the three of its neighbours and all six of the tool whose candidate it is."""
     _, cells, _ = bricks((2, 1, 1), (2.0, 1.0, 1.0))
     pattern = make_pattern([cells], DofMap(3, 12, 1), [np.array([0, 3])])
-    assert pattern.n == 36 + 6
+    assert pattern.n == 36 + 6 + 6  # six motions, and the orientation from which turns are counted
     neighbours = [len(np.unique(cells[(cells == node).any(axis=1)])) for node in range(12)]
     for node in range(12):
         for i in range(3):

@@ -100,6 +100,8 @@ def test_every_starter_is_an_example() -> None:
     assert all(starter(kind) in texts for kind in STARTERS)
 
 
+EXTRAPOLATED = "was measured up to a plastic strain of 0.14"
+SAID = {"forging_window": (EXTRAPOLATED,)}  # what an example's own heading announces
 LONG = {"ball_indentation", "wedge"}  # seconds of computation
 
 
@@ -113,7 +115,8 @@ def test_an_example_that_is_not_compared_runs_to_its_end_and_nothing_is_reported
     case = pr.load(path)
     with heard() as warnings:
         *_, last = pr.solve(case.problem, case.numerics)
-    assert last.time == len(case.problem.steps) and warnings == []
+    assert last.time == len(case.problem.steps)
+    assert [w for w in warnings if not any(words in w for words in SAID.get(path.stem, ()))] == []
 
 
 def test_a_warning_that_is_not_meant_is_a_failing_row(gallery, monkeypatch) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from prensa.measures.bodies import Place
 from prensa.measures.measure import MeasureError
 from prensa.measures.outline import Spot
-from prensa.mesh.bricks import every_face
+from prensa.mesh.bricks import around_faces, every_face
 from prensa.mesh.faces import located, multilinear
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.types import Array, Index
@@ -57,6 +57,7 @@ class PlaceInSpace(Place):
         if len(axes) == 1:
             return self._cut(shape, x, values[:, 0], axes[0], material)
         cells = shape.cells if self.inside else self.outline.edges(shape)
+        self._only_of_bricks(cells)
         found = _distinct(x, _spots(cells, *located(values[cells], level)))
         if not found:
             ends = zip(self.levels, values[cells].min(axis=(0, 1)), values[cells].max(axis=(0, 1)))
@@ -90,11 +91,17 @@ class PlaceInSpace(Place):
         if len(axes) == 1:
             nodes, N = crossed(_edges(sides), values[:, 0], float(level[0]))
         else:
+            self._only_of_bricks(sides)
             elements, at = located(values[sides], level)
             nodes, N = sides[elements], multilinear(at, 4)[0]
         if not len(nodes):
             raise MeasureError(f"{self.outline} does not reach {self._level}")
         return nodes, N
+
+    def _only_of_bricks(self, cells: Index) -> None:
+        """Refuse tetrahedra and their faces, in which no places between nodes are looked for."""
+        if cells.shape[1] in (6, 10):
+            raise MeasureError(f"{self}: places between the nodes of tetrahedra are not there yet; give a node, 'near (x, y, z)'")
 
     def spot(self, shape: Shape, x: Array) -> Spot:
         """The one place of the description."""
@@ -109,8 +116,9 @@ class PlaceInSpace(Place):
 
 
 def _edges(faces: Index) -> Index:
-    """Edges (k, 2) of faces (m, 4), each once."""
-    pairs = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1).reshape(-1, 2)
+    """Edges (k, 2) of faces (m, 4), each once; of six nodes (m, 6) the halves between neighbours."""
+    ring = around_faces(faces)
+    pairs = np.stack([ring, np.roll(ring, -1, axis=1)], axis=-1).reshape(-1, 2)
     return np.unique(np.sort(pairs, axis=1), axis=0)
 
 

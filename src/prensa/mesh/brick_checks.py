@@ -14,6 +14,8 @@ from prensa.types import Array, Flags, Index
 FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
 EDGE_ENDS = np.array([(1, 3, 4), (2, 0, 5), (3, 1, 6), (0, 2, 7), (7, 5, 0), (4, 6, 1), (5, 7, 2), (6, 4, 3)])
 """Corners at the other ends of the three edges of a corner, right-handed."""
+TETRAHEDRON_ENDS = np.array([(1, 2, 3), (2, 0, 3), (0, 1, 3), (1, 0, 2)])
+"""The same of a tetrahedron."""
 _BRICK_CORNERS = np.array([(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)])
 _GAUSS_POINTS = np.array(list(product(np.polynomial.legendre.leggauss(2)[0].tolist(), repeat=3)))
 _BRICK_EDGES = frozenset((a, b) for a, row in enumerate(EDGE_ENDS.tolist()) for b in row)

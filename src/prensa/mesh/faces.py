@@ -32,32 +32,48 @@ def multilinear(at: Array, nodes: int) -> tuple[Array, Array]:
 
 
 def area_vectors(x: Array) -> tuple[Array, Array]:
-    """N (4, a) at the Gauss points of bilinear faces, and their area vectors (4, m, 3) there, of faces x (m, 4, 3)."""
-    N, dN = multilinear(_GAUSS_PAIRS, 4)
+    """N (q, a) at the Gauss points of faces x (m, 4 | 6, 3), four of bilinear ones, three of triangles of six nodes, and the area
+    vectors (q, m, 3) there, whose sum is that of the face.
+    """
+    N, dN = _six_nodes() if x.shape[1] == 6 else multilinear(_GAUSS_PAIRS, 4)
     along = np.einsum("qai,mad->qmid", dN, x)
-    return N, np.cross(along[:, :, 0], along[:, :, 1])
+    area = np.cross(along[:, :, 0], along[:, :, 1])
+    return N, area / 6.0 if x.shape[1] == 6 else area
+
+
+def _six_nodes() -> tuple[Array, Array]:
+    """N (3, 6) and slopes (3, 6, 2) of a triangle with nodes in the middle of its sides, at its three points of degree two."""
+    L = np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3)
+    dL = np.array([(-1.0, -1.0), (1.0, 0.0), (0.0, 1.0)])
+    ends = [(0, 1), (1, 2), (2, 0)]
+    N = np.column_stack([L * (2.0 * L - 1.0), *(4.0 * L[:, a] * L[:, b] for a, b in ends)])
+    corners = (4.0 * L - 1.0)[..., None] * dL
+    middles = np.stack([4.0 * (L[:, a, None] * dL[b] + L[:, b, None] * dL[a]) for a, b in ends], axis=1)
+    return N, np.concatenate([corners, middles], axis=1)
 
 
 def face_areas(x: Array, faces: Index) -> Array:
-    """Areas (m,) of faces (m, 4) on nodes x (n, 3)."""
+    """Areas (m,) of faces (m, 4 | 6) on nodes x (n, 3)."""
     return np.asarray(np.linalg.norm(area_vectors(x[faces])[1], axis=2).sum(axis=0))
 
 
 def enclosed_volume(x: Array, faces: Index) -> float:
-    """Volume inside of closed faces (m, 4), seen from outside counter-clockwise, by the divergence of the position."""
+    """Volume inside of closed faces (m, 4 | 6), seen from outside counter-clockwise, by the divergence of the position."""
     N, area = area_vectors(x[faces])
     return float((np.einsum("qa,mad->qmd", N, x[faces]) * area).sum() / 3.0)
 
 
 def face_expansion(X: Array, x: Array, faces: Index) -> Array:
-    """Area around nodes now over that at the beginning (n,), on faces (m, 4) of nodes at X (n, 3) then, x now; nan elsewhere."""
+    """Area around nodes now over that at first (n,), on faces (m, 4 | 6) of nodes at X (n, 3) then, x now; nan elsewhere."""
     now, then = (np.bincount(faces.ravel(), _shares(p[faces]).ravel(), len(X)) for p in (x, X))
     return np.divide(now, then, out=np.full(len(X), np.nan), where=then > 0.0)
 
 
 def _shares(x: Array) -> Array:
-    """∫ N_A dΓ (m, 4) of faces x (m, 4, 3)."""
+    """∫ N_A dΓ (m, 4) of faces x (m, 4, 3); of six nodes, whose corners have none, the sixth part of the area at each (m, 6)."""
     N, area = area_vectors(x)
+    if x.shape[1] == 6:
+        return np.repeat(np.linalg.norm(area, axis=2).sum(axis=0)[:, None] / 6.0, 6, axis=1)
     return np.einsum("qa,qm->ma", N, np.linalg.norm(area, axis=2))
 
 
@@ -89,8 +105,8 @@ def located(values: Array, level: Array) -> tuple[Index, Array]:
 
 
 def nearest_on_faces(points: Array, x: Array, faces: Index) -> Array:
-    """Distances (k,) of points (k, 3) from bilinear faces (m, 4) on nodes x (n, 3)."""
-    corners = x[faces]
+    """Distances (k,) of points (k, 3) from faces (m, 4 | 6) on nodes x (n, 3), bilinear ones or triangles between corners."""
+    corners = x[faces[:, [0, 1, 2, 2]] if faces.shape[1] == 6 else faces]
     middle = corners.mean(axis=1)
     radius = np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1)
     out = np.empty(len(points))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prensa.mesh.brick_checks import EDGE_ENDS
+from prensa.mesh.brick_checks import EDGE_ENDS, TETRAHEDRON_ENDS
 from prensa.mesh.bricks import wedges
 from prensa.mesh.mesh import CELL_NAMES, CORNERS, Mesh, corner_cells, sides
 from prensa.precision import SMALLEST
@@ -82,7 +82,8 @@ class Quality:
 def quality(mesh: Mesh) -> Quality:
     """Quality of every element of a mesh."""
     if mesh.points.shape[1] == 3:
-        return _of_bricks(mesh.points[mesh.cells], wedges(mesh.cells))
+        x = mesh.points[mesh.cells]
+        return _of_tetrahedra(x[:, :4]) if x.shape[1] == 10 else _of_bricks(x, wedges(mesh.cells))
     cells = corner_cells(mesh.cells)
     x, c = mesh.points[cells], CORNERS[mesh.cells.shape[1]]
     after, before = np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x
@@ -95,6 +96,15 @@ def quality(mesh: Mesh) -> Quality:
     jacobian = sine.min(axis=1) * (2 / np.sqrt(3.0) if c == 3 else 1.0)
     longest = length.max(axis=1)
     return Quality(CELL_NAMES[mesh.cells.shape[1]], jacobian, longest / length.min(axis=1), longest, x.mean(axis=1))
+
+
+def _of_tetrahedra(x: Array) -> Quality:
+    """Of tetrahedra with corners x (m, 4, 3), over the regular one's."""
+    edges = x[:, TETRAHEDRON_ENDS] - x[:, :, None]
+    length = np.linalg.norm(edges, axis=3)
+    corner = np.sqrt(2.0) * np.linalg.det(edges / np.maximum(length, SMALLEST)[..., None])
+    longest = length.max(axis=(1, 2))
+    return Quality("T10", corner.min(axis=1), longest / length.min(axis=(1, 2)), longest, x.mean(axis=1))
 
 
 def _of_bricks(x: Array, wedge: Flags) -> Quality:

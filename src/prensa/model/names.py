@@ -39,10 +39,10 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 
 
 def meant(name: str, known: Iterable[str]) -> str | None:
-    """The known name that was likely meant: the `nearest`, or the one that the word of the trade stands for."""
+    """The known name that was likely meant: the one that a word of the trade stands for, or the `nearest`."""
     known = list(known)
-    near, here = nearest(name, known), of_the_trade(name)
-    return near if near is not None else here if here in known else None
+    here = of_the_trade(name)
+    return here if here in known else nearest(name, known)
 
 
 def of_a_slip(name: str, known: Iterable[str]) -> str | None:
@@ -61,7 +61,7 @@ def suggest(name: str, known: Iterable[str]) -> str:
     if (written := of_a_slip(name, known)) is not None:
         return written
     near = nearest(name, known)
-    if near is not None:
+    if near is not None and meant(name, known) == near:
         return f"; did you mean {near!r}?"
     listed = f"known: {', '.join(map(repr, known))}"
     if (here := meant(name, known)) is not None:

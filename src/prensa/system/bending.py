@@ -141,11 +141,14 @@ def _gaps(system: System, body: str, t: _Thickness, moment: Moment) -> Array:
     outward = np.stack([-t.across, t.across], axis=1)
     for s in system.tool_contacts:
         if s.body == body:
-            seen = system.tool_masters[s.against].seen(t.middle.reshape(-1, d), moment.u)
+            master = system.tool_masters[s.against]
+            seen = master.seen(t.middle.reshape(-1, d), moment.u)
             # a tool that has come through from the other side faces away from this one
             # and in space one that is met along the thickness of the other way faces neither
             facing = (seen.n.reshape(-1, 2, d) * outward).sum(axis=2) < (-np.sqrt(0.5) if d == 3 else 0.0)
-            out = np.where(facing, np.minimum(out, seen.g.reshape(-1, 2)), out)
+            # how far a force takes a tool nobody knows: it presses in what it faces
+            gap = seen.g.reshape(-1, 2) if moment.known[master.number] else np.tile(-t.size[:, None], 2)
+            out = np.where(facing, np.minimum(out, gap), out)
     return out
 
 

@@ -25,9 +25,11 @@ def face_integrals(X: Array, slave: Side, master: Side, apart: float = APART) ->
     Raises
     ------
     MeshError
-        If the slave side does not lie on the master side all over.
+        If the slave side does not lie on the master side all over, and for tetrahedra.
 
     """
+    if 6 in (slave.edges.shape[1], master.edges.shape[1]):
+        raise MeshError(f"tie of {slave.name} to {master.name}: tetrahedra cannot be tied yet; use bricks, or nodes in common")
     x, y = X[slave.edges], X[master.edges]
     face, other = _overlapping(x, y, apart)
     frames = _frames(x)

@@ -66,10 +66,12 @@ def problem(rng: np.random.Generator) -> Drawn:
     if not plastic and rng.random() < 0.4:
         material = pr.NeoHooke(m.E, m.nu)
     shape, body = [_box, _box, _warped, _cylinder, _tube][rng.integers(5)](rng)
-    name, tool, most = [_plate, _plate, _ball, _roll, _punch, _cone][rng.integers(6)](rng, body)
-    depth = most * number(rng, 0.2, 1.0)
+    narrow = () if shape.endswith("tube") else (_ball, _punch, _cone)  # they would go into its bore
+    tools = (_plate, _plate, _roll, *narrow)
+    name, tool, most, gap = tools[rng.integers(len(tools))](rng, body)
+    depth = gap + most * number(rng, 0.2, 1.0)
     mu = 0.0 if rng.random() < 0.2 else number(rng, 0.02, 0.5)
-    motion = str(rng.choice(["press", "slide", "lift", "again", *_TURNS.get(name, ())]))
+    motion = str(rng.choice(["press", "slide", "lift", "again", *_ALSO.get(name, ())]))
     contact = pr.Contact(("body.top",), "tool")
     p = pr.Problem(
         "space", space="solid", bodies={"body": pr.Body(body.mesh, material)}, tools={"tool": tool.tool}, contacts=(contact,),
@@ -128,7 +130,7 @@ def _motion(m: Any) -> Any:
     return pr.Motion(**{axis: way for axis, way in turned.items() if way is not None})
 
 
-_TURNS = {"roll": ("roll",), "ball": ("roll", "twist"), "cone": ("twist",), "plate": ("twist",)}
+_ALSO = {"roll": ("roll",), "ball": ("roll", "twist"), "cone": ("twist",), "plate": ("twist",)}
 """What tools do besides: they roll without slip, or turn about the upright axis."""
 
 
@@ -234,36 +236,36 @@ def _named(mesh: Any, rng: np.random.Generator, R: float, H: float, quarter: boo
 # those that are narrower than the body stand over its middle, or over the corner of its planes of symmetry
 
 
-def _plate(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float]:
+def _plate(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
     """Level, or over clamped bodies tilted by up to 3° and above what is highest then."""
     if body.fixed["body.bottom"] != "xyz" or "body.left" in body.fixed or rng.random() < 0.5:
-        return "plate", plate((0.0, body.high, 0.0), (0.0, -1.0, 0.0)), 0.3 * body.high
+        return "plate", plate((0.0, body.high, 0.0), (0.0, -1.0, 0.0)), 0.3 * body.high, 0.0
     a, b = rng.uniform(-0.05, 0.05, 2)
     up = 1.2 * (abs(a) * body.wide + abs(b) * body.deep)  # the right side of a warped box leans out by 20 % at most
-    return "tilted plate", plate((0.0, body.high + up, 0.0), (a, -1.0, b)), 0.2 * body.high + 3.0 * up
+    return "tilted plate", plate((0.0, body.high + up, 0.0), (a, -1.0, b)), 0.2 * body.high, up
 
 
-def _ball(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float]:
+def _ball(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
     R = number(rng, 0.8, 3.0) * min(body.wide, body.deep)
-    return "ball", ball((0.0, body.high + R, 0.0), R), min(0.12 * body.high, 0.1 * R)
+    return "ball", ball((0.0, body.high + R, 0.0), R), min(0.12 * body.high, 0.1 * R), 0.0
 
 
-def _roll(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float]:
+def _roll(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
     R = number(rng, 0.8, 3.0) * min(body.wide, body.deep)
-    return "roll", roll((0.0, body.high + R, 0.0), R, str(rng.choice(["x", "z"]))), min(0.12 * body.high, 0.1 * R)
+    return "roll", roll((0.0, body.high + R, 0.0), R, str(rng.choice(["x", "z"]))), min(0.12 * body.high, 0.1 * R), 0.0
 
 
-def _punch(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float]:
+def _punch(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
     """Round or a bar, with a fillet of an element about."""
     least = min(body.wide, body.deep)
     width = number(rng, 0.8, 1.4) * least
     fillet, axis = number(rng, 0.2, 0.4) * width, str(rng.choice(["x", "y", "z"]))
-    return "punch", punch((0.0, body.high, 0.0), width, fillet, axis), 0.08 * body.high
+    return "punch", punch((0.0, body.high, 0.0), width, fillet, axis), 0.08 * body.high, 0.0
 
 
-def _cone(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float]:
+def _cone(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
     """Blunt, with a round nose."""
     slope, least = number(rng, 0.15, 0.5), min(body.wide, body.deep)
     nose = number(rng, 0.5, 1.5) * least
     up = nose * (np.sqrt(1.0 + slope**2) - 1.0)  # of the nose above the tip
-    return "cone", cone((0.0, body.high - up, 0.0), slope, 5.0 * least, nose), min(0.1 * body.high, 0.1 * nose)
+    return "cone", cone((0.0, body.high - up, 0.0), slope, 5.0 * least, nose), min(0.1 * body.high, 0.1 * nose), 0.0

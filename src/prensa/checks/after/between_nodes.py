@@ -16,6 +16,7 @@ from prensa.contact.surface import Surface
 from prensa.errors import Finding, coordinates
 from prensa.mesh.mesh import segments
 from prensa.model.remeshing import remeshing_of
+from prensa.precision import SMALLEST
 from prensa.system.system import System
 from prensa.types import Array, Index
 
@@ -191,7 +192,8 @@ def _hollow_faces(x: Array) -> Array:
     np.add.at(n, place.reshape(x.shape[:2]), _outward(x)[:, None])
     at = (n / np.linalg.norm(n, axis=1)[:, None])[place.reshape(x.shape[:2])]
     t, change = (np.roll(v, -1, axis=1) - v for v in (x, at))
-    inwards = -(t * change).sum(axis=2) / np.linalg.norm(t, axis=2)
+    # a triangle names a node twice, and between the two there is no way
+    inwards = -(t * change).sum(axis=2) / np.maximum(np.linalg.norm(t, axis=2), SMALLEST)
     return np.asarray(np.maximum(inwards, 0.0).reshape(-1, 2, 2).max(axis=1))
 
 

@@ -33,7 +33,8 @@ def tool_paths(system: System) -> Iterator[Finding]:
                 continue
             pairs = system.nodes_seen(s, m.u)
             nearest[i] = min(nearest[i], float(pairs.g.min()))
-            held(system, s, i, m, x, pressed)
+            if system.dofs.dimension == 2:  # what is free across a support is one axis there
+                held(system, s, i, m, x, pressed)
         for notice in _crossing(system, m, x):
             reported.setdefault(notice.path, notice)
         at_rest = set(system.problem.bodies) - moved - _touched(system, nearest, known)

@@ -11,7 +11,7 @@ from prensa.contact.pairing import rotation
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
 from prensa.linear.rigid_modes import free_to_move
-from prensa.mesh.brick_checks import EDGE_ENDS
+from prensa.mesh.brick_checks import EDGE_ENDS, TETRAHEDRON_ENDS
 from prensa.policy import DEFAULT, Policy
 from prensa.precision import SMALLEST
 from prensa.system.assembly import Block
@@ -44,9 +44,6 @@ MAX_TOOL_ROTATION = 0.8
 """Rotation (rad) of a tool in one increment from which its path is checked."""
 SWEPT_DEPTH_RATIO = 0.5
 """Penetration over element depth, beyond that at the end, with which a turning tool went through a body."""
-
-TETRAHEDRON_ENDS = ((1, 2, 3), (2, 0, 3), (0, 1, 3), (1, 0, 2))
-"""Ends of the three edges at each corner of a tetrahedron, right-handed."""
 
 
 class Corners:

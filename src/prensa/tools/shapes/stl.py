@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
@@ -16,10 +16,12 @@ from prensa.model.fields import Turn
 from prensa.model.tables import digest_of, found_file
 from prensa.model.units import Angle, Length, Number
 from prensa.tools.analytic import Tool
-from prensa.tools.curved import Curved
 from prensa.tools.facets import CREASE
 from prensa.tools.tool import ToolShape, Touched, rotation_of
 from prensa.types import Array, Index
+
+if TYPE_CHECKING:
+    from prensa.tools.curved import Curved
 
 __all__ = ["Stl"]
 
@@ -79,6 +81,8 @@ class Stl(ToolShape):
 
     def touched(self, shape: Tool, xi: Array) -> Touched | None:
         """See `prensa.tools.curved`."""
+        from prensa.tools.curved import Curved
+
         return shape.touched(xi) if isinstance(shape, Curved) else None
 
     def facets(self, direction: Array, depth: float) -> tuple[Array, Index]:
@@ -92,6 +96,8 @@ class Stl(ToolShape):
 
     def details(self, shape: Tool, direction: Array) -> str:
         """How large and how coarse it is."""
+        from prensa.tools.curved import Curved
+
         if not isinstance(shape, Curved):
             return ""
         x, s = shape.surface.points, shape.surface
@@ -117,7 +123,9 @@ class Stl(ToolShape):
 
 @lru_cache(maxsize=8)
 def _curved(file: str, digest: str, unit: float, turn: tuple[float, ...], reverse: bool, sharp: float) -> Curved:
-    """The shape, made once for all that ask for it."""
+    """The shape, made once for all that ask for it; its search is compiled, which the description has no need of."""
+    from prensa.tools.curved import Curved
+
     surface = stl.read(file, digest)
     surface = surface.reversed() if reverse else surface
     return Curved(replace(surface, points=unit * surface.points @ rotation_of(turn).T), sharp)
