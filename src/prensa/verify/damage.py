@@ -32,14 +32,15 @@ DAMAGE_PATHS: dict[str, tuple[str, Supports, float]] = {
 """Space, supports of one element, tolerance: what the elastic beginning takes where it has other ratios of stresses."""
 
 
-@case("damage along homogeneous paths", suite="forming", expected_warnings=("if 'b' bends",))
+@case("damage along homogeneous paths", suite="forming")
 def paths(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """One element pulled and sheared to a plastic strain of 0.5, against the rigid-plastic integrals of the table."""
     strain, apart = 0.5, 0.0
     known = {d.path: d for d in tables.damage_paths() if d.strain == strain}
     for path, (space, fixed, tolerance) in DAMAGE_PATHS.items():
         steel = pr.J2(200e3 * E_scale, 0.3, BILLET_FLOW)
-        body = pr.Body(pr.Rectangle((1.0, 1.0), (1, 1)), steel, damage=tuple(DAMAGE_LAWS.values()))
+        element = "q4" if space == "plane stress" else "q4_fbar"  # named: one element is not asked how it bends
+        body = pr.Body(pr.Rectangle((1.0, 1.0), (1, 1)), steel, element, damage=tuple(DAMAGE_LAWS.values()))
         until = pr.Until(measure={"b.max.plastic_strain": strain})
         steps = (pr.Step("s", increments=160, until=until),)
         *_, last = pr.solve(pr.Problem("one", space=space, bodies={"b": body}, fixed=fixed, steps=steps))
