@@ -205,11 +205,12 @@ def test_a_second_stage_goes_on_from_the_damage_of_the_first(tmp_path: Path) -> 
     """As one case of two steps; other laws are refused, another limit is not."""
     first = [stroke(-2.0, 6, tool="die")]
     pr.run(pr.Case(billet(steps=first), output=pr.Output(pictures=False, report=False)), tmp_path / "first", quiet=True)
-    again = stroke(-1.0, 6, tool="die", name="again")
+    again = stroke(-3.0, 6, tool="die", name="again")  # the place, on from −2
     start = pr.Start(str(tmp_path / "first"))
     *_, last = pr.solve(billet(damage=pr.CockcroftLatham(limit=0.3), steps=[again], start=start))
-    *_, zero = pr.solve(billet(steps=first))
-    assert largest(last) >= largest(zero) > 0.005
+    *_, middle, end = (i for i in pr.solve(billet(steps=[*first, again])) if i.end_of_step)
+    assert largest(last) == pytest.approx(largest(end), rel=1e-9)
+    assert largest(end) > 1.3 * largest(middle) > 0.005
     with pytest.raises(pr.PrensaError, match="has other damage laws in the earlier run; make them equal, but for their limits"):
         list(pr.solve(billet(damage=pr.Ayada(), steps=[again], start=start)))
 
