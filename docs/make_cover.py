@@ -2,31 +2,16 @@
 
 from __future__ import annotations
 
-import io
 import re
 import tempfile
 from pathlib import Path
 
-import matplotlib as mpl
-
-mpl.use("Agg")
-import matplotlib.pyplot as plt
-from matplotlib.figure import Figure
-from PIL import Image
+from side_by_side import join
 
 import prensa as pr
 
 DOCS = Path(__file__).parent
 COVER_HEIGHT = 440
-
-
-def drawn(figure: Figure) -> Image.Image:
-    """A figure as a picture of that height."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, dpi=130, bbox_inches="tight")
-    plt.close(figure)
-    picture = Image.open(buffer).convert("RGB")
-    return picture.resize((round(picture.width * COVER_HEIGHT / picture.height), COVER_HEIGHT), Image.Resampling.LANCZOS)
 
 
 def main() -> None:
@@ -38,15 +23,7 @@ def main() -> None:
         pr.run(pr.load(case), out=Path(folder) / "run", quiet=True)
         result = pr.results(Path(folder) / "run")
         figures = [result.plot("plastic_strain"), result.plot("pressure"), result.plot("force_stroke")]
-        pictures = [drawn(f) for f in figures]
-    cover = Image.new("RGB", (sum(p.width for p in pictures), COVER_HEIGHT), "white")
-    left = 0
-    for p in pictures:
-        cover.paste(p, (left, 0))
-        left += p.width
-    path = DOCS / "guide" / "pictures" / "cover.png"
-    cover.save(path, optimize=True)
-    print(f"{path.name} written")
+        join(figures, COVER_HEIGHT, 130, DOCS / "guide" / "pictures" / "cover.png")
 
 
 if __name__ == "__main__":

@@ -2,28 +2,15 @@
 
 from __future__ import annotations
 
-import io
 import tempfile
 from pathlib import Path
 
-import matplotlib as mpl
-
-mpl.use("Agg")
-from matplotlib.figure import Figure
-from PIL import Image
+from side_by_side import join
 
 import prensa as pr
 
 DOCS = Path(__file__).parent
 HEIGHT = 340  # pixels
-
-
-def drawn(figure: Figure) -> Image.Image:
-    """A figure as a picture of that height."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, dpi=200, bbox_inches="tight", pad_inches=0.05)
-    picture = Image.open(buffer).convert("RGB")
-    return picture.resize((round(picture.width * HEIGHT / picture.height), HEIGHT), Image.Resampling.LANCZOS)
 
 
 def main() -> None:
@@ -36,15 +23,7 @@ def main() -> None:
         ball, billet = runs["ball_indentation"], runs["square_billet"]
         figures = [ball.plot("plastic_strain", at="drag", section="z", dpi=200), ball.plot("pressure", at="drag", dpi=200),
                    billet.plot("mises", dpi=200)]  # fmt: skip
-        pictures = [drawn(f) for f in figures]
-    joined = Image.new("RGB", (sum(p.width for p in pictures), HEIGHT), "white")
-    left = 0
-    for p in pictures:
-        joined.paste(p, (left, 0))
-        left += p.width
-    path = DOCS / "guide" / "pictures" / "space.png"
-    joined.save(path, optimize=True)
-    print(f"{path.name} written")
+        join(figures, HEIGHT, 200, DOCS / "guide" / "pictures" / "space.png", margin=0.05)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ tributary areas of the deformed outline, along normals of the tools' outlines (`
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -210,21 +210,26 @@ def outlines(d: Drawn, record: Record) -> str:
         slack = getattr(c.enforcement, "tolerance", 0.0) * longest  # what the augmented form leaves
         if (least[p > 0] > SAME_GAP * size + slack).any():
             return f"{at}: pressure across an open gap of {least[p > 0].max():.3g}"
-    return _bodies_outside(d, record)
-
-
-def _bodies_outside(d: Drawn, record: Record) -> str:
-    """Every outline node of every body, listed in a contact or not, against every tool."""
-    rows = {int(n): k for k, n in enumerate(record.history["increment"])}
     between = {c.against for c in record.problem.contacts if c.integration != "nodal"}  # nodes beside their points go deeper
+    tools = {name: tool for name, tool in d.tools.items() if name not in between}
+    return bodies_outside(tools, record, outer_edges, _beside, seen_by)
+
+
+def bodies_outside(
+    tools: Mapping[str, Placed], record: Record, outside: Callable[[Index], Index], beside: Callable[[Index, Array], Array],
+    seen: Callable[[Placed, str, Record, int, Array], tuple[Array, Array]],
+) -> str:  # fmt: skip
+    """Every node on the outside of every body, listed in a contact or not, against tools.
+
+    ``outside``: sides of cells that are of one alone; ``beside`` (n,): longest length of these at nodes; ``seen``: distances.
+    """
+    rows = {int(n): k for k, n in enumerate(record.history["increment"])}
     for number, shapes in record.bodies.items():
         for body, s in shapes.items():
-            outer = outer_edges(s.cells)
-            nodes, h = np.unique(outer), _beside(outer, s.x)
-            for name, tool in d.tools.items():
-                if name in between:
-                    continue
-                gap, _ = seen_by(tool, name, record, rows[number], s.x[nodes])
+            outer = outside(s.cells)
+            nodes, h = np.unique(outer), beside(outer, s.x)
+            for name, tool in tools.items():
+                gap, _ = seen(tool, name, record, rows[number], s.x[nodes])
                 # pressures of nodes of contacts are known and judged there: what is meant here is a missing contact
                 if (gap < -10 * DEEP * h[nodes]).any():
                     k = int(np.argmin(gap))

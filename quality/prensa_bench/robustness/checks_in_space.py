@@ -23,6 +23,7 @@ from prensa_bench.robustness.checks import (
     REACHED,
     SAME_GAP,
     WORK,
+    bodies_outside,
     size_of,
 )
 from prensa_bench.robustness.drawn import Drawn, Placed
@@ -144,17 +145,7 @@ def outlines(d: Drawn, record: Record) -> str:
             return f"{at}: node {t.nodes[k]} lies {-t.gap[k]:.3g} inside the tool"
         if (t.gap[p > 0] > SAME_GAP * size).any():
             return f"{at}: pressure across an open gap of {t.gap[p > 0].max():.3g}"
-    rows = {int(n): k for k, n in enumerate(record.history["increment"])}
-    for number, shapes in record.bodies.items():
-        for body, s in shapes.items():
-            outer = outer_faces(s.cells)
-            nodes, h = np.unique(outer), _beside(outer, s.x)
-            for name, tool in d.tools.items():
-                gap, _ = seen_by(tool, name, record, rows[number], s.x[nodes])
-                if (gap < -10 * DEEP * h[nodes]).any():
-                    k = int(np.argmin(gap))
-                    return f"increment {number}: node {nodes[k]} of {body} lies {-gap[k]:.3g} inside {name}"
-    return ""
+    return bodies_outside(d.tools, record, outer_faces, _beside, seen_by)
 
 
 # ------------------------------------------------------------------------------------------------------------------ statics

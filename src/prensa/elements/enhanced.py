@@ -33,6 +33,7 @@ from prensa.types import Array, Flags
 MODES = {False: 4, True: 5}
 """Internal degrees of freedom of every enhanced element of the plane, by whether the problem is axisymmetric."""
 SPACE_MODES = 9
+"""The same of bricks: a coordinate times each of the three directions (Glaser and Armero 1997)."""
 STRAIN_NOISE = 1e-2
 """Share of the moduli times the strains in what a zero of the modes' forces is made of: the round-off that strains come with."""
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from prensa.errors import coordinates
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.types import Array, Flags, Index
 
@@ -103,7 +104,7 @@ def _edges(name: str, points: Array, triangles: Index) -> tuple[Index, Index, Fl
     owner = np.repeat(np.arange(len(triangles)), 3)
     edges, inverse, count = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
     if count.max() > 2:
-        at = ", ".join(f"{v:.4g}" for v in points[edges[np.argmax(count)]].mean(axis=0))
+        at = coordinates(points[edges[np.argmax(count)]].mean(axis=0))
         raise ValueError(
             f"{count.max()} triangles of {name!r} meet in one edge, near ({at}) of the file: it is no surface of a body; export "
             "the one body or side that is the tool"
@@ -130,7 +131,7 @@ def _orientation(
     columns = np.concatenate([np.where(turns, b + m, b), np.where(turns, b, b + m)])
     found = connected_components(coo_array((np.ones(len(rows)), (rows, columns)), shape=(2 * m, 2 * m)), directed=False)[1]
     if (bad := np.flatnonzero(found[:m] == found[m:])).size:
-        at = ", ".join(f"{v:.4g}" for v in points[edges[inner][np.isin(a, bad)][0]].mean(axis=0))
+        at = coordinates(points[edges[inner][np.isin(a, bad)][0]].mean(axis=0))
         raise ValueError(f"the surface of {name!r} has one side only (near ({at}) of the file): it bounds no tool")
     part = np.minimum(found[:m], found[m:])
     mine = found[:m] == part

@@ -25,11 +25,6 @@ def vtk_type(cells: Index, dimension: int) -> str:
     return VTK_IN_SPACE[cells.shape[1]] if dimension == 3 else VTK[cells.shape[1]]
 
 
-def rings(faces: Index) -> Index:
-    """Nodes (k, a) of faces in space (k, 4 | 6) in walking order around each, mid-side nodes between their corners."""
-    return faces if faces.shape[1] == 4 else faces[:, _AROUND[6]]
-
-
 def to_corners(values: Array, cells: Index, nodes: Index) -> None:
     """Give the corners of tetrahedra (m, 10) values (n,), in place, of contact points: ``nodes`` (k,) in the middle of sides.
 

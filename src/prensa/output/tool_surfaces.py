@@ -8,6 +8,7 @@ import numpy as np
 
 from prensa.mesh.level_set import level_set
 from prensa.result.increment import ToolState
+from prensa.tools.tool import rotation_of
 from prensa.types import Array, Index
 
 TRACED = 40  # bricks along the longest side of the part of a tool that is traced
@@ -29,10 +30,8 @@ class Surface(NamedTuple):
 
 def motion(state: ToolState) -> tuple[Array, Array]:
     """Rotation (3, 3) and place (3,) of a tool's frame."""
-    from scipy.spatial.transform import Rotation
-
     place = np.array(state.place, dtype=np.float64)
-    return np.asarray(Rotation.from_rotvec(place[3:]).as_matrix()), np.asarray(state.at + place[:3])
+    return rotation_of(place[3:].tolist()), np.asarray(state.at + place[:3])
 
 
 def surface(tool: object, state: ToolState, low: Array, high: Array, beyond: float = 0.5) -> Surface:

@@ -10,7 +10,7 @@ import numpy as np
 from prensa.checks.check import Committed, warning
 from prensa.checks.thresholds import NOTABLE_DEPTH
 from prensa.contact.faces import FacePoints
-from prensa.errors import Finding
+from prensa.errors import Finding, coordinates
 from prensa.system.system import System
 
 
@@ -29,7 +29,7 @@ def corners_of_faces(system: System, given: Committed) -> Iterator[Finding]:
         # what penalties give way is the points' own, and has a word of its own
         more = float(depth[k]) - max(float(-f.g.min()), 0.0)
         if more > NOTABLE_DEPTH * size:
-            at = ", ".join(f"{c:.4g}" for c in x[corners[k]])
+            at = coordinates(x[corners[k]])
             yield warning(
                 f"contact {s.name}: corner {corners[k] - system.offsets[s.body]} of a tetrahedron, at ({at}), lies "
                 f"{depth[k]:.3g} inside {s.against!r}: contact is at the middle of the sides alone, and forces are too "
