@@ -59,7 +59,7 @@ ORDER = [
     "types", "errors", "precision", "registry", "layout", "derivatives", "policy", "timer", "reference", "model", "kernels",
     "geometry", "importers", "mesh", "friction", "materials", "tools", "testing", "elements", "contact", "system", "linear",
     "result",
-    "measures", "checks", "solver", "remeshing", "conduction", "analysis", "sensitivity", "output", "verify", "study",
+    "measures", "checks", "solver", "remeshing", "conduction", "analysis", "dies", "sensitivity", "output", "verify", "study",
     "inverse", "bench", "cli", "__main__",
 ]  # fmt: skip
 """Rooms from below upwards, those of older checkouts (`bench`) among them."""

@@ -10,10 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from prensa.precision import COMPLEX_STEP, NEGLIGIBLE
+from prensa.precision import COMPLEX_STEP, FIRST_DIFFERENCE, NEGLIGIBLE
 from prensa.types import Array
-
-DIFFERENCE = 6e-6  # cube root of round-off: step of the central difference where a law does not take complex numbers
 
 
 def derivative(f: Any, x: Array) -> Array:
@@ -23,7 +21,7 @@ def derivative(f: Any, x: Array) -> Array:
     y = complex_value(f, x + 1j * h)
     if y is not None:
         return np.asarray(y.imag / h) + np.zeros_like(x)
-    h = DIFFERENCE * size
+    h = FIRST_DIFFERENCE * size
     return np.asarray((f(x + h) - f(np.maximum(x - h, 0.0))) / (x + h - np.maximum(x - h, 0.0))) + np.zeros_like(x)
 
 

@@ -18,13 +18,13 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.contact.integration import Points, edge_normals
+from prensa.precision import NEGLIGIBLE
 from prensa.tools.analytic import Closest, Tool
 from prensa.types import Array, Index
 
 BESIDE = 1e-4  # share of an edge by which a look at the tool is taken on either side of a corner
 FLANK = 0.1  # cosine towards a surface below which a part of a tool is a flank, that covers nothing
 PIERCED = 0.25  # depth of a point in the tool, over that of its element, from which its edge is not cut there
-AT_NODE = 1e-9  # share of an edge by which a corner may miss a node that it lies on
 STEEP = 0.5  # sine of the angle between an edge and the face beside a corner from which it goes up the flank
 SAME_PLACE = 0.01  # share of an edge between a corner and the end under the tool within which the point of that end is held
 NEXT = 0.1  # share of an edge between its end and a corner within which the end may leave the tool in an increment
@@ -101,7 +101,7 @@ def cuts_of(shape: Tool, at: Array, place: Array, x: Array, edges: Index, limit:
         along = (to * t).sum(axis=1) / length
         # Edges that look the same way as the corner are on the far side of the body, or on another body's.
         facing = outward @ (R @ [ey, -ex]) < 0.0
-        over = np.flatnonzero(facing & (along > AT_NODE) & (along < 1.0 - AT_NODE))
+        over = np.flatnonzero(facing & (along > NEGLIGIBLE) & (along < 1.0 - NEGLIGIBLE))
         if not len(over):
             continue
         k = over[np.argmin(np.abs((to * outward).sum(axis=1))[over])]

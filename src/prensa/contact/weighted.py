@@ -20,11 +20,10 @@ import numpy as np
 
 from prensa.contact.stencil import Stencils
 from prensa.kernels.compiled import njit
-from prensa.precision import COMPLEX_STEP
+from prensa.precision import COMPLEX_STEP, ROUND_OFF
 from prensa.types import Array, Flags, Index
 
 NEIGHBOURS_BEFORE = 2  # slave nodes on either side of its own that a stencil has: normals turn with them
-NO_PIECE = 1e-12  # share of an edge that is no piece of it, and area over its length of a node that faces nothing
 _GAUSS_PLACES = np.array([0.5 - 0.15**0.5, 0.5, 0.5 + 0.15**0.5])  # Gauss points of a piece
 _GAUSS_SHARES = np.array([5.0, 8.0, 5.0]) / 18.0
 _PROJECTIONS = 8  # Newton steps of a projection, which is linear where normals do not turn
@@ -153,7 +152,7 @@ def _integrals(x, there, first, last, coef, n):
                 lo = lo * 0.0
             if hi.real > 1.0:
                 hi = hi * 0.0 + 1.0
-            if not hi.real - lo.real >= NO_PIECE:  # nor where a projection runs along the master
+            if not hi.real - lo.real >= ROUND_OFF:  # nor where a projection runs along the master
                 continue
             for q in range(3):
                 s = lo + (hi - lo) * _GAUSS_PLACES[q]
@@ -175,7 +174,7 @@ def _state(x, there, committed, first, last, coef, v):
     """Coefficients (j,) and v (4,) = gap, normal, slip; edges as in `_integrals`."""
     area = _integrals(x, there, first, last, coef, v[1:3])
     length = abs(x[1, 0].real - x[3, 0].real) + abs(x[1, 1].real - x[3, 1].real)
-    if area.real <= NO_PIECE * length:
+    if area.real <= ROUND_OFF * length:
         coef[:] = 0.0
         # An infinite gap is open whatever the penalty, and its slopes are never asked for.
         v[0], v[3] = np.inf, 0.0

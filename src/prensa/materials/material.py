@@ -21,17 +21,16 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-from prensa.derivatives import DIFFERENCE, complex_value
+from prensa.derivatives import complex_value
 from prensa.layout import PLANE, SPATIAL
 from prensa.materials.protocol import Material as Law
 from prensa.model.doors import Member
 from prensa.model.units import Number
-from prensa.precision import COMPLEX_STEP
+from prensa.precision import COMPLEX_STEP, FIRST_DIFFERENCE, SECOND_DIFFERENCE
 from prensa.types import Array
 
 PoissonRatio = Annotated[Number, Field(gt=-1.0, lt=0.5)]
 
-SECOND = 1e-4  # fourth root of round-off: step of second differences
 PATH_POINTS = np.polynomial.legendre.leggauss(12)
 
 
@@ -138,8 +137,8 @@ def principal_stress(material: IsotropicMaterial, eps: Array) -> Array:
     psi = complex_value(lambda s: _spread(energy, eps, s), 1j * COMPLEX_STEP * steps)
     if psi is not None:
         return np.ascontiguousarray(psi.imag.T / COMPLEX_STEP)
-    psi = _spread(energy, eps, DIFFERENCE * np.concatenate([steps, -steps]))
-    return np.ascontiguousarray((psi[:3] - psi[3:]).T / (2 * DIFFERENCE))
+    psi = _spread(energy, eps, FIRST_DIFFERENCE * np.concatenate([steps, -steps]))
+    return np.ascontiguousarray((psi[:3] - psi[3:]).T / (2 * FIRST_DIFFERENCE))
 
 
 def principal_tangent(material: IsotropicMaterial, eps: Array) -> Array:
@@ -152,21 +151,21 @@ def principal_tangent(material: IsotropicMaterial, eps: Array) -> Array:
         tau = complex_value(lambda s: _spread(material.stress, eps, s), 1j * COMPLEX_STEP * steps)
         if tau is not None:
             return np.ascontiguousarray(tau.imag.transpose(1, 2, 0) / COMPLEX_STEP)
-        tau = _spread(material.stress, eps, DIFFERENCE * np.concatenate([steps, -steps]))
-        return np.ascontiguousarray((tau[:3] - tau[3:]).transpose(1, 2, 0) / (2 * DIFFERENCE))
+        tau = _spread(material.stress, eps, FIRST_DIFFERENCE * np.concatenate([steps, -steps]))
+        return np.ascontiguousarray((tau[:3] - tau[3:]).transpose(1, 2, 0) / (2 * FIRST_DIFFERENCE))
     energy = _energy(material)
-    shifts = DIFFERENCE * np.concatenate([steps, -steps])
+    shifts = FIRST_DIFFERENCE * np.concatenate([steps, -steps])
     # One step is complex and one real: hyper-dual numbers would be exact, but users' functions would have to support them.
     pairs = (shifts[:, None] + 1j * COMPLEX_STEP * steps[None]).reshape(-1, 3)
     psi = complex_value(lambda s: _spread(energy, eps, s), pairs)
     if psi is not None:
         tau = psi.imag.reshape(6, 3, len(eps)) / COMPLEX_STEP
-        slope = ((tau[:3] - tau[3:]) / (2 * DIFFERENCE)).transpose(2, 1, 0)
+        slope = ((tau[:3] - tau[3:]) / (2 * FIRST_DIFFERENCE)).transpose(2, 1, 0)
     else:
-        both = SECOND * np.concatenate([steps, -steps])
+        both = SECOND_DIFFERENCE * np.concatenate([steps, -steps])
         psi = _spread(energy, eps, (both[:, None] + both[None]).reshape(-1, 3)).reshape(2, 3, 2, 3, len(eps))
         mixed = psi[0, :, 0] - psi[0, :, 1] - psi[1, :, 0] + psi[1, :, 1]
-        slope = mixed.transpose(2, 0, 1) / (4 * SECOND**2)
+        slope = mixed.transpose(2, 0, 1) / (4 * SECOND_DIFFERENCE**2)
     # Differences are symmetric only up to their error, the tangent of an energy is so exactly, and LDLᵀ relies on it.
     return np.asarray(0.5 * (slope + slope.transpose(0, 2, 1)))
 

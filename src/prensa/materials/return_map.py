@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from prensa.kernels.record import NO_ROOT
+from prensa.kernels.record import BRACKET, LEFT_OVER, NO_ROOT, SEARCH_STEPS
 from prensa.materials.flow_curve import FlowCurve, along, stress_at
 from prensa.materials.hencky_j2 import ON_SURFACE
 from prensa.types import Array, Flags
 
-ITERATIONS = 200  # for a plastic increment, Newton steps and bisections; points that need more fail
 LAST_STEP = 1e-12  # Newton's last step, over the plastic increment
-LEFT_OVER = 2e-14  # over the trial stress: what is left is round-off
-BRACKET = 4e-16  # width of the bracket, over the increment
 
 
 def return_map(
@@ -69,7 +66,7 @@ def _roots(curve: FlowCurve, start: Array, q: Array, jac: Array, G: float, dt: f
     below = q < jac * stress_at(curve, start, np.zeros_like(start))
     lo, hi, rows = np.where(below, -top, 0.0), np.where(below, 0.0, top), np.arange(len(q))
     x = np.where(below, 0.0, 0.5 * top)
-    for _ in range(ITERATIONS):
+    for _ in range(SEARCH_STEPS):
         if not len(rows):
             break
         s, ds = along(curve, start[rows], x, dt)

@@ -12,11 +12,11 @@ import numpy as np
 from scipy.sparse import coo_matrix
 
 from prensa.mesh.mesh import MeshError
+from prensa.precision import NEGLIGIBLE
 from prensa.types import Array, Flags, Index
 
 APART = 0.05  # distance of the two sides, in edge lengths of the slave, above which they do not lie on each other
 MORTAR_RULE = np.polynomial.legendre.leggauss(4)
-EDGE_END = 1e-9  # ξ from an end of a slave edge at which a projected node is that end
 BEYOND = 1e-6  # ξ that a foot may lie beyond the end of a master edge
 PROJECTIONS = 20  # most steps for the foot of a point on an edge
 
@@ -201,7 +201,7 @@ def _pieces(X: Array, edges: Index, others: Index) -> tuple[Index, Array, Array]
     near = np.hypot(*(middle[other] - at[edge]).T) <= 1.5 * (half[other] + 0.5 * length[edge])
     edge, other = np.repeat(edge[near], 2), others[other[near], :2].ravel()
     cut = _foot(X[other], X[edges[edge]])
-    inside = (cut > -1 + EDGE_END) & (cut < 1 - EDGE_END)
+    inside = (cut > -1 + NEGLIGIBLE) & (cut < 1 - NEGLIGIBLE)
     all_ = np.arange(len(edges))
     owner = np.concatenate([edge[inside], all_, all_])
     xi = np.concatenate([cut[inside], np.full(len(edges), -1.0), np.ones(len(edges))])

@@ -10,10 +10,10 @@ import numpy as np
 from prensa.friction.fading import Fading
 from prensa.friction.law import FrictionLaw
 from prensa.model.crank import Crank
+from prensa.precision import NEGLIGIBLE
 from prensa.types import Array, Index
 
 JOINED = 0.1  # share of a step without a number of increments in which tools and supports come to tables that begin elsewhere
-STILL = 1e-9  # of its values: what changes by less stays
 
 
 @dataclass(frozen=True)
@@ -253,7 +253,7 @@ class StepPlan:
         """Whether anything given goes back, stops, or goes less than half as fast from *now* to *end* as from *last* on."""
         a, b, c = self.given(last), self.given(now), self.given(end)
         before, after = (b - a) / (now - last), (c - b) / (end - now)
-        moved = np.abs(b - a) > STILL * (np.abs(a) + np.abs(b))
+        moved = np.abs(b - a) > NEGLIGIBLE * (np.abs(a) + np.abs(b))
         return bool((moved & (after * before < 0.5 * before**2)).any())
 
     def corners(self) -> Array:

@@ -23,14 +23,13 @@ from prensa.system.inclined import held_along_normals
 from prensa.system.interaction import Context
 from prensa.system.mesh_state import Remeshed
 from prensa.system.planning import plan_step
+from prensa.system.release import NOTHING
 from prensa.system.schedule import StepPlan
 from prensa.system.state import Energy, State
 from prensa.system.system import Evaluation, System
 from prensa.tools.place import PlacedTool
 from prensa.tools.tool import ToolShape
 from prensa.types import Array, Index
-
-NOTHING = 1e-8  # share of all forces below which there is nothing to release: the residual of a converged state
 
 
 class StartError(PrensaError):

@@ -16,6 +16,7 @@ from prensa.contact.record import ContactRecord
 from prensa.mesh.mesh import segments
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
+from prensa.precision import NEGLIGIBLE
 from prensa.registry import DOORS
 from prensa.system.contact_surfaces import symmetry_lines
 from prensa.system.discretise import discretise, on_meshes
@@ -26,7 +27,6 @@ from prensa.types import Array, Index
 
 NEAR_LINE = 0.25  # distance over the length of an edge of the outline at which a node of it is near a line …
 WITHIN = 0.5  # … if it is that close to it over the length that the edges at it had at first
-ON_LINE = 1e-9  # of the size of the bodies, within which a node lies on a line
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ def _lines(system: System, x: Array) -> list[Line]:
             places.add((0, 0.0))
         for axis, at in places:
             for side in (1.0, -1.0):
-                if (side * (own[:, axis] - at)).min() >= -ON_LINE * size and not _stands(system, body, axis, at, side):
+                if (side * (own[:, axis] - at)).min() >= -NEGLIGIBLE * size and not _stands(system, body, axis, at, side):
                     bodies.setdefault((axis, at, side), []).append(body)
     return [Line(*key, tuple(names)) for key, names in sorted(bodies.items())]
 
@@ -149,9 +149,9 @@ def _stands(system: System, body: str, axis: int, at: float, side: float) -> boo
     for s in system.tool_contacts:
         master = system.tool_masters[s.against]
         tool = master.tool
-        if s.body == body and tool.description.type == "plane" and side * tool.direction[axis] > 1 - ON_LINE:
+        if s.body == body and tool.description.type == "plane" and side * tool.direction[axis] > 1 - NEGLIGIBLE:
             place = master.at + master.place(system.initial().u)[:2]
-            if abs(place[axis] - at) <= ON_LINE * system.length:
+            if abs(place[axis] - at) <= NEGLIGIBLE * system.length:
                 return True
     return False
 
@@ -159,7 +159,7 @@ def _stands(system: System, body: str, axis: int, at: float, side: float) -> boo
 def _free(system: System, line: Line, body: str, x: Array) -> Index:
     """Segments (k, 2) of a body's outline both ends of which are off a line."""
     ends = segments(system.meshes[body].boundary) + system.offsets[body]
-    off = line.distance(x[ends]) > ON_LINE * system.length
+    off = line.distance(x[ends]) > NEGLIGIBLE * system.length
     return np.asarray(ends[off.all(axis=1)])
 
 

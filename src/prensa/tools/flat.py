@@ -10,9 +10,6 @@ from prensa.precision import NEGLIGIBLE, ROUND_OFF, SMALLEST
 from prensa.tools.analytic import Analytic, Closest
 from prensa.types import Array
 
-_ALONG_FACE = 1e-9  # cosine below which a ray runs along the face
-_EDGE = 1e-9  # a point this close to the edge of a flat, relative to its width, counts as under it
-
 
 @dataclass(frozen=True)
 class Flat(Analytic):
