@@ -184,6 +184,11 @@ TIMELY = (
         (replaced(contact_lcp, contact_lcp._rubbing, _frictionless_alone(contact_lcp._rubbing)),),
     ),
     Mechanism(
+        "friction_that_holds",
+        "Where friction alone holds a tool, a step decides which of its points stick before the tool runs away.",
+        (replaced(newton, newton.held_by_friction, _no),),
+    ),
+    Mechanism(
         "forced_stick",
         "A point that reversed its slip sticks in the next matrix, where no contact step decides on it.",
         (
@@ -246,6 +251,11 @@ TIMELY = (
         "Automatic increments are bounded by the travel of tools past the contact elements.",
         (replaced(StepControl, StepControl._speeds, lambda self: np.zeros(len(self.system.surfaces))),),
     ),
+    Mechanism(
+        "length_of_blows",
+        "Increments of a step that ends by a tool's work are as short as its energy balance asks for.",
+        (replaced(time_stepping, time_stepping.balanced, lambda outcome, *_: outcome),),
+    ),
     # ---------------------------------------------------------------------------------------------- first contact
     Mechanism(
         "pushed_tools_brought",
@@ -272,6 +282,11 @@ TIMELY = (
         "single_precision",
         "Large systems are factored in single precision, and GMRES makes the rest.",
         policy={"single_precision_from": NEVER},
+    ),
+    Mechanism(
+        "iterative_in_space",
+        "Large systems in space are solved by GMRES with LDLᵀ of a symmetric matrix or with multigrid.",
+        policy={"iterative_from": NEVER, "multigrid_from": NEVER},
     ),
     Mechanism(
         "reuse_of_factors",

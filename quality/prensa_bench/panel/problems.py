@@ -1,4 +1,4 @@
-"""The problems that mechanisms of the solver are judged by: forming processes of the gallery, random ones, two large ones."""
+"""The problems that mechanisms of the solver are judged by: forming processes, random problems, two large ones, some in space."""
 
 from __future__ import annotations
 
@@ -15,13 +15,15 @@ from prensa.verify.forming import upsetting
 from prensa_bench.robustness.families import drawn
 
 SEED = 7
-GROUPS = ("gallery", "strips", "families", "large")
+GROUPS = ("gallery", "strips", "families", "large", "space")
 DRAWN_OF = {"strips": 10, "slide_release": 6, "rolls": 6, "forgings": 6, "cycles": 6, "ironings": 6}
 FORMING_CASES = (
     "flat_punch", "snap_through", "strip_drawing", "wire_drawing", "forward_extrusion", "flat_rolling",
     "hemispherical_stretching", "u_bending", "v_bending", "free_bending", "drawbead", "indentation", "cup_drawing",
     "channel_forming",
 )  # fmt: skip
+SPACE_CASES = ("ball_indentation", "square_billet", "vickers", "snap_hook", "bar_rolling")
+DRAWN_IN_SPACE = 6
 
 
 class Posed(NamedTuple):
@@ -56,6 +58,8 @@ def problems() -> Mapping[str, Entry]:
         out |= {f"{family} {k}": Entry(group, partial(_drawn, family, k)) for k in range(count)}
     out["hertz 1e5"] = Entry("large", partial(_hertz, (242, 207)), 4, partial(_hertz, (7, 6)))
     out["upsetting 1e5"] = Entry("large", partial(_upsetting, (260, 195), 0.1), 6, partial(_upsetting, (4, 3), 0.1))
+    out |= {name: Entry("space", partial(_case, name)) for name in SPACE_CASES}
+    out |= {f"space {k}": Entry("space", partial(_drawn, "space", k)) for k in range(DRAWN_IN_SPACE)}
     return out
 
 
