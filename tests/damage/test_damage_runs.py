@@ -175,6 +175,32 @@ def test_new_meshes_keep_the_largest_damage() -> None:
     assert at_equator(last) == pytest.approx(at_equator(kept), rel=0.02)
 
 
+def test_new_meshes_keep_the_largest_damage_of_the_whole_body() -> None:
+    """Where it is at a regular place, the equator under moderate friction: within 1 %, and found at the same place."""
+    size = pr.Remesh(size=pr.Sizes(far=1.5, near_tools=1.5), when=pr.When(travel=1.5))
+    kept, last = ([*pr.solve(billet(0.1, by=-5.0, remesh=r))][-1] for r in (replace(size, at_most=0), size))
+    assert kept.remeshings == 0 and last.remeshings >= 3
+    for increment in (kept, last):
+        body = increment.bodies["billet"]
+        k = int(np.argmax(body.damage["cockcroft_latham"]))
+        assert body.x[k, 1] < 1.0 and body.x[k, 0] == pytest.approx(body.x[:, 0].max(), rel=1e-3)
+    assert largest(last) == pytest.approx(largest(kept), rel=0.01)
+
+
+def test_a_finer_mesh_keeps_peaks_as_narrow_as_an_element() -> None:
+    """At the singular rim of a rough plate: 95 % of the largest at a point, and the mean to round-off on any mesh."""
+    still = billet(0.3, by=-3.7, remesh=pr.Remesh(when=pr.When(quality=0.0, travel=100.0)))
+    *_, last = pr.solve(still)
+    before, old = pr.discretise(still), last.state.damage[0][..., 0]
+    assert old.max() > 2.0 * np.quantile(old, 0.98)
+    for size in (1.5, 0.7):
+        _, there = renewed(before, last.state, ["billet"], lambda body, h=size: lambda x: np.full(len(x), h))  # type: ignore[misc]
+        now = there.damage[0][..., 0]
+        mean = np.average(now, weights=there.remeshed.volume["billet"])
+        assert len(now) != len(old) and mean == pytest.approx(np.average(old, weights=before.blocks[0].volume), rel=1e-12)
+    assert 0.95 * old.max() < now.max() < 1.05 * old.max()
+
+
 def test_a_homogeneous_damage_stays_what_it_is_on_any_mesh() -> None:
     """That which falls and that which grows: transferred to 1e-6, and to 1e-4 at the end of a run with several meshes."""
     laws = (pr.Freudenthal(), pr.Oyane(A=0.1, heals=True), pr.RiceTracey(cut_off=-1.0))

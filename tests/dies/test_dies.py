@@ -126,6 +126,13 @@ def test_symmetry_line_cuts_and_holds_the_die():
     assert found.imbalance < 1e-10
 
 
+def test_wear_is_a_measure_of_a_run_read_back(run):
+    """Of every increment, from its tables."""
+    stored = pr.results(run.directory).increments
+    assert stored[-1].measure("die.wear") == pytest.approx(run.increment.measure("die.wear"), rel=1e-9)
+    assert 0.0 < stored[0].measure("die.wear") < stored[1].measure("die.wear")
+
+
 def test_wear_needs_both_numbers(last):
     """Wear is relative without numbers, in proportion to k/H with them, and says when it cannot say."""
     loads = pr.tool_loads([last[0]], last[1], "die")

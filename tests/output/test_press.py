@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -288,3 +289,14 @@ def test_the_interactive_plot_has_the_capacity_beside_the_force(tmp_path: Path) 
     made = scene(stored_run(tmp_path))["capacities"]
     assert list(made) == ["t"]
     assert made["t"] == pytest.approx(0.5 * np.interp([0.0, 0.05, 0.1, 0.15, 0.2], [0.0, 1.0], [4e3, 20e3]), rel=1e-5)
+
+
+def test_a_tool_that_meets_nothing_is_not_enough(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its verdict says so, in place of 'enough: 0 %'; what was warned of after the last increment is not said twice."""
+    touching = billet(stroke(FREE, 2), limit=pr.Press(9000.0))
+    missed = replace(touching, tools={"t": pr.Plane(at=(0.0, 9.0), press=pr.Press(9000.0))})
+    out = pr.Output(pictures=False, report=False, fields=0)
+    made = pr.run(pr.Case(missed, output=out), out=tmp_path / "away")
+    assert made.summary["answer"][0].startswith("t met nothing: no force on its press in 0.5")
+    said = capsys.readouterr().err
+    assert said.count("never touched 'b.") == 1 and said.count("met nothing") == 1

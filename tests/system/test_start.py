@@ -48,6 +48,9 @@ def test_press_and_release_in_two_cases_are_those_of_one(tmp_path, enforcement):
         assert np.abs(x - y).max() <= 1e-10 * np.abs(x).max()
     forces = whole.history["punch.fy"][whole.history["step"] == "release"], after.history["punch.fy"]
     assert np.allclose(*forces, rtol=1e-9, atol=1e-9 * abs(whole.history["punch.fy"]).max())
+    wear = whole.increment.measure("punch.wear")
+    assert after.increment.measure("punch.wear") == pytest.approx(wear, rel=1e-9) and wear > 0.0
+    assert pr.results(after.directory).increments[-1].measure("punch.wear") == pytest.approx(wear, rel=1e-6)
 
 
 def test_tools_that_are_gone_are_released_during_the_first_step(tmp_path):

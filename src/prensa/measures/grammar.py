@@ -647,7 +647,7 @@ def _of_tool(kind: str, tool: str, k: int) -> Slope:
 
 def _worn(tool: str) -> Value:
     def value(increment: Increment) -> float:
-        wear = increment.tools[tool].wear
+        wear = increment.wear_of(tool)
         if math.isnan(wear):
             raise MeasureError(f"the wear of {tool!r} is not known of this increment; increments that solve yields know it")
         return wear

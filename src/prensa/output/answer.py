@@ -127,6 +127,10 @@ def of_presses(table: Table, problem: Problem, summary: Mapping[str, Any]) -> It
         ended = any(stopped[s.name].startswith(reached(k, v.tool, "")) for s in steps for k in ("press", "energy"))
         if ended and v.passed is None:
             continue
+        if not v.utilisation > 0.0:
+            way = shown(float(press.strokes(table, problem, v.tool).max()), length_unit(problem))
+            yield f"{v.tool} met nothing: no force on its press in {way}; look at where it starts and which way it goes"
+            continue
         limit = _energy(v.limit, problem) if v.of == "energy" else shown(v.limit, force_unit(problem), both=False)
         share = f"{100 * v.utilisation:.3g} % of {limit}"
         where = shown(v.stroke, length_unit(problem)) if v.of == "force" else f"in step {v.step!r}"

@@ -84,6 +84,13 @@ def course(table: Table, problem: Problem, use: Use) -> Course:
     return Course(stroke, force, most, use.energies * work / given if len(given) else given)
 
 
+def strokes(table: Table, problem: Problem, tool: str) -> Array:
+    """Strokes (rows,) of the press of a tool."""
+    use = use_of(problem, tool)
+    assert use is not None
+    return course(table, problem, use).stroke
+
+
 def verdicts(table: Table, problem: Problem) -> Iterator[Verdict]:
     """How far each press of a problem is used, at the moment at which that is most."""
     for tool in problem.tools:

@@ -229,6 +229,7 @@ class _Run:
     def _write(self, increment: Increment) -> None:
         """Everything about one increment, the checkpoint last: what it stands for is then already on the disk."""
         runlog.log_increment(increment)
+        self.warnings.recent.clear()
         with self.timer("recovery"):
             contacts = increment.contacts
         with self.timer("tables"):
@@ -292,7 +293,8 @@ class _Run:
         """The last lines on the terminal; a failure itself is said where the error is caught."""
         status, reason = made["status"], made["reason"]
         said = f"{status}: {made['totals']['increments']} increments, {self.directory}"
-        known = [text for text in made["warnings_about"] if not reason or not text.endswith(reason)]
+        above = self.warnings.recent  # what came after the last increment has just been said
+        known = [text for text in made["warnings_about"] if not (reason and text.endswith(reason)) and text not in above]
         lines = [line for line in made["answer"] if line != status]
         self.bar.say("\n".join([said, *answer.in_short(known), *lines]))  # at once: in a notebook each replaces the one before
 

@@ -36,6 +36,7 @@ from prensa.result.increment import (
     Statistics,
     ToolState,
 )
+from prensa.system.checkpoint import CHECKPOINT, read_checkpoint
 from prensa.types import Bytes
 
 _NOT_KEPT = "{}: an increment read back has no {}; those that solve yields have"
@@ -136,7 +137,8 @@ class Stored(Sequence[Increment]):
             support_moments={s: Moment(*(float(row[f"fixed.{s}.m{c}"]) for c in "xyz")) for s in supports if self._d == 3},
             _more=More(self.problem, parse, _absent(_NOT_KEPT.format(self.directory, "shapes of boundaries")),
                        _absent(_NOT_KEPT.format(self.directory, "plastic power")),
-                       points=lambda: vtk.read_points(self._fields_of(number), list(self.problem.bodies))),
+                       points=lambda: vtk.read_points(self._fields_of(number), list(self.problem.bodies)),
+                       wear=lambda tool: self._wear(tool, k)),
         )  # fmt: skip
 
     def _tool(self, name: str, row: dict[str, Any]) -> ToolState:
@@ -145,6 +147,28 @@ class Stored(Sequence[Increment]):
         place = PLACE[self._d](*(float(row[f"{name}.{c}"]) for c in place_columns(self.problem)))
         force = FORCE_IN[self._d](*(float(row[f"{name}.{c}"]) for c in force_columns(self.problem)))
         return ToolState(np.array(placed.at), place, force, placed.direction, work=float(row.get(f"{name}.work", 0.0)))
+
+    def _wear(self, tool: str, k: int) -> float:
+        """Normal force times way of slip on a tool up to increment k (from 0), from the tables of its contacts."""
+        from prensa.dies.loads import tool_loads
+
+        if self.problem.space == "solid":  # no outline, along which tables would be added up
+            return float("nan")
+        touched = any(self.history[self._areas[c.name]][: k + 1].any() for c in self.problem.all_contacts if c.against == tool)
+        own = float(tool_loads(self[: k + 1], self.problem, tool).work.sum()) if touched else 0.0
+        return own + self._worn_before(tool)
+
+    def _worn_before(self, tool: str) -> float:
+        """What a tool of the run that the case starts from had worn by then; not a number where that folder is gone."""
+        if self.problem.start is None:
+            return 0.0
+        try:
+            case, state = read_checkpoint(Path(self.problem.start.run) / CHECKPOINT)
+        except PrensaError:
+            return float("nan")
+        tools = case.problem.tools
+        goes_on = tools.get(tool) == self.problem.tools[tool]
+        return float(state.tool_wear[list(tools).index(tool)]) if goes_on else 0.0
 
     def _bodies(self, number: int) -> dict[str, BodyState]:
         return vtk.read_fields(self._fields_of(number), list(self.problem.bodies))

@@ -186,24 +186,38 @@ def carried(block: Block, x: Array, history: Array, new: Array, volume: Array | 
 
 
 def carried_beside(block: Block, x: Array, values: Array, growing: Flags, new: Array, volume: Array) -> Array:
-    """Values (k, q, v) at new points (k, q, 2) from those (m, q, v) of a block that are no part of its history.
+    """Values (k, q, v) at new points (k, q, 2) from those (m, q, v) of a block of three points that are no part of its history.
 
     ``growing`` (v,): which never fall below zero, and whose means over the initial ``volume`` (k, q) of the new points stay what
-    they are; the rest as in `carried`.
+    they are. No force depends on them, so that they may jump between elements: what patches take off an element is put back
+    there, and a peak as narrow as an element stays. Others are smooth fields.
     """
     first, last = int(block.cells.min()), int(block.cells.max()) + 1
     own, cells, at = x[first:last], block.cells - first, block.positions(x)
     p = new.reshape(-1, 2)
     places = located(own, cells, p)
     nodal = recover(own, cells, at, values)
-    nodal[:, growing] += _kept(block, cells, nodal[:, growing], values[..., growing])
-    out = _bounded(at_places(nodal, cells, places), values, cells, places.element)
+    missing = values - np.einsum("qa,mav->mqv", block.element.N, nodal[cells])
+    rest = np.einsum("kq,kqv->kv", _shares(at[places.element], p), missing[places.element]) * growing
+    out = _bounded(at_places(nodal, cells, places) + rest, values, cells, places.element)
     out[:, growing] = np.maximum(out[:, growing], 0.0)
     same = _same(at, p)
-    out[same[0]] = values.reshape(-1, values.shape[-1])[same[1]]
-    mean = np.average(values, axis=(0, 1), weights=block.volume)
-    out[:, growing] *= _factor(out[:, growing], volume.ravel(), mean[growing], same[0])
+    out[same[0]], rest[same[0]] = values.reshape(-1, values.shape[-1])[same[1]], 0.0
+    mean, weight = np.average(values, axis=(0, 1), weights=block.volume)[growing], volume.ravel()
+    # Where patches and elements agree the values are known; what the mean has lost is looked for where they differ.
+    doubt, lost = np.abs(rest[:, growing]), mean * weight.sum() - weight @ out[:, growing]
+    unsure = weight @ doubt
+    out[:, growing] = np.maximum(out[:, growing] + np.clip(lost / np.where(unsure > 0, unsure, np.inf), -1.0, 1.0) * doubt, 0.0)
+    out[:, growing] *= _factor(out[:, growing], weight, mean, same[0])
     return out.reshape(*new.shape[:2], values.shape[-1])
+
+
+def _shares(at: Array, p: Array) -> Array:
+    """Shares (k, 3) of three points at (k, 3, 2) in a linear field at places p (k, 2); outside of them, of the nearest side's."""
+    ones = np.ones((*at.shape[:2], 1))
+    share = np.einsum("kd,kdq->kq", np.c_[p, ones[:, 0]], np.linalg.inv(np.concatenate([at, ones], axis=2)))
+    share = np.maximum(share, 0.0)
+    return np.asarray(share / share.sum(axis=1, keepdims=True))
 
 
 def _smooth_fields(block: Block, history: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -347,6 +348,7 @@ class More(NamedTuple):
     assembled: Callable[[], Assembled] | None = None
     folding: Callable[[], Mapping[str, Folding]] | None = None
     points: Callable[[], Mapping[str, MaterialPoints]] | None = None
+    wear: Callable[[str], float] | None = None
 
 
 @dataclass(frozen=True)
@@ -501,6 +503,16 @@ class Increment(Drawn):
         if self._known.points is None:
             raise PrensaError("this increment has no values at integration points; those that solve yields have")
         return self._known.points()
+
+    def wear_of(self, tool: str) -> float:
+        """Normal force times way of slip on a tool since the run began; of a run read back, from its contact tables.
+
+        Not a number where it is not known.
+        """
+        wear = self.tools[tool].wear
+        if not math.isnan(wear) or self._more is None or self._more.wear is None:
+            return wear
+        return self._more.wear(tool)
 
     @cached_property
     def plastic_power(self) -> Mapping[str, PlasticPower]:

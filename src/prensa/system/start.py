@@ -103,8 +103,17 @@ class Earlier:
             lam[rows] = self.state.lam[old]
             if s.multipliers is not None and before.multipliers is not None:
                 u[s.multipliers.dofs(here)] = self.state.u[before.multipliers.dofs(there)]
-        state = replace(new, u=u, step_start=u.copy(), history=tuple(history), contact=contact, lam=lam, damage=tuple(damage))
+        state = replace(
+            new, u=u, step_start=u.copy(), history=tuple(history), contact=contact, lam=lam, damage=tuple(damage),
+            tool_wear=self._worn(system),
+        )  # fmt: skip
         return self._balanced(system, state)
+
+    def _worn(self, system: System) -> Array:
+        """Wear (tools,) of the tools that go on; that of the others begins at 0."""
+        names, before = [tool.name for tool in self.system.tools], self.state.tool_wear
+        goes_on = [self.tool(t.name, t.description) is not None and names.index(t.name) < len(before) for t in system.tools]
+        return np.array([before[names.index(t.name)] if on else 0.0 for t, on in zip(system.tools, goes_on)])
 
     def _balanced(self, system: System, state: State) -> State:
         """The state with its forces and energies, and what has to be added so that nothing jumps at time 0.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -93,6 +94,29 @@ def stretched(increment: Increment, side: Index) -> float:
     slope = np.polynomial.Polynomial.fit(Y[above] ** 2, y[above] / Y[above], 2)(0.0)
     k = side[np.argmin(Y)]
     return 2.0 / 3.0 * (2.0 * math.log(body.x[k, 0] / body.X[k, 0]) + math.log(slope))
+
+
+@case("upsetting, largest damage on new meshes", suite="forming")
+def on_new_meshes(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
+    """The largest of the whole body, which the equator has: through new meshes beside one mesh, and one of half its size."""
+    balance = Balance()
+
+    def largest(size: float, way: float) -> tuple[float, float, int]:
+        start = billet(0.1 * mu_scale, (round(10.0 / size), round(7.5 / size)), E_scale)
+        last = balance.last(replace(
+            start, bodies={"billet": replace(start.bodies["billet"], element="t6")},
+            remesh=pr.Remesh(pr.Sizes(far=size), pr.When(quality=0.0, travel=way)),
+        ))  # fmt: skip
+        body = last.bodies["billet"]
+        D = body.damage["cockcroft_latham"]
+        return float(D.max()), float(body.x[np.argmax(D), 1]), last.remeshings
+
+    (one, *_), (fine, *_), (renewed, height, meshes) = largest(1.25, 100.0), largest(0.625, 100.0), largest(1.25, 0.5)
+    yield row("through new meshes, as on one mesh", one, renewed, 0.02)
+    yield row("through new meshes, as on one mesh of half the size", fine, renewed, 0.02)
+    yield row("height of its place (mm), that of the equator", 0.0, height, 0.6, "absolute")
+    yield row("meshes", 4.0, float(meshes), 0.0, "at least")
+    yield from balance.rows()
 
 
 @case("extrusion that bursts", suite="forming", expected_warnings=("elements lie in the contact, forces step by",))
