@@ -82,15 +82,22 @@ def face_areas(x: Array, faces: Index) -> Array:
 
 def enclosed_volume(x: Array, faces: Index) -> float:
     """Volume inside of closed faces (m, 4 | 6), seen from outside counter-clockwise, by the divergence of the position."""
-    if faces.shape[1] == 4:
-        N, area = area_vectors(x[faces])
-        return float((np.einsum("qa,mad->qmd", N, x[faces]) * area).sum() / 3.0)
-    # of curved triangles the integrand is of fourth degree: Gauss points of the square, collapsed onto the triangle
+    at, weight = exact_points(faces.shape[1])
+    N, area = _area_vectors_at(x[faces], at)
+    return float((np.einsum("qa,mad->qmd", N, x[faces]) * weight[:, None, None] * area).sum() / 3.0)
+
+
+def exact_points(nodes: int) -> tuple[Array, Array]:
+    """Places (q, 2) and weights (q,) on faces of 4 or 6 nodes that integrate a shape function times the area vector exactly.
+
+    That is of degree two along each direction, or of degree four on a triangle: Gauss points of the square, collapsed onto it
+    (Stroud 1971).
+    """
+    if nodes == 4:
+        return _GAUSS_PAIRS, np.ones(len(_GAUSS_PAIRS))
     g, w = np.polynomial.legendre.leggauss(3)
     s, t = (a.ravel() for a in np.meshgrid(0.5 + 0.5 * g, 0.5 + 0.5 * g, indexing="ij"))
-    weight = 0.25 * s * np.outer(w, w).ravel()
-    N, area = _area_vectors_at(x[faces], np.column_stack([s * (1.0 - t), s * t]))
-    return float(np.einsum("q,qmd,qmd->", weight, np.einsum("qa,mad->qmd", N, x[faces]), area) / 3.0)
+    return np.column_stack([s * (1.0 - t), s * t]), 0.25 * s * np.outer(w, w).ravel()
 
 
 def face_expansion(X: Array, x: Array, faces: Index) -> Array:
