@@ -1,4 +1,4 @@
-"""STEP files are meshed by gmsh where it is installed, and refused with what to install where it is not."""
+"""STEP files are meshed by gmsh where it is installed, and refused with what to install where it is not; the case with them."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from typer.testing import CliRunner
 import prensa as pr
 from prensa.cli import app
 from prensa.mesh.brick_checks import jacobians
+from prensa.mesh.bricks import BrickMesh
+from prensa.mesh.faces import enclosed_volume
 from prensa.mesh.generate import mesh_of
 
 
@@ -29,26 +31,55 @@ def test_what_is_missing_is_asked_for(tmp_path: Path, monkeypatch: pytest.Monkey
         (["--out", str(out)], "give the size of its elements"),
         (["--size", "0", "--out", str(out)], "give a length above 0"),
         (["--size", "2", "--out", str(out)], "pip install 'prensa[step]'"),
-        (["--size", "2", "--out", str(part.with_suffix(".inp"))], "and the mesh to write"),
+        (["--size", "2", "--out", str(part.with_suffix(".inp"))], "and the file to write"),
     ):
         result = called(str(part), *arguments)
         assert result.exit_code == 2 and words in result.output.replace("\n", ""), (arguments, result.output)
     out.write_text("")
     assert "exists; name another file" in called(str(part), "--size", "2", "--out", str(out)).output.replace("\n", "")
-    assert "--size is of STEP files" in called("deck.inp", "--size", "2").output
+    assert "--size, --around and --hexahedra are of STEP files" in called("deck.inp", "--size", "2").output
+
+
+def drawn(part: Path, draw) -> Path:
+    """A STEP file by gmsh's kernel."""
+    gmsh = pytest.importorskip("gmsh")
+    gmsh.initialize(interruptible=False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    draw(gmsh.model.occ)
+    gmsh.model.occ.synchronize()
+    gmsh.write(str(part))
+    gmsh.finalize()
+    return part
+
+
+def test_a_solid_of_a_step_file_is_filled_with_tetrahedra_and_pressed(tmp_path: Path) -> None:
+    """Curved sides follow the drawing; the case that comes along runs, its force is about that of a rod; two solids are parts."""
+    part = drawn(tmp_path / "rod.step", lambda occ: occ.addCylinder(0.0, 0.0, 0.0, 0.0, 20.0, 0.0, 5.0))
+    result = called(str(part), "--size", "6", "--out", str(tmp_path / "rod.yaml"))
+    assert result.exit_code == 0, result.output
+    mesh = mesh_of(pr.File(str(tmp_path / "rod.msh")), dimension=3)
+    assert isinstance(mesh, BrickMesh) and mesh.cells.shape[1] == 10
+    assert enclosed_volume(mesh.points, mesh.boundary) == pytest.approx(np.pi * 25.0 * 20.0, rel=1e-3)
+    *_, last = pr.solve(pr.load(tmp_path / "rod.yaml").problem)
+    assert last.force("plate").y == pytest.approx(210e3 * 1e-3 * np.pi * 25.0, rel=0.05)  # its lower end cannot widen
+    again = called(str(part), "--size", "6", "--out", str(tmp_path / "rod.yaml"))
+    assert "exists; name another" in again.output.replace("\n", "")
+
+    def two(occ):
+        occ.addBox(0.0, 0.0, 0.0, 10.0, 10.0, 10.0)
+        occ.addBox(10.0, 0.0, 0.0, 10.0, 10.0, 10.0)
+
+    result = called(str(drawn(tmp_path / "two.step", two)), "--size", "8", "--out", str(tmp_path / "two.msh"))
+    assert result.exit_code == 0 and "part: volume-" in result.output.replace("\n", ""), result.output
+    half = mesh_of(pr.File(str(tmp_path / "two.msh"), "volume-2"), dimension=3)
+    assert half.extent == pytest.approx([10.0] * 3)
 
 
 def test_a_solid_of_a_step_file_is_filled_with_hexahedra(tmp_path: Path) -> None:
     """They have its volume, and about as many as cubes of the size; sides are found by place; a wrong file is an error."""
-    gmsh = pytest.importorskip("gmsh")
-    part, out = tmp_path / "part.step", tmp_path / "part.msh"
-    gmsh.initialize(interruptible=False)
-    gmsh.option.setNumber("General.Terminal", 0)
-    gmsh.model.occ.addBox(0.0, 0.0, 0.0, 30.0, 20.0, 10.0)
-    gmsh.model.occ.synchronize()
-    gmsh.write(str(part))
-    gmsh.finalize()
-    assert called(str(part), "--size", "1.5", "--out", str(out)).exit_code == 0
+    part = drawn(tmp_path / "part.step", lambda occ: occ.addBox(0.0, 0.0, 0.0, 30.0, 20.0, 10.0))
+    out = tmp_path / "part.msh"
+    assert called(str(part), "--size", "1.5", "--hexahedra", "--out", str(out)).exit_code == 0
     mesh = mesh_of(pr.File(str(out)), "h8", dimension=3)
     assert jacobians(mesh.points[mesh.cells]).sum() == pytest.approx(6000.0)
     assert 0.5 < len(mesh.cells) / (6000.0 / 1.5**3) < 3.0

@@ -225,12 +225,11 @@ def cube(x: float) -> np.ndarray:
 
 
 def test_what_cannot_be_computed_is_refused_with_the_remedy(tmp_path: Path) -> None:
-    """Tetrahedra, second order, bricks turned over, open and hanging meshes: with the file, the element and what to do."""
+    """Four-node tetrahedra, bricks of second order or turned over, open and hanging meshes: with file, element and what to do."""
     one = np.arange(8)
     kinds = {
-        "tetra": (4, "tetrahedra, which bodies are not made of; mesh the body with hexahedra"),
-        "pyramid": (5, "pyramids, .* mesh the body with hexahedra"),
-        "tetra10": (10, "tetrahedra of 10 nodes, .*"),
+        "tetra": (4, "tetrahedra of 4 nodes, which bodies are not made of; mesh it with tetrahedra of second order"),
+        "pyramid": (5, "pyramids, .* mesh the body with tetrahedra of 10 nodes"),
         "hexahedron20": (20, "hexahedra of 20 nodes, .* elements of the first order"),
     }
     for kind, (nodes, words) in kinds.items():
@@ -262,7 +261,7 @@ def test_what_cannot_be_computed_is_refused_with_the_remedy(tmp_path: Path) -> N
         solid(meshed(smaller, [one, one + 8]))
     with pytest.raises(FileError, match=r"line 13: element type 'C3D8R' is no plane element .* mesh of a body in 'space: solid'"):
         case_of(INP, "a.inp", frozenset())
-    with pytest.raises(MeshError, match="there is no hexahedron or wedge in it"):
+    with pytest.raises(MeshError, match="there is no hexahedron, wedge or tetrahedron in it"):
         meshio.write(tmp_path / "a.vtu", meshio.Mesh(cube(0.0), [("quad", [[0, 1, 2, 3]])]))
         solid(tmp_path / "a.vtu")
     deck = INP.replace("10, 1, 2, 3, 4, 5, 6, 7, 8", "10, 1, 2, 3, 4, 5, 6, 7, 77")

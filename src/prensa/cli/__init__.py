@@ -832,22 +832,30 @@ def import_deck(
         ),
     ] = None,
     size: Annotated[float | None, typer.Option(help="Largest size of the elements of a STEP file's body, in mm.")] = None,
-    around: Annotated[float, typer.Option(min=0, help="Elements that a full turn of its curved faces has at least.")] = 24,
+    around: Annotated[
+        float | None,
+        typer.Option(
+            min=0, help="Elements around a full turn of its curved faces; 12 (hexahedra: 24) if not given.", show_default=False
+        ),
+    ] = None,
+    hexahedra: Annotated[bool, typer.Option("--hexahedra", help="Fill it with hexahedra, not with tetrahedra.")] = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Write the case that a deck of another program describes, or the mesh of hexahedra of a STEP file's body."""
+    """Write the case that a deck of another program describes, or the mesh of a STEP file's body, and a case with it."""
     with Voice(quiet, verbose, json) as voice:
         from prensa.errors import PrensaError
         from prensa.importers.imported import case_text
         from prensa.importers.step import STEP_ENDINGS
 
         if deck.suffix.lower() in STEP_ENDINGS:
-            _mesh_step(deck, out, size, around, voice)
+            from prensa.cli.step import mesh_step
+
+            mesh_step(deck, out, size, around, hexahedra, voice)
             return
-        if size is not None:
-            raise PrensaError(f"--size is of STEP files; {deck} has its elements")
+        if size is not None or around is not None or hexahedra:
+            raise PrensaError(f"--size, --around and --hexahedra are of STEP files; {deck} has its elements")
         text, remarks = case_text(deck, out.parent if out else Path(), without or ())
         if out is not None and out.exists():
             raise PrensaError(f"{out} exists; name another file")
@@ -859,33 +867,6 @@ def import_deck(
             out.write_text(text, encoding="utf-8")
             voice.confirm(f"{out} written; read it, add units if they are not mm and N, then: prensa check {out}")
         voice.give({"case": out, "text": text, "remarks": remarks})
-
-
-def _mesh_step(part: Path, out: Path | None, size: float | None, around: float, voice: Voice) -> None:
-    """Write the hexahedra of the body of a STEP file, with what there is to say of them."""
-    from prensa.errors import PrensaError
-    from prensa.importers.deck import FileError
-    from prensa.importers.step import hexahedra
-    from prensa.mesh.generate import mesh_of
-    from prensa.mesh.quality import quality
-    from prensa.model.meshes import File
-
-    if size is None or out is None or out.suffix.lower() != ".msh":
-        raise PrensaError(f"{part}: give the size of its elements and the mesh to write, as in --size 2 --out {part.stem}.msh")
-    if out.exists():
-        raise PrensaError(f"{out} exists; name another file")
-    try:
-        out.write_text(hexahedra(part, size, around), encoding="utf-8")
-        mesh = mesh_of(File(str(out)), "h8_fbar", dimension=3)
-    except FileError as error:
-        raise PrensaError(f"{part}: {error}") from None
-    except PrensaError as error:
-        out.unlink()
-        raise PrensaError(f"{part}: gmsh's mesh cannot be computed with ({error}); another --size may do better") from None
-    for note in (f"{len(mesh.cells)} elements, {len(mesh.points)} nodes; {quality(mesh).line()}", *mesh.notes):
-        voice.confirm(f"{out}: {note}")
-    voice.confirm(f"{out} written, in mm: mesh: {{type: file, path: {out}, unit: mm}} in 'space: solid'")
-    voice.give({"mesh": out, "elements": len(mesh.cells), "nodes": len(mesh.points), "sides": list(mesh.edges)})
 
 
 # ------------------------------------------------------------------------------------------------- is it right, and fast

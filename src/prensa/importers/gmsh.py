@@ -202,7 +202,8 @@ def _add(lines: _Lines, deck: Deck, names: dict[tuple[int, int], str], element: 
     label, kind, nodes, groups, entity = element
     known = OF_GMSH.get(kind)
     if known is not None and len(nodes) == known.nodes:
-        deck.solids[label], deck.solid_lines[label] = (known, tuple(nodes)), lines.number
+        ordered = tuple(nodes[i] for i in known.of_gmsh) or tuple(nodes)
+        deck.solids[label], deck.solid_lines[label] = (known, ordered), lines.number
         if entity > 0:
             deck.volume_numbers.setdefault(f"volume-{entity}", []).append(label)
         for tag in groups:
@@ -212,7 +213,7 @@ def _add(lines: _Lines, deck: Deck, names: dict[tuple[int, int], str], element: 
         raise FileError.at(
             lines.number,
             f"element {label} is of gmsh's type {kind} with {len(nodes)} nodes; known are points, lines, triangles and "
-            "quadrilaterals up to the second order, and hexahedra and wedges of the first",
+            "quadrilaterals up to the second order, hexahedra and wedges of the first, and tetrahedra of the second",
         )
     if len(nodes) != NODES[kind]:
         raise FileError.at(lines.number, f"element {label} has {len(nodes)} nodes; type {kind} has {NODES[kind]}")

@@ -1,7 +1,7 @@
-"""Bodies of STEP files meshed with hexahedra by gmsh, which is no part of prensa: it is installed apart, under its own licence.
+"""Bodies of STEP files meshed by gmsh, which is no part of prensa: it is installed apart, under its own licence.
 
-gmsh fills a body with tetrahedra and cuts each into four hexahedra ("Mesh.SubdivisionAlgorithm", C. Geuzaine & J.-F. Remacle,
-Gmsh reference manual).
+gmsh fills a body with tetrahedra, whose sides follow its faces in second order ("Mesh.ElementOrder") or which are cut into four
+hexahedra each ("Mesh.SubdivisionAlgorithm"; C. Geuzaine & J.-F. Remacle, Gmsh reference manual).
 """
 
 from __future__ import annotations
@@ -16,10 +16,11 @@ from prensa.importers.deck import FileError
 STEP_ENDINGS = (".step", ".stp")
 
 
-def hexahedra(path: Path, size: float, around: float) -> str:
-    """Text of a ``.msh`` file (4.1) of the bodies of a STEP file, in millimetres, in hexahedra of a *size* at most.
+def meshed(path: Path, size: float, around: float, hexahedra: bool = False) -> tuple[str, dict[int, float]]:
+    """Text of a ``.msh`` file (4.1) of the solids of a STEP file, in tetrahedra of ten nodes or in ``hexahedra``; their volumes.
 
-    ``around``: how many of them a full turn of a curved face has at least.
+    Lengths are millimetres, the volumes those of the drawing, by the numbers of the solids.
+    ``size``: the largest of their sides; ``around``: how many of them a full turn of a curved face has at least.
 
     Raises
     ------
@@ -38,21 +39,25 @@ def hexahedra(path: Path, size: float, around: float) -> str:
         gmsh.option.setNumber("General.NumThreads", 1)
         gmsh.model.occ.importShapes(str(path))
         gmsh.model.occ.synchronize()
-        if not gmsh.model.getEntities(3):
+        if not (solids := gmsh.model.getEntities(3)):
             raise FileError("there is no solid body in it; export solids, not surfaces")
         # a quarter of a regular tetrahedron has the volume of a cube of the size
-        length = (24.0 * math.sqrt(2.0)) ** (1.0 / 3.0) * size
+        length = (24.0 * math.sqrt(2.0)) ** (1.0 / 3.0) * size if hexahedra else size
         gmsh.option.setNumber("Mesh.MeshSizeMax", length)
         gmsh.model.mesh.setSize(gmsh.model.getEntities(0), length)  # at points, or gmsh takes a tenth of the body
-        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 0.5 * around)
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", 0.5 * around if hexahedra else around)
         gmsh.option.setNumber("Mesh.OptimizeNetgen", 1)  # without it some hexahedra are turned over
-        gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 2)
+        if hexahedra:
+            gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 2)
+        else:
+            gmsh.option.setNumber("Mesh.ElementOrder", 2)
+            gmsh.option.setNumber("Mesh.HighOrderOptimize", 2)  # without it some are bent over by their curved faces
         gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
         gmsh.model.mesh.generate(3)
         with tempfile.TemporaryDirectory() as folder:
             made = Path(folder) / "body.msh"
             gmsh.write(str(made))
-            return made.read_text(encoding="utf-8")
+            return made.read_text(encoding="utf-8"), {t: gmsh.model.occ.getMass(3, t) for _, t in solids}
     except FileError:
         raise
     except Exception as error:  # gmsh raises no other kind

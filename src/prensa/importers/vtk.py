@@ -34,7 +34,7 @@ def read(path: Path, solid: bool = False) -> Deck:
     label = 0
     for block, entities in zip(mesh.cells, numbers):
         for k, nodes in enumerate(block.data.tolist()):
-            entity = None if entities is None else int(entities[k])
+            entity = None if entities is None else int(entities[k].item())
             _add(deck, block.type, label, nodes, entity)
             label += 1
     if deck.solids and not solid:
@@ -70,4 +70,4 @@ def _add(deck: Deck, kind: str, label: int, nodes: list[int], entity: int | None
         if entity is not None:
             deck.curves.setdefault(f"curve-{entity}", []).append(tuple(nodes))
     elif kind != "vertex":
-        raise FileError(f"cell {label} is a {kind!r}; triangles, quadrilaterals, hexahedra and wedges are read")
+        raise FileError(f"cell {label} is a {kind!r}; triangles, quadrilaterals, hexahedra, wedges and tetrahedra are read")

@@ -11,7 +11,7 @@ from prensa.measures.bodies import Place
 from prensa.measures.measure import MeasureError
 from prensa.measures.outline import Spot
 from prensa.mesh.bricks import around_faces, every_face
-from prensa.mesh.faces import located, multilinear
+from prensa.mesh.faces import located, shapes
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.types import Array, Index
 
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 class PlaceInSpace(Place):
     """A place of a body in space; ``levels``: coordinates (axis, value) of the deformed or, in capitals, the undeformed body.
 
-    Two of them on a side, or on the whole outside, are places on its faces; three of a body are a place inside, in the brick
-    that contains it; one is a cut through a side, at the edges of whose elements places are.
+    Two of them on a side, or on the whole outside, are places on its faces; three of a body are a place inside, in the
+    element that contains it; one is a cut through a side, at the edges of whose elements places are.
     """
 
     levels: tuple[tuple[str, float], ...] = ()
@@ -57,7 +57,6 @@ class PlaceInSpace(Place):
         if len(axes) == 1:
             return self._cut(shape, x, values[:, 0], axes[0], material)
         cells = shape.cells if self.inside else self.outline.edges(shape)
-        self._only_of_bricks(cells)
         found = _distinct(x, _spots(cells, *located(values[cells], level)))
         if not found:
             ends = zip(self.levels, values[cells].min(axis=(0, 1)), values[cells].max(axis=(0, 1)))
@@ -82,7 +81,7 @@ class PlaceInSpace(Place):
     def through(self, shape: Shape, x: Array) -> tuple[Index, Array]:
         """Nodes (k, a) and weights (k, a) of places all over a cut: of a side, or of the body, where it is a plane or a line.
 
-        They are where the edges of the bricks pass the plane, and where the line passes their faces.
+        They are where the edges of the elements pass the plane, and where the line passes their faces.
         """
         material = self.axis.isupper()
         axes = ["xyz".index(axis.lower()) for axis, _ in self.levels]
@@ -91,17 +90,11 @@ class PlaceInSpace(Place):
         if len(axes) == 1:
             nodes, N = crossed(_edges(sides), values[:, 0], float(level[0]))
         else:
-            self._only_of_bricks(sides)
             elements, at = located(values[sides], level)
-            nodes, N = sides[elements], multilinear(at, 4)[0]
+            nodes, N = sides[elements], shapes(at, sides.shape[1])[0]
         if not len(nodes):
             raise MeasureError(f"{self.outline} does not reach {self._level}")
         return nodes, N
-
-    def _only_of_bricks(self, cells: Index) -> None:
-        """Refuse tetrahedra and their faces, in which no places between nodes are looked for."""
-        if cells.shape[1] in (6, 10):
-            raise MeasureError(f"{self}: places between the nodes of tetrahedra are not there yet; give a node, 'near (x, y, z)'")
 
     def spot(self, shape: Shape, x: Array) -> Spot:
         """The one place of the description."""
@@ -136,7 +129,7 @@ def crossed(edges: Index, values: Array, level: float) -> tuple[Index, Array]:
 
 def _spots(cells: Index, elements: Index, at: Array) -> list[Spot]:
     """Places (k, d) in elements (k,) of cells."""
-    N, zero = multilinear(at, cells.shape[1])[0], np.zeros(cells.shape[1])
+    N, zero = shapes(at, cells.shape[1])[0], np.zeros(cells.shape[1])
     return [Spot(cells[e], n, zero, zero, np.zeros((cells.shape[1], 3))) for e, n in zip(elements, N)]
 
 

@@ -6,6 +6,7 @@ from itertools import product
 
 import numpy as np
 
+from prensa.mesh.faces import shapes
 from prensa.mesh.mesh import MeshError, coincident, within
 from prensa.precision import DRAWN, SMALLEST
 from prensa.types import Array, Flags, Index
@@ -18,6 +19,12 @@ TETRAHEDRON_ENDS = np.array([(1, 2, 3), (2, 0, 3), (0, 1, 3), (1, 0, 2)])
 """The same of a tetrahedron."""
 _BRICK_CORNERS = np.array([(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)])
 _GAUSS_POINTS = np.array(list(product(np.polynomial.legendre.leggauss(2)[0].tolist(), repeat=3)))
+_VOLUME_COORDINATES = np.vstack([
+    0.05 * (5.0 - np.sqrt(5.0)) + np.sqrt(0.2) * np.eye(4), np.eye(4),
+    0.5 * (np.eye(4)[[0, 1, 2, 0, 1, 2]] + np.eye(4)[[1, 2, 0, 3, 3, 3]]),
+])  # fmt: skip
+_TETRAHEDRON_POINTS = _VOLUME_COORDINATES[:, 1:]
+"""The four integration points, then the nodes."""
 _BRICK_EDGES = frozenset((a, b) for a, row in enumerate(EDGE_ENDS.tolist()) for b in row)
 
 
@@ -39,6 +46,12 @@ def jacobians(places: Array) -> Array:
     for at in _GAUSS_POINTS:
         x, y, z = (1.0 + _BRICK_CORNERS * at).T
         slopes.append(0.125 * _BRICK_CORNERS * np.stack([y * z, x * z, x * y], axis=1))
+    return np.asarray(np.linalg.det(np.swapaxes(slopes, 1, 2) @ places[:, None]))
+
+
+def tetrahedron_jacobians(places: Array) -> Array:
+    """Determinants (m, 14) at the integration points and the nodes of tetrahedra with nodes at ``places`` (m, 10, 3)."""
+    slopes = shapes(_TETRAHEDRON_POINTS, 10)[1]
     return np.asarray(np.linalg.det(np.swapaxes(slopes, 1, 2) @ places[:, None]))
 
 
@@ -77,15 +90,29 @@ def _check_tetrahedra(points: Array, cells: Index) -> None:
     """Ten nodes of each, corners not turned over, and two at most at a face."""
     if len(twice := np.flatnonzero((np.diff(np.sort(cells, axis=1), axis=1) == 0).any(axis=1))):
         raise MeshError(f"tetrahedron {twice[0]} names a node twice: {cells[twice[0]].tolist()}")
-    a, b, c, d = (points[cells[:, k]] for k in range(4))
-    if len(turned := np.flatnonzero(np.einsum("mi,mi->m", np.cross(b - a, c - a), d - a) <= 0.0)):
+    det = tetrahedron_jacobians(points[cells])
+    if len(turned := np.flatnonzero((det <= 0.0).all(axis=1))):
         raise MeshError(
             f"tetrahedron {turned[0]} {near(points, cells[turned[0]])} is turned over; list its first three corners "
             "counter-clockwise seen from the fourth"
         )
+    if (det <= 0.0).any():
+        e = int(np.argmin((det / np.abs(det).max(axis=1, keepdims=True)).min(axis=1)))
+        raise MeshError(f"tetrahedron {e} {near(points, cells[e])} is {bent_over(det)}")
     corners = np.sort(cells[:, [(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)]].reshape(-1, 3), axis=1)
     if np.unique(corners, axis=0, return_counts=True)[1].max() > 2:
         raise MeshError("three tetrahedra have a face in common: they overlap")
+
+
+def bent_over(det: Array) -> str:
+    """What is wrong with the tetrahedra of which one bends over itself, by their determinants (m, 14), and what to do."""
+    wrong = (det <= 0.0).any(axis=1)
+    worst = det[wrong][np.argmin((det[wrong] / np.abs(det[wrong]).max(axis=1, keepdims=True)).min(axis=1))]
+    return (
+        f"bent over by a node in the middle of a side: its Jacobian is {worst.min():.3g} at one of its nodes and "
+        f"{worst.max():.3g} at another ({np.count_nonzero(wrong)} of {len(det)} are); use shorter elements along curved faces, "
+        "or straighten them ('Mesh.HighOrderOptimize = 2;' or 'Mesh.SecondOrderLinear = 1;' in gmsh)"
+    )
 
 
 def near(points: Array, cell: Index) -> str:

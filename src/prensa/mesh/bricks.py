@@ -53,9 +53,9 @@ def _faces(cells: Index) -> Index:
     return np.asarray(cells[:, of].reshape(-1, of.shape[1]))
 
 
-def _keys(faces: Index) -> Index:
-    """Rows that are equal for faces (k, 4 | 6) of the same corners."""
-    return np.sort(faces[:, :3], axis=1) if faces.shape[1] == 6 else face_keys(faces)
+def corner_keys(faces: Index) -> Index:
+    """Rows (k, 4) that are equal for faces (k, 4 | 6) of the same corners."""
+    return face_keys(faces[:, [0, 1, 2, 2]] if faces.shape[1] == 6 else faces)
 
 
 def around_faces(faces: Index) -> Index:
@@ -66,22 +66,22 @@ def around_faces(faces: Index) -> Index:
 def every_face(cells: Index) -> Index:
     """All faces (k, 4 | 6) of bricks or tetrahedra cells (m, 8 | 10), those between two of them once."""
     faces = _faces(cells)
-    return faces[np.unique(_keys(faces), axis=0, return_index=True)[1]]
+    return faces[np.unique(corner_keys(faces), axis=0, return_index=True)[1]]
 
 
 def outside(cells: Index) -> Index:
     """Faces (k, 4 | 6) of one of the bricks or tetrahedra cells (m, 8 | 10) only; those collapsed into a line are none."""
     faces = _faces(cells)
     kept = np.flatnonzero(~collapsed(faces)) if cells.shape[1] == 8 else np.arange(len(faces))
-    _, first, count = np.unique(_keys(faces[kept]), axis=0, return_index=True, return_counts=True)
+    _, first, count = np.unique(corner_keys(faces[kept]), axis=0, return_index=True, return_counts=True)
     return faces[kept[np.sort(first[count == 1])]]
 
 
 def bricks_behind(faces: Index, cells: Index) -> Index:
     """The bricks or tetrahedra (k,) of cells (m, 8 | 10) that have faces (k, 4 | 6) of the outside."""
-    every = _keys(_faces(cells)).tolist()
+    every = corner_keys(_faces(cells)).tolist()
     owner = {tuple(side): i for i, side in enumerate(every)}
-    return np.array([owner[tuple(face)] for face in _keys(faces).tolist()], dtype=np.int64) // (len(every) // len(cells))
+    return np.array([owner[tuple(face)] for face in corner_keys(faces).tolist()], dtype=np.int64) // (len(every) // len(cells))
 
 
 def wedges(cells: Index) -> Flags:

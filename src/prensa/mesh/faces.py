@@ -1,6 +1,7 @@
-"""Quadrilateral faces and bricks by their shape functions: areas, volumes, where in them coordinates have given values.
+"""Faces and elements in space by their shape functions: areas, volumes, where in them coordinates have given values.
 
-Both are multilinear: N_a = Π (1 + s_a ξ)/2 over the directions, with corners s_a in the order of the elements.
+Quadrilaterals and bricks are multilinear: N_a = Π (1 + s_a ξ)/2 over the directions, with corners s_a in the order of the
+elements. Triangles of six nodes and tetrahedra of ten are quadratic in L = (1 − ξ − η [− ζ], ξ, η [, ζ]).
 """
 
 from __future__ import annotations
@@ -17,7 +18,25 @@ _SIGNS = {
     4: _SQUARE_SIGNS,
     8: np.vstack([np.column_stack([_SQUARE_SIGNS, np.full(4, end)]) for end in (-1.0, 1.0)]),
 }
+_SIX_NODE_POINTS = np.array([(1.0, 1.0), (4.0, 1.0), (1.0, 4.0)]) / 6.0
+"""Of degree two on a triangle, a third of its area each."""
 _GAUSS_PAIRS = np.array(list(product(np.polynomial.legendre.leggauss(2)[0].tolist(), repeat=2)))
+_SIMPLEX_SIDES = {6: np.array([(0, 1), (1, 2), (2, 0)]), 10: np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])}
+"""Corners at the ends of the sides whose middles are nodes, by the number of nodes."""
+
+
+def shapes(at: Array, nodes: int) -> tuple[Array, Array]:
+    """N (k, nodes) and slopes (k, nodes, d) at places (k, d) of faces of 4 or 6 nodes, of elements of 8 or 10."""
+    return _quadratic(at, nodes) if nodes in _SIMPLEX_SIDES else multilinear(at, nodes)
+
+
+def _quadratic(at: Array, nodes: int) -> tuple[Array, Array]:
+    """Of triangles and tetrahedra with nodes in the middle of their sides."""
+    d, (a, b) = at.shape[1], _SIMPLEX_SIDES[nodes].T
+    L, dL = np.column_stack([1.0 - at.sum(axis=1), at]), np.vstack([np.full(d, -1.0), np.eye(d)])
+    N = np.concatenate([L * (2.0 * L - 1.0), 4.0 * L[:, a] * L[:, b]], axis=1)
+    corners = (4.0 * L - 1.0)[..., None] * dL
+    return N, np.concatenate([corners, 4.0 * (L[:, a, None] * dL[b] + L[:, b, None] * dL[a])], axis=1)
 
 
 def multilinear(at: Array, nodes: int) -> tuple[Array, Array]:
@@ -35,21 +54,25 @@ def area_vectors(x: Array) -> tuple[Array, Array]:
     """N (q, a) at the Gauss points of faces x (m, 4 | 6, 3), four of bilinear ones, three of triangles of six nodes, and the area
     vectors (q, m, 3) there, whose sum is that of the face.
     """
-    N, dN = _six_nodes() if x.shape[1] == 6 else multilinear(_GAUSS_PAIRS, 4)
-    along = np.einsum("qai,mad->qmid", dN, x)
-    area = np.cross(along[:, :, 0], along[:, :, 1])
+    N, area = _area_vectors_at(x, _SIX_NODE_POINTS if x.shape[1] == 6 else _GAUSS_PAIRS)
     return N, area / 6.0 if x.shape[1] == 6 else area
 
 
-def _six_nodes() -> tuple[Array, Array]:
-    """N (3, 6) and slopes (3, 6, 2) of a triangle with nodes in the middle of its sides, at its three points of degree two."""
-    L = np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3)
-    dL = np.array([(-1.0, -1.0), (1.0, 0.0), (0.0, 1.0)])
-    ends = [(0, 1), (1, 2), (2, 0)]
-    N = np.column_stack([L * (2.0 * L - 1.0), *(4.0 * L[:, a] * L[:, b] for a, b in ends)])
-    corners = (4.0 * L - 1.0)[..., None] * dL
-    middles = np.stack([4.0 * (L[:, a, None] * dL[b] + L[:, b, None] * dL[a]) for a, b in ends], axis=1)
-    return N, np.concatenate([corners, middles], axis=1)
+def _area_vectors_at(x: Array, at: Array) -> tuple[Array, Array]:
+    """N (q, a) at places (q, 2) of faces x (m, a, 3), and the area vectors (q, m, 3) over those of the reference there."""
+    N, dN = shapes(at, x.shape[1])
+    along = np.einsum("qai,mad->qmid", dN, x)
+    return N, np.cross(along[:, :, 0], along[:, :, 1])
+
+
+def normals_at_sides(x: Array) -> Array:
+    """Unit normals (m, s, 3) of faces x (m, 4 | 6, 3) at their sides: of six nodes at their middles, of four that of the face."""
+    if x.shape[1] == 4:
+        area = np.repeat(area_vectors(x)[1].sum(axis=0)[:, None], 4, axis=1)
+    else:
+        along = np.einsum("qai,mad->mqid", shapes(np.array([(0.5, 0.0), (0.5, 0.5), (0.0, 0.5)]), 6)[1], x)
+        area = np.cross(along[:, :, 0], along[:, :, 1])
+    return np.asarray(area / np.maximum(np.linalg.norm(area, axis=2, keepdims=True), SMALLEST))
 
 
 def face_areas(x: Array, faces: Index) -> Array:
@@ -59,8 +82,22 @@ def face_areas(x: Array, faces: Index) -> Array:
 
 def enclosed_volume(x: Array, faces: Index) -> float:
     """Volume inside of closed faces (m, 4 | 6), seen from outside counter-clockwise, by the divergence of the position."""
-    N, area = area_vectors(x[faces])
-    return float((np.einsum("qa,mad->qmd", N, x[faces]) * area).sum() / 3.0)
+    at, weight = exact_points(faces.shape[1])
+    N, area = _area_vectors_at(x[faces], at)
+    return float((np.einsum("qa,mad->qmd", N, x[faces]) * weight[:, None, None] * area).sum() / 3.0)
+
+
+def exact_points(nodes: int) -> tuple[Array, Array]:
+    """Places (q, 2) and weights (q,) on faces of 4 or 6 nodes that integrate a shape function times the area vector exactly.
+
+    That is of degree two along each direction, or of degree four on a triangle: Gauss points of the square, collapsed onto it
+    (Stroud 1971).
+    """
+    if nodes == 4:
+        return _GAUSS_PAIRS, np.ones(len(_GAUSS_PAIRS))
+    g, w = np.polynomial.legendre.leggauss(3)
+    s, t = (a.ravel() for a in np.meshgrid(0.5 + 0.5 * g, 0.5 + 0.5 * g, indexing="ij"))
+    return np.column_stack([s * (1.0 - t), s * t]), 0.25 * s * np.outer(w, w).ravel()
 
 
 def face_expansion(X: Array, x: Array, faces: Index) -> Array:
@@ -80,17 +117,24 @@ def _shares(x: Array) -> Array:
 def located(values: Array, level: Array) -> tuple[Index, Array]:
     """Elements (k,) in which nodal values (m, a, d) take the ``level`` (d,), and where in them, (k, d); Newton's method.
 
-    On their common sides more than one element is found. d is the dimension of the elements: two for faces, three for bricks.
+    On their common sides more than one element is found. d is the dimension of the elements: two for faces, three for bricks and
+    tetrahedra.
     """
+    nodes = values.shape[1]
     size = np.ptp(values.reshape(-1, values.shape[2]), axis=0).max(initial=SMALLEST)
     slack = NEGLIGIBLE * size
-    inside = ((values.min(axis=1) <= level + slack) & (values.max(axis=1) >= level - slack)).all(axis=1)
+    bounds = values
+    if nodes in _SIMPLEX_SIDES:  # a quadratic field lies between its Bernstein coefficients, and may exceed its nodal values
+        corners = nodes - len(_SIMPLEX_SIDES[nodes])
+        ends = values[:, _SIMPLEX_SIDES[nodes]].sum(axis=2)
+        bounds = np.concatenate([values[:, :corners], 2.0 * values[:, corners:] - 0.5 * ends], axis=1)
+    inside = ((bounds.min(axis=1) <= level + slack) & (bounds.max(axis=1) >= level - slack)).all(axis=1)
     # where a coordinate is the same all over an element, it names no place in it
     inside &= (np.ptp(values, axis=1) > slack).all(axis=1)
     found = np.flatnonzero(inside)
-    at, own = np.zeros((len(found), values.shape[2])), values[found]
+    at, own = np.full((len(found), values.shape[2]), _middle(nodes)), values[found]
     for _ in range(20):  # a handful where the element is not folded
-        N, dN = multilinear(at, values.shape[1])
+        N, dN = shapes(at, nodes)
         missing = level - np.einsum("ka,kad->kd", N, own)
         if np.abs(missing).max(initial=0.0) <= slack:
             break
@@ -100,8 +144,18 @@ def located(values: Array, level: Array) -> tuple[Index, Array]:
         step = np.linalg.solve(slopes, missing[..., None])[..., 0]
         at = np.clip(at + step, -2.0, 2.0)  # an element that has not the level leads nowhere
     reached = np.abs(missing).max(axis=1) <= slack if len(found) else np.zeros(0, dtype=bool)
-    within = reached & (np.abs(at) <= 1.0 + DRAWN).all(axis=1)
-    return found[within], np.clip(at[within], -1.0, 1.0)
+    if nodes not in _SIMPLEX_SIDES:
+        within = reached & (np.abs(at) <= 1.0 + DRAWN).all(axis=1)
+        return found[within], np.clip(at[within], -1.0, 1.0)
+    L = np.column_stack([1.0 - at.sum(axis=1), at])
+    within = reached & (L >= -DRAWN).all(axis=1)
+    L = np.maximum(L[within], 0.0)
+    return found[within], L[:, 1:] / L.sum(axis=1, keepdims=True)
+
+
+def _middle(nodes: int) -> float:
+    """Coordinate of the middle of a face or an element."""
+    return 1.0 / (nodes - len(_SIMPLEX_SIDES[nodes])) if nodes in _SIMPLEX_SIDES else 0.0
 
 
 def nearest_on_faces(points: Array, x: Array, faces: Index) -> Array:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from prensa.mesh.faces import area_vectors, normals_at_sides
 from prensa.mesh.mesh import boundary_edges, keys
 from prensa.mesh.outline import CORNER, stretches
 from prensa.precision import DRAWN
@@ -20,14 +21,14 @@ SPATIAL_SIDES = {"left": (0, -1.0), "right": (0, 1.0), "bottom": (1, -1.0), "top
 
 
 def faces_by_place(points: Array, faces: Index) -> dict[str, Index]:
-    """Sides of the outside, faces (k, 4) of points (n, 3), by place: name → faces (m, 4); only those that one can tell.
+    """Sides of the outside, faces (k, 4 | 6) of points (n, 3), by place: name → faces; only those that one can tell.
 
     The outside is cut at its edges, where it turns by more than `CORNER`. A side is made of the pieces that lie flat at the
     outermost coordinate, or else is the one piece that reaches it and looks that way on the average, within 45°.
     """
     x = points[faces]
-    area = 0.5 * np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
-    piece = _pieces(faces, area / np.linalg.norm(area, axis=1)[:, None])
+    area = area_vectors(x)[1].sum(axis=0)
+    piece = _pieces(faces, normals_at_sides(x))
     many = int(piece.max()) + 1
     looks = np.stack([np.bincount(piece, a, many) for a in area.T], axis=1)
     size = float(np.ptp(points[faces.ravel()], axis=0).max())
@@ -47,19 +48,21 @@ def faces_by_place(points: Array, faces: Index) -> dict[str, Index]:
 
 
 def _pieces(faces: Index, normal: Array) -> Index:
-    """Number (k,) of the piece of each face, of those that meet in edges where the unit normals (k, 3) turn little."""
+    """Number (k,) of the piece of each face, of those that meet in edges where the unit normals (k, s, 3) turn little."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
-    ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
-    owner = np.repeat(np.arange(len(faces)), 4)
+    many = normal.shape[1]
+    corners = faces[:, :many]
+    ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
+    normal = normal.reshape(-1, 3)
     kept = np.flatnonzero(ends[:, 0] != ends[:, 1])
     edge = keys(ends[kept], int(faces.max()) + 1)
     order = np.argsort(edge, kind="stable")
     same = np.flatnonzero(np.diff(edge[order]) == 0)
-    i, j = owner[kept[order[same]]], owner[kept[order[same + 1]]]
+    i, j = kept[order[same]], kept[order[same + 1]]
     smooth = np.einsum("ki,ki->k", normal[i], normal[j]) > np.cos(CORNER)
-    i, j = i[smooth], j[smooth]
+    i, j = i[smooth] // many, j[smooth] // many
     return np.asarray(connected_components(coo_matrix((np.ones(len(i)), (i, j)), (len(faces),) * 2), directed=False)[1])
 
 

@@ -19,6 +19,8 @@ from prensa.precision import SMALLEST
 from prensa.types import Array, Flags, Index
 
 POOR = 0.2  # scaled Jacobian below which an element is out of shape, and its stresses are poor
+_MIDDLES = np.array([(4, 6, 7), (5, 4, 8), (6, 5, 9), (8, 7, 9)])
+"""Nodes of a tetrahedron in the middle of its sides to `TETRAHEDRON_ENDS`."""
 MAX_ASPECT = 50.0  # longest over shortest side above which there is a warning
 
 
@@ -83,7 +85,7 @@ def quality(mesh: Mesh) -> Quality:
     """Quality of every element of a mesh."""
     if mesh.points.shape[1] == 3:
         x = mesh.points[mesh.cells]
-        return _of_tetrahedra(x[:, :4]) if x.shape[1] == 10 else _of_bricks(x, wedges(mesh.cells))
+        return _of_tetrahedra(x) if x.shape[1] == 10 else _of_bricks(x, wedges(mesh.cells))
     cells = corner_cells(mesh.cells)
     x, c = mesh.points[cells], CORNERS[mesh.cells.shape[1]]
     after, before = np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x
@@ -99,12 +101,14 @@ def quality(mesh: Mesh) -> Quality:
 
 
 def _of_tetrahedra(x: Array) -> Quality:
-    """Of tetrahedra with corners x (m, 4, 3), over the regular one's."""
-    edges = x[:, TETRAHEDRON_ENDS] - x[:, :, None]
-    length = np.linalg.norm(edges, axis=3)
-    corner = np.sqrt(2.0) * np.linalg.det(edges / np.maximum(length, SMALLEST)[..., None])
+    """Of tetrahedra x (m, 10, 3), over the regular one's, which curved ones may exceed."""
+    corners = x[:, :4, None]
+    straight, middle = x[:, TETRAHEDRON_ENDS] - corners, x[:, _MIDDLES] - corners
+    edges = 4.0 * middle - straight  # tangents at the corner
+    length = np.linalg.norm(straight, axis=3)
+    corner = np.sqrt(2.0) * np.linalg.det(edges / np.maximum(np.linalg.norm(edges, axis=3), SMALLEST)[..., None])
     longest = length.max(axis=(1, 2))
-    return Quality("T10", corner.min(axis=1), longest / length.min(axis=(1, 2)), longest, x.mean(axis=1))
+    return Quality("T10", np.minimum(corner.min(axis=1), 1.0), longest / length.min(axis=(1, 2)), longest, x[:, :4].mean(axis=1))
 
 
 def _of_bricks(x: Array, wedge: Flags) -> Quality:

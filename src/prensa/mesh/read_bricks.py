@@ -1,4 +1,4 @@
-"""Meshes of files in space: hexahedra and wedges, made into the bricks of one body."""
+"""Meshes of files in space: hexahedra and wedges, or tetrahedra of ten nodes, made into one body."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from prensa.importers.deck import LABELS, Deck, FileError
-from prensa.mesh.brick_checks import check_joints, face_keys, jacobians, near
-from prensa.mesh.bricks import BrickMesh
+from prensa.mesh.brick_checks import bent_over, check_joints, face_keys, jacobians, near, tetrahedron_jacobians
+from prensa.mesh.bricks import BrickMesh, corner_keys
 from prensa.mesh.mesh import CORNERS, MeshError, named
 from prensa.mesh.names import listed
 from prensa.mesh.places import SPATIAL_SIDES, faces_by_place
@@ -24,7 +24,7 @@ def bricks_from_file(m: model.File, unit: str) -> BrickMesh:
     Raises
     ------
     MeshError
-        If the file cannot be read, holds no bricks, lacks the part, or the mesh is one that cannot be computed with.
+        If the file cannot be read, holds no bricks or tetrahedra, lacks the part, or the mesh cannot be computed with.
 
     """
     file, deck = deck_of(m, solid=True)
@@ -46,21 +46,29 @@ def bricks_from_file(m: model.File, unit: str) -> BrickMesh:
 def _chosen(deck: Deck, parts: tuple[str, ...]) -> list[int]:
     """Labels of the elements of the parts, each once."""
     if not deck.solids:
-        raise FileError("there is no hexahedron or wedge in it; is the volume meshed and in a physical group?")
+        raise FileError("there is no hexahedron, wedge or tetrahedron in it; is the volume meshed and in a physical group?")
     labels = fitting(parts, deck.volumes, {**deck.volume_numbers, **deck.volumes}, deck.solids, deck.exclusive)
     seen: dict[frozenset[int], int] = {}
     for label in labels:
         seen.setdefault(frozenset(deck.solids[label][1]), label)
     chosen = list(seen.values())
+    first: dict[int, int] = {}  # nodes of an element here → the first such element
     for label in chosen:
         kind, _ = deck.solids[label]
         if not kind.order:
             raise FileError(f"{deck.element(label)} is one of {kind.name}, which bodies are not made of; {kind.remedy}")
+        first.setdefault(len(kind.order), label)
+    if len(first) > 1:
+        a, b = first.values()
+        raise FileError(
+            f"{deck.element(a)} is one of {deck.solids[a][0].name}, {deck.element(b)} of {deck.solids[b][0].name}: a body has "
+            "elements of one kind; make a body of each part and tie them"
+        )
     return chosen
 
 
 def _bricks(deck: Deck, labels: list[int]) -> tuple[Array, Index, dict[int, int]]:
-    """Points (n, 3), cells (m, 8) and the number of each node label."""
+    """Points (n, 3), cells (m, 8 | 10) and the number of each node label."""
     rows = []
     for label in labels:
         kind, nodes = deck.solids[label]
@@ -76,7 +84,9 @@ def _bricks(deck: Deck, labels: list[int]) -> tuple[Array, Index, dict[int, int]
 
 
 def _oriented(points: Array, cells: Index, deck: Deck, labels: list[int]) -> Index:
-    """The bricks with those that are left-handed turned round: programs write them either way."""
+    """The cells with those that are left-handed turned round: programs write them either way."""
+    if cells.shape[1] == 10:
+        return _oriented_tetrahedra(points, cells, deck, labels)
     det = jacobians(points[cells])
     over = np.flatnonzero((det <= 0.0).any(axis=1) & (det >= 0.0).any(axis=1))
     if len(over):
@@ -87,6 +97,17 @@ def _oriented(points: Array, cells: Index, deck: Deck, labels: list[int]) -> Ind
         )
     left = det[:, 0] < 0.0
     return np.where(left[:, None], cells[:, [4, 5, 6, 7, 0, 1, 2, 3]], cells)
+
+
+def _oriented_tetrahedra(points: Array, cells: Index, deck: Deck, labels: list[int]) -> Index:
+    """The same of tetrahedra of ten nodes."""
+    det = tetrahedron_jacobians(points[cells])
+    left = (det < 0.0).sum(axis=1) > det.shape[1] // 2
+    det[left] *= -1.0
+    if len(over := np.flatnonzero((det <= 0.0).any(axis=1))):
+        e = int(over[np.argmin((det[over] / np.abs(det[over]).max(axis=1, keepdims=True)).min(axis=1))])
+        raise FileError(f"{deck.element(labels[e])} {near(points, cells[e])} is {bent_over(det)}")
+    return np.where(left[:, None], cells[:, [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]], cells)
 
 
 @dataclass(frozen=True)
@@ -109,7 +130,8 @@ class SpatialNames:
         corners: dict[str, int] = {}
         for name, nodes in deck.points.items():
             some = np.array(sorted({label[n] for n in nodes if n in label}), dtype=np.int64)
-            inside = mesh.boundary[np.isin(mesh.boundary, some).all(axis=1)]
+            corner = mesh.boundary[:, :3] if mesh.boundary.shape[1] == 6 else mesh.boundary
+            inside = mesh.boundary[np.isin(corner, some).all(axis=1)]
             if len(some) == 1:
                 corners[name] = int(some[0])
             elif name not in found and len(inside):
@@ -155,8 +177,8 @@ def _corners(deck: Deck, labels: Iterable[int]) -> list[tuple[int, ...]]:
 def _on_outside(
     groups: Mapping[str, Iterable[tuple[int, ...]]], boundary: Index, label: Mapping[int, int]
 ) -> dict[str, Index]:
-    """Faces (k, 4) of the outside that are in groups of three or four node labels each."""
-    number = {tuple(key): k for k, key in enumerate(face_keys(boundary).tolist())}
+    """Faces (k, 4 | 6) of the outside that are in groups of three or four node labels each."""
+    number = {tuple(key): k for k, key in enumerate(corner_keys(boundary).tolist())}
     out = {}
     for name, faces in groups.items():
         rows = [[label[n] for n in (*face, face[-1])[:4]] for face in faces if len(face) > 2 and all(n in label for n in face)]

@@ -347,7 +347,7 @@ def _mesh_file(path: Any, info: Any) -> Any:
 class File:
     """Mesh of a file: gmsh's ``.msh`` (text, 2.2 or 4.1), an Abaqus deck ``.inp``, VTK's ``.vtk`` or ``.vtu``.
 
-    ``path`` is relative to the case file. In space it is made of hexahedra and wedges.
+    ``path`` is relative to the case file. In space it is made of hexahedra and wedges, or of tetrahedra of ten nodes.
 
     Boundaries are the physical curves (in space surfaces), node sets, surfaces and sets of line elements (of shells) of the file,
     on the outline of the body; points are physical points and sets of one node. A file without physical curves has gmsh's by

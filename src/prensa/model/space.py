@@ -106,7 +106,7 @@ def _bodies(p: Any, dimension: int) -> Iterator[Finding]:
             if element.layout.dimension != dimension:
                 words = "of the plane; use 'h8_fbar'" if dimension == 3 else "of 'space: solid'"
                 yield Finding(("bodies", name, "element"), f"{body.element!r} is an element {words}")
-            elif dimension == 3 and (body.element == "t10") != (body.mesh.type == "tetrahedra"):
+            elif dimension == 3 and body.mesh.type != "file" and (body.element == "t10") != (body.mesh.type == "tetrahedra"):
                 words = "has tetrahedra; use 't10'" if body.element != "t10" else "has bricks; use 'h8_fbar'"
                 yield Finding(("bodies", name, "element"), f"{body.element!r} does not fit the mesh, which {words}")
 

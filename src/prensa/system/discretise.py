@@ -75,6 +75,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
     for extension in extensions:
         take("discretise", "an extension", extension, Extension, "give a list of Extension")
     meshes = meshes_of(problem, {} if beside is None else beside.meshes)
+    problem = problem.with_elements(_of_files(problem, meshes))
     offsets, total = _numbered(meshes)
     X = np.concatenate([m.points for m in meshes.values()])
     ties, X = make_ties(problem, meshes, offsets, X, held_components(problem, meshes, offsets, X))
@@ -233,6 +234,9 @@ def meshes_of(problem: model.Problem, beside: Mapping[str, Mesh]) -> dict[str, M
         try:
             element = element_of(body.element_in(problem.space))
             mesh = mesh_of(body.mesh, element.nodes, problem.units.length, beside.get(name), element.layout.dimension)
+            if body.element is not None and isinstance(mesh, BrickMesh) and mesh.cells.shape[1] != element.nodes:
+                words = "has bricks; use 'h8_fbar'" if element.nodes == 10 else "has tetrahedra; use 't10'"
+                raise MeshError(f"{body.element!r} does not fit the mesh, which {words}, or leave the element out")
             meshes[name] = thin_way_up(mesh) if element.for_sheets else mesh
         except PrensaError as error:
             raise MeshError(f"bodies.{name}.mesh: {error}") from None
@@ -240,6 +244,15 @@ def meshes_of(problem: model.Problem, beside: Mapping[str, Mesh]) -> dict[str, M
         if problem.space == "axisymmetric" and x.min() < -1e-12 * np.ptp(x):
             raise MeshError(f"bodies.{name}.mesh: an axisymmetric mesh lies at x ≥ 0; this one reaches x = {x.min():g}")
     return meshes
+
+
+def _of_files(problem: model.Problem, meshes: Mapping[str, Mesh]) -> dict[str, str]:
+    """Elements of the bodies that name none and whose file has tetrahedra."""
+    return {
+        name: "t10"
+        for name, mesh in meshes.items()
+        if isinstance(mesh, BrickMesh) and mesh.cells.shape[1] == 10 and problem.bodies[name].element is None
+    }
 
 
 def _candidates(
