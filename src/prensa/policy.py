@@ -252,9 +252,12 @@ class LinearPolicy:
     multigrid_from: int = 150_000
     """Unknowns in space from which multigrid takes less time than LDLᵀ of P, and a fraction of its memory."""
     ldlt_max_iterations: int = 25
-    """Iterations of GMRES with LDLᵀ of P at most, beyond which new factors or those of A cost less."""
-    multigrid_max_iterations: int = 100
-    """Iterations of GMRES with multigrid at most, which cost about as much as LDLᵀ."""
+    """Iterations of GMRES at most with LDLᵀ of an earlier P, beyond which new factors cost less."""
+    krylov_max_iterations: int = 100
+    """Iterations of GMRES in space at most, with the preconditioner of the matrix itself. Those of multigrid cost about as much
+    as LDLᵀ, those of LDLᵀ about as much as LU. Well-posed systems need fewer (book, chapter 9); those of iterates far from
+    equilibrium, where P is indefinite, 40 to 60.
+    """
     multigrid_flat_ratio: float = 1.6
     """Middle over short edge from which bricks are flat, long over middle edge from which they are drawn out, for multigrid."""
     multigrid_reach: float = 2.5

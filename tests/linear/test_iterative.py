@@ -134,15 +134,44 @@ def test_a_useless_p_ends_in_lu(monkeypatch, caplog):
 def test_too_many_cycles_turn_to_ldlt(sliding, caplog):
     """Multigrid that needs more iterations than allowed hands over to LDLᵀ, for the rest of the attempt alone."""
     system, reduced, matrix, b = sliding["cubes"]
-    policy = Policy(multigrid_coarsest=60, multigrid_max_iterations=3)
+    policy = Policy(multigrid_coarsest=60, krylov_max_iterations=12)
     f = Reduced.of(system, reduced.fixed, pr.Numerics(solver="multigrid"), policy=policy).factorisation
     x = f.step(matrix, b, 1e-6)
     A = reduced.restriction.sparse(matrix)
     assert np.linalg.norm(A @ x - b) <= 2e-6 * np.linalg.norm(b)
-    assert f.name == "ldlt" and "3 iterations" in f.fell_back[0]
+    assert f.name == "ldlt" and "12 iterations" in f.fell_back[0]
     assert "multigrid did not solve all systems; LDLᵀ of the symmetric part took over" in caplog.text
     f.begin()
     assert f.name == "multigrid" and not f.fell_back
+
+
+@pytest.mark.parametrize("solver", ["ldlt", "multigrid"])
+def test_factors_of_an_earlier_matrix_give_way_to_new_ones(sliding, solver):
+    """Where factors of a matrix before do not solve for a load those of the matrix itself do: no way is given up for it."""
+    system, reduced, matrix, b = sliding["cubes"]
+    f = Reduced.of(system, reduced.fixed, pr.Numerics(solver=solver), policy=Policy(multigrid_coarsest=60)).factorisation
+    f.step(matrix, b, 1e-5)
+    # the same system in other units of each unknown: easy for its own factors, hopeless for those of before
+    d, structure = 10.0 ** np.random.default_rng(3).uniform(-1.5, 1.5, len(b)), f.direct.structure
+    both = d[structure.indices] * np.repeat(d, np.diff(structure.indptr))
+    other = matrix * np.concatenate([both, both[f.places]])
+    f.follow(other, 0)
+    x = f.solve_with_factors(b)
+    A = reduced.restriction.sparse(other)
+    assert np.linalg.norm(A @ x - b) <= 1e-6 * np.linalg.norm(b)
+    assert f.name == solver and not f.fell_back
+
+
+def test_a_matrix_s_own_factors_may_take_more_iterations_than_earlier_ones(sliding):
+    """Own factors go on beyond the iterations at which those of an earlier matrix are given up; LU of A costs more."""
+    system, reduced, matrix, b = sliding["cubes"]
+    policy = Policy(ldlt_max_iterations=2)
+    f = Reduced.of(system, reduced.fixed, pr.Numerics(solver="ldlt"), policy=policy).factorisation
+    f.step(matrix, b, 1e-6)
+    first = f.krylov_iterations
+    assert first > 2 and f.name == "ldlt"
+    f.step(matrix, b, 1e-6, changed=0)
+    assert f.krylov_iterations - first <= 2 + first and f.name == "ldlt" and not f.fell_back
 
 
 def test_a_singular_matrix_fails_in_words(sliding):

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
@@ -234,6 +234,8 @@ class Iterative:
         self.order, self.fell_back, self.krylov_iterations = list(self.ways), list[str](), 0
         self._A: csr_matrix | None = None
         self._solve: Solve | None = None
+        self._more = np.zeros(len(self.places))
+        self._own = True  # whether the preconditioner is made from the last matrix
         self._symmetric = False  # whether P is the symmetric part of A: nothing of contact is left out
 
     # ------------------------------------------------------------------------------------------------------ matrices
@@ -332,12 +334,9 @@ class Iterative:
         """The preconditioner in use, ``lu`` where there is none."""
         return self.order[0] if self.order else "lu"
 
-    def _most(self) -> int:
-        return self.policy.multigrid_max_iterations if self.order[0] == MULTIGRID else self.policy.ldlt_max_iterations
-
     def _krylov(self, A: csr_matrix, solve: Solve, b: Array, share: float, precisely: bool = False) -> Array | None:
         """Solution (f,) of A x = b but for a share, by GMRES; ``precisely``: refined to the last digits, or None."""
-        done, most = [0], self._most()
+        done, most = [0], self.policy.krylov_max_iterations if self._own else self.policy.ldlt_max_iterations
 
         def counted(r: Array) -> Array:
             done[0] += 1
@@ -380,26 +379,35 @@ class Iterative:
         largest = float(np.abs(values[: self._entries]).max(initial=0.0))
         if not np.isfinite(largest):
             raise SingularError("the matrix has entries that are not numbers")
-        A, more = self._tangent(values), values[self._entries :]
+        A, self._more = self._tangent(values), values[self._entries :].copy()
         scaled = self._scaled(b)
-        before, self._A, self._symmetric = self._solve, A, not more.any()
+        before, self._A, self._symmetric = self._solve, A, not self._more.any()
         if kept and before is not None:
+            self._own = False
             x = self._krylov(A, before, scaled, share, precisely)
             if x is not None:
                 return self._scaled(x)
-        self._solve = before = None  # the old factors go before the new ones come
+        del before
+        x = self._by_new(lambda solve: self._krylov(A, solve, scaled, share, precisely))
+        if x is None:
+            self._A = self._solve = None
+            return None
+        return self._scaled(x)
+
+    def _by_new(self, solution: Callable[[Solve], Array | None]) -> Array | None:
+        """A solution by a preconditioner of the last matrix itself, in the order of the ways; None where LU has to take over."""
+        assert self._A is not None
         while self.order:
-            reason = "does not lead to a solution in " + f"{self._most()} iterations"
+            self._solve = None  # the old factors go before the new ones come
+            reason = f"does not lead to a solution in {self.policy.krylov_max_iterations} iterations"
             try:
-                solve = self._preconditioner(self.order[0], A, more)
-                x = self._krylov(A, solve, scaled, share, precisely)
+                self._solve, self._own = self._preconditioner(self.order[0], self._A, self._more), True
+                x = solution(self._solve)
             except (ArithmeticError, RuntimeError, ValueError, np.linalg.LinAlgError) as error:
                 x, reason = None, f"fails ({error})"
             if x is not None:
-                self._solve = solve
-                return self._scaled(x)
+                return x
             self._give_up(reason)
-        self._A = None
         return None
 
     def _give_up(self, reason: str) -> None:
@@ -449,14 +457,16 @@ class Iterative:
         return out[:, 0] if b.ndim == 1 else out
 
     def solve_with_factors(self, b: Array) -> Array:
-        """See `Factors`: by GMRES to single precision, by LU of the same matrix where that fails."""
+        """See `Factors`: by GMRES to single precision, with factors of the matrix itself or LU of it where that fails."""
         if not self.by_lu and (x := self._columns(b, SINGLE_EPS)) is not None:
             return x
         if not self.by_lu:
             assert self._A is not None
-            values = self._columns_of(self._A)
-            while self.order:
+            if self._own:
                 self._give_up("does not solve for another load")
+            if (x := self._by_new(lambda _: self._columns(b, SINGLE_EPS))) is not None:
+                return x
+            values = self._columns_of(self._A)
             self._A = self._solve = None
             self._refuse_lu()
             self.direct.solve(values, b if b.ndim == 1 else b[:, 0])
@@ -524,7 +534,8 @@ class Iterative:
         if self.by_lu:
             self.direct.follow(values[: self._entries], changed)
         else:
-            self._A, self._symmetric = self._tangent(values), not values[self._entries :].any()
+            self._A, self._more, self._own = self._tangent(values), values[self._entries :].copy(), False
+            self._symmetric = not self._more.any()
 
     def coarse(self, values: Array) -> bool:
         """False: factors of P are no factors of A."""

@@ -94,7 +94,7 @@ def _memory(system: System, factors: Iterative | Factorisation) -> float:
     if isinstance(factors, Iterative):
         # A by rows, P, and where mirrored entries are; GMRES keeps two vectors an iteration
         matrices += nnz * (8 + 8 + 4)
-        most = DEFAULT.multigrid_max_iterations if factors.name == "multigrid" else DEFAULT.ldlt_max_iterations
+        most = DEFAULT.krylov_max_iterations if factors.name == "multigrid" else DEFAULT.ldlt_max_iterations
         vectors = 2.0 * 8.0 * n * most
     return float(matrices + history + factors.size + vectors)
 

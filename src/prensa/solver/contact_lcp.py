@@ -82,7 +82,7 @@ def contact_step(
     if (most is not None and at.sum() > most) or (for_friction and _rubbing(eq, e, at) is None):
         return None
     all_lam = eq.system.multipliers(u, lam)
-    while 0 < at.sum() <= eq.policy.max_candidates:
+    while 0 < at.sum() <= max_candidates(eq):
         rubbing = _rubbing(eq, e, at)
         rubs = np.zeros_like(at) if rubbing is None else rubbing
         springs = eq.policy.foundation_ratio * np.stack([at, rubs], axis=1).astype(np.float64)
@@ -122,8 +122,8 @@ def edge_step(eq: Equilibrium, e: Evaluation, lam: Array, step: Array) -> Array:
     led = eq.tools_are_moved and all(isinstance(load, Release) for load in loads)
     if not (led and eq.globalised and e.contacts) or len(eq.reduced.free) > eq.policy.edge_max_unknowns:
         return step
-    if eq.reduced.equations or not eq.reduced.factorisation.factored:
-        return step
+    if eq.reduced.equations or not eq.reduced.factorisation.factored or eq.reduced.factorisation.iterates:
+        return step  # by GMRES the response to each of these points costs about as much as an iteration
     at, nobody = np.zeros((2, len(lam)), dtype=bool)
     found, wrong = step, _wrong(eq, e, lam, step)
     while wrong.any():
@@ -138,6 +138,20 @@ def edge_step(eq: Equilibrium, e: Evaluation, lam: Array, step: Array) -> Array:
 def affordable(eq: Equilibrium, e: Evaluation) -> bool:
     """Whether a contact step from the evaluation e costs no more than another iteration, so that Newton takes them anyway."""
     return not e.contacts or int(_first(eq, e).sum()) <= eq.policy.few_candidates
+
+
+def may_be_decided(eq: Equilibrium, e: Evaluation) -> bool:
+    """Whether there may be contact steps from the evaluation e and what follows it, where each point costs a solution."""
+    return not eq.reduced.factorisation.iterates or int(_first(eq, e).sum()) <= max_candidates(eq)
+
+
+def max_candidates(eq: Equilibrium) -> int:
+    """Points that a contact step considers at most.
+
+    By GMRES the response to each takes as long as a step of Newton's or a fraction of it, where factors of the matrix take one
+    substitution; and of the surfaces of bodies in space many points are near a tool.
+    """
+    return eq.policy.few_candidates if eq.reduced.factorisation.iterates else eq.policy.max_candidates
 
 
 # ------------------------------------------------------------------------------------------------ which points
@@ -169,7 +183,7 @@ def _rubbing(eq: Equilibrium, e: Evaluation, at: Flags) -> Flags | None:
         if s.exact or law.hardens or f.t.shape[1] != 1 or eq.context.picard_friction:
             return None
         rubbing[s.rows] = at[s.rows]
-    most = eq.policy.max_candidates if held_by_friction(eq, e) else eq.policy.few_candidates
+    most = max_candidates(eq) if held_by_friction(eq, e) else eq.policy.few_candidates
     return rubbing if rubbing.sum() <= most else None
 
 
