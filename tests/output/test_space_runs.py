@@ -271,6 +271,34 @@ def test_converge_refines_bricks():
     assert (changes["bodies.block.mesh.section.n"], changes["bodies.block.mesh.n"], size) == ("[8, 3]", "2", 2.0)
 
 
+def test_tools_that_turned_about_several_axes_are_shown_as_they_stand(tmp_path):
+    """A quarter turn about x, then one about the y of space: by SciPy's rotations; the history, the files, the scene agree."""
+    from scipy.spatial.transform import Rotation
+
+    from prensa.measures.tool_outlines import motion
+
+    block = CASE[: CASE.index("tools:")]
+    pr.run(loads(f"""{block}
+tools:
+  plate: {{type: plane, touching: block.top}}
+  arm: {{type: polyhedron, points: [[0, 0, 0], [3, 0, 0], [0, 2, 0], [0, 0, 1]], radius: 0.01, at: [2, 9, 2]}}
+contacts: [{{surface: block.top, against: plate}}]
+fixed: {{block.bottom: xyz}}
+steps:
+- {{name: x, by: {{plate: {{y: -0.001}}, arm: {{rx: 90 deg}}}}, increments: 1}}
+- {{name: y, by: {{plate: {{y: -0.001}}, arm: {{ry: 90 deg}}}}, increments: 2}}
+output: {{pictures: false, report: false}}
+"""), tmp_path, quiet=True)  # fmt: skip
+    stored = pr.results(tmp_path)
+    expected = [Rotation.from_rotvec([0, y, 0]) * Rotation.from_rotvec([np.pi / 2, 0, 0]) for y in (0, np.pi / 4, np.pi / 2)]
+    vectors = np.stack([stored.history[f"arm.o{a}"] for a in "xyz"], axis=1)
+    assert np.allclose(Rotation.from_rotvec(vectors).as_matrix(), [e.as_matrix() for e in expected], atol=1e-12)
+    assert np.allclose([motion(i.tools["arm"])[0] for i in stored.increments], [e.as_matrix() for e in expected], atol=1e-12)
+    drawn = meshio.read(next((tmp_path / "fields").glob("tools_0003.vtu"))).points
+    corner = expected[-1].apply([3.0, 0.0, 0.0]) + np.array([2.0, 9.0, 2.0])  # with its edges rounded a little
+    assert np.linalg.norm(drawn - corner, axis=1).min() < 0.1
+
+
 def test_the_page_lists_what_is_refused():
     """The table of docs/guide/space.md names every key that the table of the program refuses."""
     from prensa.model.space import NOT_IN_SPACE

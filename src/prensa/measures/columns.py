@@ -26,6 +26,11 @@ def place_columns(problem: Problem) -> tuple[str, ...]:
     return IN_SPACE if problem.space == "solid" else IN_PLANE
 
 
+def orientation_columns(problem: Problem) -> tuple[str, ...]:
+    """Columns of a tool's rotation vector in space, which is not the sum of its rotations about several axes."""
+    return ("ox", "oy", "oz") if problem.space == "solid" else ()
+
+
 def force_columns(problem: Problem) -> tuple[str, ...]:
     """Columns of a tool's force and moment, in the order of `place_columns`."""
     return tuple(("f" if name[0] == "u" else "m") + name[1] for name in place_columns(problem))
@@ -60,6 +65,7 @@ def columns(problem: Problem) -> dict[str, Column]:
     for tool in problem.tools:
         out |= {f"{tool}.{c}": _place(tool, k, places[k]) for k, c in enumerate(place_columns(problem))}
         out |= {f"{tool}.{c}": _force(tool, k, forces[k]) for k, c in enumerate(force_columns(problem))}
+        out |= {f"{tool}.{c}": _orientation(tool, k) for k, c in enumerate(orientation_columns(problem))}
     for contact in problem.all_contacts:
         out[f"{contact.name}.area"] = _area(contact.name, area_unit(problem))
     for body in problem.bodies if problem.space == "plane stress" else ():
@@ -95,6 +101,14 @@ def columns(problem: Problem) -> dict[str, Column]:
 
 def _place(tool: str, k: int, unit: str) -> Column:
     return Column(unit, lambda i: i.tools[tool].place[k])
+
+
+def _orientation(tool: str, k: int) -> Column:
+    def value(increment: Increment) -> float:
+        state = increment.tools[tool]
+        return (state.orientation or state.place[3:])[k]
+
+    return Column("rad", value)
 
 
 def _force(tool: str, k: int, unit: str) -> Column:

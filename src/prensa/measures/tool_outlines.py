@@ -35,10 +35,15 @@ def surface(tool: ToolShape, state: ToolState, depth: float) -> tuple[Array, Ind
 
     ``depth``: extent (length) to draw of what has none.
     """
-    place: Array = np.array(tuple(state.place), dtype=np.float64)
     points, triangles = tool.facets(np.array(state.direction), depth)
-    moved = points @ rotation_of(place[3:].tolist()).T
-    return np.asarray(moved + state.at + place[:3], dtype=np.float64), triangles
+    turn, place = motion(state)
+    return np.asarray(points @ turn.T + place, dtype=np.float64), triangles
+
+
+def motion(state: ToolState) -> tuple[Array, Array]:
+    """Rotation (3, 3) and place (3,) of a tool's frame in space."""
+    turn = state.orientation or state.place[3:]
+    return rotation_of(turn), np.asarray(state.at + np.array(state.place[:3]))
 
 
 def _angle(tool: ToolShape, state: ToolState) -> float:

@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from prensa.measures.tool_outlines import motion
 from prensa.model.problem import Problem
 from prensa.output import plot, style
 from prensa.output.packing import PLACE_BITS, VALUE_BITS, Packer
 from prensa.output.solid import Shell, shell
 from prensa.output.spatial import contact_pressures
-from prensa.output.tool_surfaces import frame_box, motion, surface
+from prensa.output.tool_surfaces import frame_box, surface
 from prensa.result.increment import Increment
 from prensa.types import Array
 

@@ -94,14 +94,25 @@ def picture(
         scale, shades = Normalize(*ends), colormaps[colours]
         left = faces.x[(faces.off <= 0.0).any(axis=1)].reshape(-1, 3)
         box = np.reshape(look.box, (3, 2)).T if look.box is not None else _ends(left)
+        glass = _tools(increment, problem, copies, cut, eye) if look.tools else None
+        if glass is not None and look.box is not None:
+            middle = glass.x.mean(axis=1)
+            glass = _Faces(*(v[((middle >= box[0]) & (middle <= box[1])).all(axis=1)] for v in glass))
+        elif glass is not None:
+            box = _ends(np.concatenate([box, glass.x[(glass.off <= 0.0).any(axis=1)].reshape(-1, 3)]))
         _frame(axes, box, problem, angles)
-        glass = _tools(increment, problem, copies, cut, eye, box) if look.tools else None
         count = len(faces.sides) // 2
         mesh = count <= MOST_EDGES if look.mesh is None else look.mesh
         _paint(axes, faces, glass, lambda v: shades(scale(v)), angles, mesh)
         figure.colorbar(ScalarMappable(scale, shades), ax=axes, label=label, shrink=0.75, pad=0.14)
         axes.set_title(title)
     return figure
+
+
+def with_tools(increment: Increment, problem: Problem, copies: Sequence[tuple[Image, float]], box: Array) -> Array:
+    """Lowest and highest (2, 3) of what a picture shows: a box (2, 3) about all copies of the bodies, and tools before them."""
+    glass = _tools(increment, problem, copies, None, np.zeros(3))
+    return box if glass is None else _ends(np.concatenate([box, glass.x.reshape(-1, 3)]))
 
 
 def contact_pressures(increment: Increment, body: str, of: str = "") -> Array:
@@ -219,17 +230,16 @@ def _outer(faces: Index) -> Flags:
 
 
 def _tools(
-    increment: Increment, problem: Problem, copies: Sequence[tuple[Image, float]], cut: tuple[int, float] | None, eye: Array,
-    box: Array,
+    increment: Increment, problem: Problem, copies: Sequence[tuple[Image, float]], cut: tuple[int, float] | None, eye: Array
 ) -> _Faces | None:  # fmt: skip
     """Surfaces of the tools near the bodies, cut like these; ``values`` is how much their corners are turned to the light."""
     own = _ends(np.vstack([b.x for b in increment.bodies.values()]))
-    parts, margin = [], _TOOLS_BEYOND * float((box[1] - box[0]).max())
+    parts, margin = [], _TOOLS_BEYOND * float((own[1] - own[0]).max())
     for name, tool in problem.tools.items():
         state = increment.tools[name]
         if not np.isfinite(state.at).all():
             continue  # it was not placed
-        made = surface(tool, state, *frame_box(own[None], [state], margin), beyond=0.2)
+        made = surface(tool, state, *frame_box(own[None], [state], margin), beyond=0.1)
         for image, _ in copies:
             x = image.of(made.at(state))
             off = np.full(len(x), -1.0) if cut is None else (x[:, cut[0]] - cut[1]) * (-1.0 if eye[cut[0]] < 0.0 else 1.0)

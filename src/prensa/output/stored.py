@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
 from prensa.measures import parse
-from prensa.measures.columns import directions, force_columns, place_columns
+from prensa.measures.columns import directions, force_columns, orientation_columns, place_columns
 from prensa.model.problem import Case
 from prensa.output import history, vtk
 from prensa.output.files import Contents, file_names, numbered
@@ -146,7 +146,10 @@ class Stored(Sequence[Increment]):
         placed = self.placements.get(name, unknown)
         place = PLACE[self._d](*(float(row[f"{name}.{c}"]) for c in place_columns(self.problem)))
         force = FORCE_IN[self._d](*(float(row[f"{name}.{c}"]) for c in force_columns(self.problem)))
-        return ToolState(np.array(placed.at), place, force, placed.direction, work=float(row.get(f"{name}.work", 0.0)))
+        columns = [f"{name}.{c}" for c in orientation_columns(self.problem)]
+        turned = tuple(float(row[c]) for c in columns) if all(c in row for c in columns) else ()  # runs of earlier versions
+        work = float(row.get(f"{name}.work", 0.0))
+        return ToolState(np.array(placed.at), place, force, placed.direction, work=work, orientation=turned)
 
     def _wear(self, tool: str, k: int) -> float:
         """Normal force times way of slip on a tool up to increment k (from 0), from the tables of its contacts."""

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.measures.tool_outlines import motion
 from prensa.mesh.level_set import level_set
 from prensa.result.increment import ToolState
-from prensa.tools.tool import rotation_of
 from prensa.types import Array, Index
 
 TRACED = 40  # bricks along the longest side of the part of a tool that is traced
@@ -26,12 +26,6 @@ class Surface(NamedTuple):
         """The points where a tool is."""
         turn, move = motion(state)
         return np.asarray(self.points @ turn.T + move)
-
-
-def motion(state: ToolState) -> tuple[Array, Array]:
-    """Rotation (3, 3) and place (3,) of a tool's frame."""
-    place = np.array(state.place, dtype=np.float64)
-    return rotation_of(place[3:].tolist()), np.asarray(state.at + place[:3])
 
 
 def surface(tool: object, state: ToolState, low: Array, high: Array, beyond: float = 0.5) -> Surface:

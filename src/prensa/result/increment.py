@@ -75,6 +75,9 @@ class ToolState:
     on it since the run began (force × length), nan where it is not known; times k/H of Archard's law it is the worn volume.
 
     ``direction`` (d,) outward normal of the face of a plane, stamp or ring before any rotation (``place.rz`` turns it).
+
+    ``orientation`` (3,), in space: rotation vector from how the tool was placed to how it stands. The sums ``place.rx``, ``ry``,
+    ``rz`` are that only where all turns have one axis; () is taken for these sums.
     """
 
     at: Array
@@ -84,6 +87,7 @@ class ToolState:
     spring: Force | SpatialForce | None = None
     work: float = 0.0
     wear: float = float("nan")
+    orientation: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, repr=False)

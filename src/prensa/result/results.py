@@ -214,6 +214,7 @@ def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolSt
             spring,
             float(state.tool_work[t]) if t < len(state.tool_work) else 0.0,
             float(state.tool_wear[t]) if t < len(state.tool_wear) else np.nan,
+            tuple(map(float, system.orientation_of(t, state.u))),
         )
     return out
 

@@ -176,6 +176,11 @@ class System:
         """Displacement and rotation of tool number t."""
         return self.dofs.tool.of(u)[t]
 
+    def orientation_of(self, t: int, u: Array) -> Array:
+        """Rotation vector (3,) of tool number t in space, of those a turn apart the one near its rotations; (0,) in the plane."""
+        own, turns = self.dofs.orientation(t), self.dofs.tool.dofs(t)[3:]
+        return rotation_vector(rotation(u[np.append(turns, own)]), u[turns]) if len(own) else np.zeros(0)
+
     def step_begun(self, u: Array) -> Array:
         """Degrees of freedom (ndof,) with the rotations of tools in space counted from where they are, as at a step's start."""
         if self.dofs.dimension == 2 or not self.tools:
