@@ -175,8 +175,9 @@ def shallow(solid: bool) -> pr.Problem:
     space = {"space": "solid"} if solid else {}
     share, circle = (0.5, pr.Circle(8.0)) if solid else (1.0, pr.Circle(8.0, at=(0.0, 49.0)))
     held = {"b.start": "xyz", "b.end": "xyz", "b.base": "z", "b.cap": "z"} if solid else {"b.start": "xy", "b.end": "xy"}
+    mesh, element = (pr.Extrusion(section, 0.5, 1), "h8_enhanced") if solid else (section, "q4_enhanced")
     return pr.Problem(
-        "arch", {"b": pr.Body(pr.Extrusion(section, 0.5, 1) if solid else section, pr.Elastic(1e4, 0.3), ("q4", "h8")[solid] + "_enhanced")},
+        "arch", {"b": pr.Body(mesh, pr.Elastic(1e4, 0.3), element)},
         (pr.Step("press", push={"p": pr.Push(y=-60.0 * share)}, control={"p": pr.Motion(y=-4.0)}, increments=10),),
         {"p": pr.Extruded(circle, at=(0.0, 49.0, 0.0)) if solid else circle}, (pr.Contact("b.outer", "p"),), fixed=held,
         **space,
