@@ -244,7 +244,7 @@ def test_swept_sections_are_bodies(mesh, volume):
 @pytest.mark.parametrize(
     ("measure", "words"),
     [
-        ("block.top.barrel", "bodies in space have no outline"),
+        ("block.top.barrel", "needs the plane of the cut"),
         ("block.top-ball.length", "along a line"),
         ("block.top-ball.neutral.x", "along a line"),
     ],

@@ -145,7 +145,7 @@ class Swept(_SweptShape):
     """
 
     section: Section
-    plan: Section
+    plan: Section  # type: ignore[misc]
     axis: Direction = (0.0, 1.0, 0.0)
     type: Literal["swept"] = "swept"
 
