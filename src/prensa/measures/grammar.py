@@ -99,6 +99,23 @@ def parse_all(problem: Problem) -> dict[str, Measure]:
     return found
 
 
+def line_of(text: str, problem: Problem) -> Outline | cuts.Cut:
+    """The line that *text* names: a boundary of the plane, ``billet.right``, in space a cut through a side, ``blank.top at Z=0``.
+
+    Raises
+    ------
+    MeasureError
+        If there is no such line; with the remedy.
+
+    """
+    return _Reader(problem).line(" ".join(text.split()))
+
+
+def field_names(problem: Problem) -> tuple[str, ...]:
+    """Names of the fields of the bodies of a problem, but those of damage."""
+    return tuple(name for name in _fields(problem) if not name.startswith("damage"))
+
+
 def undeformed(mesh: Mesh) -> Shape:
     """The shape of a body before anything moves."""
     return Shape(mesh.points, mesh.points, mesh.points, mesh.cells, mesh.edges, mesh.corners)
@@ -597,6 +614,18 @@ class _Reader:
             return float(getattr(increment.means[text], name))
 
         return _Part(unit, value)
+
+    def line(self, text: str) -> Outline | cuts.Cut:
+        """The line of a text; see `line_of`."""
+        head, where = _at(text)
+        found = self._outline_or_place(head)
+        if isinstance(found, Place) or (not self.solid and where):
+            raise MeasureError(f"{text!r}: name a boundary of a body, such as 'billet.right'")
+        if not self.solid:
+            return found
+        if not where.get("axis") or "," in where["level"]:
+            raise MeasureError(f"{text!r}: in space a line is a side and the plane that cuts it, such as '{found} at Z=0'")
+        return cuts.Cut(found, where["axis"], self._length(where["level"]), length_unit(self.problem))
 
     def _outline_or_place(self, text: str) -> Outline | Place:
         head, where = _at(text)
