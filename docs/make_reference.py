@@ -58,7 +58,8 @@ VALUES = {
     ("Stl", "unit"): "{}, or a unit alone, such as `inch`",
     ("Step", "friction"): "names of contacts: a friction law or `null`",
     **{(t, "section"): "[Rectangle](#rectangle) or another mesh of the plane" for t in ("Extrusion", "Revolution")},
-    **{(t, "section"): "[Circle](#circle) or another tool of the plane" for t in ("Extruded", "Revolved")},
+    **{(t, "section"): "[Circle](#circle) or another tool of the plane" for t in ("Extruded", "Revolved", "Swept")},
+    ("Swept", "plan"): "[Polygon](#polygon), [Circle](#circle), [Ellipse](#ellipse) or a closed [Profile](#profile)",
     **{(t, k): "boundary `body.name`" for t in dict(public("tool")) for k in ("touching", "above", "below")},
 }
 UNITS = {

@@ -61,12 +61,41 @@ F = np.eye(3) + GRADIENT
         ("change(b.volume)", 24.0 * (np.linalg.det(F) - 1.0)),
         ("b.top.surface_expansion", np.linalg.norm(np.cross(F[:, 2], F[:, 0]))),
         ("thickness(b.top, b.bottom)", 2.0 * np.linalg.det(F) / np.linalg.norm(np.cross(F[:, 2], F[:, 0]))),
+        ("thickest(b.top at X=2, Z=1.5, b.bottom)", 2.0 * np.linalg.det(F) / np.linalg.norm(np.cross(F[:, 2], F[:, 0]))),
+        ("angle(b.top at X=1, Z=2, b.top at X=3, Z=2)", np.degrees(np.arctan2(F[1, 0], F[0, 0]))),
+        ("angle(b.right at Y=2, Z=2, b.right at Y=2, Z=1)", np.degrees(np.arctan2(-F[2, 2], -F[0, 2]))),
+        ("b.top.barrel at Z=1.3", 0.0),
         ("thinning(b.top at X=2, Z=1.5, b.bottom)", 1.0 - np.linalg.det(F) / np.linalg.norm(np.cross(F[:, 2], F[:, 0]))),
     ],
 )
 def test_a_linear_displacement_is_read_exactly(text, expected):
     """Places, extents, distances, areas and volumes of a box that is stretched and sheared evenly, by its gradient."""
-    assert value(text) == pytest.approx(expected, rel=1e-9)
+    assert value(text) == pytest.approx(expected, rel=1e-9, abs=1e-12)
+
+
+ROUND = pr.Cylinder(10.0, 8.0, n=(2, 4, 8), angle=np.pi / 2)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("b.outer.barrel at Z=0", 1.0),
+        ("b.outer.barrel at X=0", 1.0),
+        ("b.outer.barrel at Y=4", 11.0 * (1.0 - np.sqrt(0.5))),
+        (f"curvature(b.outer at X={10 * np.sin(np.pi / 8)}, Y=4, b.outer at X={10 * np.cos(np.pi / 8)}, Y=4)", 1.0 / 11.0),
+        (f"radius(b.outer at X={10 * np.sin(np.pi / 8)}, Y=0, b.outer at X={10 * np.cos(np.pi / 8)}, Y=0)", 10.0),
+    ],
+)
+def test_a_barrelled_cylinder_is_measured_along_its_cuts(text, expected):
+    """A quarter of a cylinder with a parabola for its side: its rise in two planes of symmetry, its radius across the axis."""
+    inc = Posed()
+    mesh = mesh_of(ROUND)
+    bulge = 1.0 + 0.1 * (1.0 - (mesh.points[:, 1:2] / 4.0 - 1.0) ** 2)
+    x = mesh.points * np.hstack([bulge, np.ones_like(bulge), bulge])
+    shape = inc.shapes["b"]
+    inc.shapes = {"b": type(shape)(mesh.points, x, mesh.points, mesh.cells, mesh.edges, mesh.corners)}
+    p = problem(bodies={"b": pr.Body(ROUND, pr.Elastic(1000.0, 0.3))})
+    assert parse(text, p).value(inc) == pytest.approx(expected, rel=1e-9)
 
 
 def test_places_of_the_deformed_body():
@@ -85,9 +114,15 @@ def test_places_of_the_deformed_body():
         ("b.mises at X=1, y=2, Z=1", "all of the deformed"),
         ("b.y at X=9, Y=1, Z=1", "no place of b is at X=9, Y=1, Z=1"),
         ("b.y at X=1, Z=1", "in 2 places"),
-        ("b.top.barrel", "bodies in space have no outline"),
+        ("b.top.barrel", "needs the plane of the cut: 'b.top.barrel at Z=0'"),
+        ("b.barrel at Z=0", "a barrel is of a side along a cut"),
+        ("b.top.barrel at Z=9", "does not reach Z = 9"),
+        ("b.top.barrel at Y=2", "lies in that plane"),
+        ("curvature(b.top at X=1, Z=1, b.top at X=3, Z=2)", "share a coordinate"),
+        ("angle(b.top at X=1, Z=1, b.bottom at X=3, Z=1)", "of two places on a side"),
         ("b.fill", "bodies in space have no outline"),
-        ("angle(b near (0, 0, 0), b near (1, 0, 0))", "bodies in space have no outline"),
+        ("angle(b near (0, 0, 0), b near (1, 0, 0))", "share a coordinate"),
+        ("b.top.angle at X=1, Z=1", "bodies in space have no outline"),
         ("b.x near (1, 2)", "three coordinates"),
         ("b.top.mises at X=1, Y=2, Z=1", "leave out 'top'"),
         ("b.max.stres.yz", "did you mean 'b.max.stress.yz'"),

@@ -57,6 +57,23 @@ def test_tables_of_both_kinds_are_read_back(done, semicolons):
     assert np.array_equal(sheet.rows, np.stack([curve.travel, curve.force], axis=1))
 
 
+def test_what_lies_along_a_boundary_is_a_table(done):
+    """Nodes of quadratic edges in walking order, with their coordinates and fields; from the command line too."""
+    found = done.profile("block.top", at=2)
+    body, columns = done.at(2).bodies["block"], found.columns
+    on_top = np.flatnonzero(body.X[:, 1] == 2.0)
+    walked = on_top[np.argsort(-body.X[on_top, 0])]
+    assert np.array_equal(columns["x"], body.x[walked, 0])
+    assert np.array_equal(columns["mises"], body.mises[walked])
+    assert np.allclose(np.diff(columns["s"]), np.linalg.norm(np.diff(body.x[walked], axis=0), axis=1))
+    out = done.directory / "top.csv"
+    assert prensa("curve", done.directory, "--along", "block.top", "--at", 2, "--out", out).exit_code == 0
+    assert np.array_equal(np.genfromtxt(out, delimiter=",", names=True)["y"], columns["y"])
+    for line, words in (("block.top at X=1", "name a boundary"), ("block.tip", "did you mean 'top'")):
+        with pytest.raises(pr.PrensaError, match=words):
+            done.profile(line)
+
+
 def test_tools_that_turn_or_stand_still():
     """Of a tool that only turns its moment against its rotation; one that never moves is refused with those that do."""
     problem = pr.Problem(

@@ -67,6 +67,25 @@ def test_tables_and_fields_are_what_was_solved(ran):
     assert np.allclose(grid.point_data["stress"], last.stress)
 
 
+def test_what_lies_along_a_cut_is_a_table(ran):
+    """On a plane of symmetry at the nodes of the side there, between them halfway; a line needs its plane."""
+    folder, *_ = ran
+    result = pr.results(folder)
+    body = result.at("last").bodies["block"]
+    columns = result.profile("block.top at Z=0").columns
+    nodes = np.flatnonzero((body.X[:, 1] == 2.0) & (body.X[:, 2] == 0.0))
+    nodes = nodes[np.argsort(-body.X[nodes, 0])]
+    assert np.allclose(columns["X"], body.X[nodes, 0])
+    assert np.allclose(columns["y"], body.x[nodes, 1])
+    assert np.allclose(columns["stress.yz"], body.stress[nodes, 4])
+    between = result.profile("block.top at Z=0.5").columns
+    beside = np.flatnonzero((body.X[:, 1] == 2.0) & (body.X[:, 2] == 1.0))
+    beside = beside[np.argsort(-body.X[beside, 0])]
+    assert np.allclose(between["y"], 0.5 * (body.x[nodes, 1] + body.x[beside, 1]))
+    with pytest.raises(pr.PrensaError, match="a side and the plane that cuts it"):
+        result.profile("block.top")
+
+
 def test_forces_balance(ran):
     """Tool and supports hold the block: sums of forces to the tolerance; x and z are even before the drag."""
     *_, solved = ran
@@ -244,7 +263,7 @@ def test_swept_sections_are_bodies(mesh, volume):
 @pytest.mark.parametrize(
     ("measure", "words"),
     [
-        ("block.top.barrel", "bodies in space have no outline"),
+        ("block.top.barrel", "needs the plane of the cut"),
         ("block.top-ball.length", "along a line"),
         ("block.top-ball.neutral.x", "along a line"),
     ],

@@ -167,3 +167,47 @@ def test_condensed_bodies_are_refused():
     """What is condensed stands on the loads of a step over time."""
     with pytest.raises(PrensaError, match="displacement control"):
         list(pr.solve(replace(led(-60.0, -0.1), kinematics="small"), pr.Numerics(condense=True)))
+
+
+def shallow(solid: bool) -> pr.Problem:
+    """The arch of enhanced elements, in the plane or of one layer of bricks 0.5 thick, led through its limit point."""
+    section = pr.Annulus(40.0, 41.0, (10, 1), angles=(np.pi / 2 - 0.35, np.pi / 2 + 0.35))
+    space = {"space": "solid"} if solid else {}
+    share, circle = (0.5, pr.Circle(8.0)) if solid else (1.0, pr.Circle(8.0, at=(0.0, 49.0)))
+    held = {"b.start": "xyz", "b.end": "xyz", "b.base": "z", "b.cap": "z"} if solid else {"b.start": "xy", "b.end": "xy"}
+    mesh, element = (pr.Extrusion(section, 0.5, 1), "h8_enhanced") if solid else (section, "q4_enhanced")
+    return pr.Problem(
+        "arch", {"b": pr.Body(mesh, pr.Elastic(1e4, 0.3), element)},
+        (pr.Step("press", push={"p": pr.Push(y=-60.0 * share)}, control={"p": pr.Motion(y=-4.0)}, increments=10),),
+        {"p": pr.Extruded(circle, at=(0.0, 49.0, 0.0)) if solid else circle}, (pr.Contact("b.outer", "p"),), fixed=held,
+        **space,
+    )  # fmt: skip
+
+
+def test_bricks_in_plane_strain_snap_through_as_the_plane_does():
+    """Force per thickness and factor, through the maximum and the minimum behind it, to 1e-8 of the largest force."""
+    expected, found = (list(pr.solve(shallow(solid))) for solid in (False, True))
+    forces = np.array([force(i) for i in expected])
+    assert np.diff(np.sign(np.diff(forces))).any()
+    assert np.abs(2.0 * np.array([force(i) for i in found]) - forces).max() < 1e-8 * forces.max()
+    factors = np.array([i.state.u[FACTOR_AT] for i in found])
+    assert np.abs(factors * 60.0 - forces).max() < 1e-8 * forces.max()
+
+
+def test_a_turn_in_space_leads_its_moment():
+    """A stamp that is turned on a block with friction: the moment that leads it is that of the turn without control."""
+
+    def twisted(**how: object) -> list[pr.Increment]:
+        problem = pr.Problem(
+            "twist", {"b": pr.Body(pr.Box((2.0, 1.0, 2.0), (2, 1, 2)), pr.NeoHooke(100.0, 0.3), "h8")},
+            (pr.Step("press", move={"p": pr.Motion(y=-0.05)}, increments=1), pr.Step("turn", increments=2, **how)),  # type: ignore[arg-type]
+            {"p": pr.Plane(touching="b.top", at=(1.0, 1.0, 1.0))},
+            (pr.Contact("b.top", "p", friction=pr.Coulomb(0.5)),), fixed={"b.bottom": "xyz"}, space="solid",
+        )  # fmt: skip
+        return list(pr.solve(problem))
+
+    turned = twisted(by={"p": pr.Motion(ry=0.1)})
+    led_ = twisted(push={"p": pr.Push(my=50.0)}, control={"p": pr.Motion(ry=0.1)})
+    moments = [i.force("p").my for i in turned]
+    assert moments[-1] != 0.0
+    np.testing.assert_allclose([i.force("p").my for i in led_], moments, rtol=1e-8)

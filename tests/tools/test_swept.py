@@ -12,6 +12,8 @@ DOWN = -np.eye(3)[1]
 SLANTED = (1.0, 2.0, 0.5)
 UNIT = np.array(SLANTED) / np.linalg.norm(SLANTED)
 CONE = pr.Profile(points=((0.0, 0.0), (10.0, 8.0)))
+WALL = pr.Profile(points=((-9.0, 0.0), (0.0, 0.0), (0.0, 9.0)), fillet=(0.0, 1.0, 0.0))
+SQUARE = pr.Polygon(points=((-3.0, -3.0), (3.0, -3.0), (3.0, 3.0), (-3.0, 3.0)), fillet=1.5)
 TOOLS = {
     "roll": pr.Extruded(pr.Circle(2.0), axis=SLANTED),
     "profile": pr.Extruded(pr.Profile(points=((-3.0, 1.0), (0.0, 0.0), (3.0, 2.0)), fillet=1.0)),
@@ -21,6 +23,9 @@ TOOLS = {
     "cone": pr.Revolved(CONE),
     "stamp": pr.Revolved(pr.Stamp(5.0, 1.0)),
     "spheroid": pr.Revolved(pr.Ellipse((3.0, 1.5))),
+    "square punch": pr.Swept(WALL, SQUARE, axis=SLANTED),
+    "square die": pr.Swept(pr.Profile(points=((9.0, 0.0), (0.2, 0.0), (0.2, -9.0)), fillet=1.0), SQUARE),
+    "oval": pr.Swept(pr.Circle(1.0), pr.Ellipse((4.0, 3.0), at=(0.5, 0.0))),
 }
 
 
@@ -66,6 +71,29 @@ def test_closed_forms():
     rho = np.linalg.norm(across, axis=1)
     assert np.abs(pipe.g - (rho - 2.0)).max() < 1e-14 * r.max()
     assert np.abs(ring.g - (np.hypot(rho - 3.0, z - 0.5) - 1.0)).max() < 1e-14 * r.max()
+
+
+def test_a_section_swept_around_a_circle_is_a_revolved_one():
+    """Gap, normal and curvature of a plan of radius 3 are those of the section moved out by 3, but near the axis."""
+    moved = pr.Profile(points=((-9.0, 0.0), (3.0, 0.0), (3.0, 9.0)), fillet=(0.0, 1.0, 0.0))
+    x = points()
+    swept = pr.Swept(WALL, pr.Circle(3.0), axis=SLANTED).shape(DOWN).closest(x)
+    revolved = pr.Revolved(moved, axis=SLANTED).shape(DOWN).closest(x)
+    for one, other in zip(swept[:3], revolved[:3]):
+        assert np.abs(one - other).max() < 1e-12 * max(1.0, np.abs(other).max())
+
+
+def test_a_square_punch_is_flat_below_and_rounded_at_its_edges_and_corners():
+    """Closed forms below the face, beside a side, beside the fillet of a side, beside a corner of the plan."""
+    shape = pr.Swept(WALL, SQUARE).shape(DOWN)
+    x = np.array([[0.3, -2.0, 0.1], [5.0, 4.0, 0.5], [3.0, -1.0, 0.0], [1.5 + 2.4, 4.0, 1.5 + 3.2]])
+    assert np.allclose(shape.closest(x).g, [2.0, 2.0, np.hypot(1.0, 2.0) - 1.0, 2.5], rtol=1e-14)
+    facets, triangles = pr.Swept(WALL, SQUARE).facets(DOWN, 9.0)
+    assert np.abs(shape.closest(facets[facets[:, 1] < 2.0]).g).max() < 1e-12
+    corners = facets[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    below = np.abs(corners[:, :, 1]).max(axis=1) < 1e-12
+    assert np.linalg.norm(normals[below], axis=1).sum() / 2.0 == pytest.approx(16.0 - (4.0 - np.pi) / 4.0, rel=1e-3)
 
 
 def test_the_tip_of_a_cone_is_a_vertex():
@@ -131,6 +159,10 @@ def test_a_case_places_them_at_sides():
         (("radius: 10 mm", "radius: 10 mm, touching: b.top"), "'touching' belongs to the revolved tool, not to its section"),
         (("radius: 10 mm", "radius: 10 mm, at: [0, 0, 0]"), "at has two components"),
         (("type: circle, radius: 10 mm", "type: sphere, radius: 10 mm"), "'sphere'"),
+        (("type: revolved", "type: swept, plan: {type: plane}"), "the plan is a closed outline with its inside inside"),
+        (("type: revolved", "type: swept, plan: {type: circle, radius: 1, concave: true}"), "the plan is a closed outline"),
+        (("type: revolved", "type: swept, plan: {type: circle, radius: 1, above: b.top}"), "belongs to the swept tool"),
+        (("type: revolved", "type: swept"), "plan"),
     ],
 )
 def test_sections_are_checked(change, words):
@@ -139,6 +171,13 @@ def test_sections_are_checked(change, words):
     text = CASE.replace("touching: b.top, at", f"touching: b.top{by}, at") if what == "axis" else CASE.replace(what, by)
     with pytest.raises(pr.CaseError, match=words):
         loads(text)
+
+
+def test_a_section_that_reaches_beyond_the_corners_of_its_plan_is_doubted():
+    """Fillets of 1 mm at corners of 0.5 mm leave a crease; corners of 1.5 mm do not."""
+    assert not list(pr.Swept(WALL, SQUARE).doubts())
+    ((key, words),) = pr.Swept(WALL, pr.Polygon(points=SQUARE.points, fillet=0.5)).doubts()
+    assert (key, "creases" in words) == ("section", True)
 
 
 def test_a_torus_on_its_axis_has_a_distance_without_a_tip():

@@ -680,16 +680,32 @@ def curve(
     semicolons: Annotated[
         bool, typer.Option("--semicolons", help="Semicolons between the columns, and decimal commas.")
     ] = False,
-    out: Annotated[Path | None, typer.Option(help="File of the table; curve.csv in DIR if not given.")] = None,
+    along: Annotated[
+        str, typer.Option(metavar="LINE", help="A line of a body instead: 'billet.right', in space 'blank.top at Z=0'.",
+                          show_default=False),
+    ] = "",
+    at: Annotated[
+        str, typer.Option(help="Of the line: 'last', the name of a step, or the number of an increment.",
+                          autocompletion=completion.moments),
+    ] = "last",
+    out: Annotated[Path | None, typer.Option(help="File of the table; curve.csv or profile.csv in DIR if not given.")] = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,
-) -> None:
-    """Write the force of a tool against its travel, as a table of two columns."""
+) -> None:  # fmt: skip
+    """Write the force of a tool against its travel, or coordinates and fields along a line of a body, as a table."""
     with Voice(quiet, verbose, json, folder=folder) as voice:
+        from prensa.output.along import PROFILE
         from prensa.output.curve import CURVE
 
-        made = _results_of(folder, voice).curve(tool)
+        run = _results_of(folder, voice)
+        if along:
+            found = run.profile(along, int(at) if at.isdecimal() else at)
+            target = found.save(out or folder / PROFILE, semicolons)
+            voice.confirm(str(target))
+            voice.give({"profile": target, "line": found.line})
+            return
+        made = run.curve(tool)
         target = made.save(out or folder / CURVE, semicolons)
         voice.confirm(str(target))
         voice.give({"curve": target, "tool": made.tool, "axis": made.axis})

@@ -325,6 +325,35 @@ def thinning(a: Outline | Place, b: Outline) -> Plain:
     return value
 
 
+def thickest(a: Outline | Place, b: Outline) -> Plain:
+    """Distance of a place from an outline, or the largest one of the nodes of an outline from another."""
+
+    def value(shape: Shape, x: Array) -> float:
+        points = a.spot(shape, x).of(x)[None] if isinstance(a, Place) else x[np.unique(a.edges(shape))]
+        return float(nearest(points, x, b.edges(shape)).max())
+
+    return value
+
+
+def thickening(a: Outline | Place, b: Outline) -> Plain:
+    """t/t₀ − 1 of a place, or the largest one along an outline (at its nodes)."""
+
+    def value(shape: Shape, x: Array) -> float:
+        other = b.edges(shape)
+        if isinstance(a, Place):
+            return -thinning(a, b)(shape, x)
+        own = np.unique(a.edges(shape))
+        return float((nearest(x[own], x, other) / nearest(shape.X[own], shape.X, other)).max() - 1.0)
+
+    return value
+
+
+OF_SHEETS: dict[str, Callable[[Outline | Place, Outline], Plain]] = {
+    "thickness": thickness, "thinning": thinning, "thickest": thickest, "thickening": thickening,
+}  # fmt: skip
+"""What is measured from a boundary, or a place on one, to the boundary opposite, by name."""
+
+
 # --------------------------------------------------------------------------------------------------------------- values
 def geometric(body: str, geometry: Geometry) -> tuple[Callable[[Increment], float], Callable[[Increment], Gradient]]:
     """Value and gradient of a geometric measure with a derivative."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from prensa.errors import PrensaError, take
-from prensa.measures import bodies, contacts, damage, filling
+from prensa.measures import bodies, contacts, cuts, damage, filling
 from prensa.measures.bodies import Outline, Place
 from prensa.measures.columns import columns, directions, force_columns, place_columns
 from prensa.measures.measure import Gradient, Measure, MeasureError, Slope, Value
@@ -41,8 +41,8 @@ POSITIONS = ("x", "y", "ux", "uy")
 SPATIAL_POSITIONS = ("x", "y", "z", "ux", "uy", "uz")
 EXTENTS = {2: {"height": "y", "width": "x"}, 3: {"height": "y", "width": "x", "depth": "z"}}
 """Names of the extents of a body, and along which axis they are."""
-OF_OUTLINES = ("barrel", "angle", "curvature", "radius", "folding_angle", "folds", *filling.FILL, *filling.POCKETS)
-"""What is measured along an outline, a line: bodies in space have none."""
+OF_OUTLINES = ("angle", "folding_angle", "folds", *filling.FILL, *filling.POCKETS)
+"""What is measured along an outline, a line: bodies in space have none, but where a plane cuts them (`prensa.measures.cuts`)."""
 NODAL_FIELDS = (
     "mises", "plastic_strain", "displacement", "stress.xx", "stress.yy", "stress.zz", "stress.xy", "mean_stress", "triaxiality",
     "lode", "strain_rate", "surface_expansion",
@@ -55,7 +55,9 @@ COUNTS = ("open", "stick", "slip")
 TOOL_QUANTITIES = ("force", "force.x", "force.y", "moment", "travel", "travel.x", "travel.y", "rotation", "wear")
 DEEPEST = 20  # brackets of a measure: functions in one another are read one inside the other
 # A few functions and no expressions of Python: these would be a second language in case files, without units or derivatives.
-FUNCTIONS = ("angle", "change", "curvature", "distance", "mean", "radius", "ripple", "thickness", "thinning")
+FUNCTIONS = (
+    "angle", "change", "curvature", "distance", "mean", "radius", "ripple", "thickening", "thickest", "thickness", "thinning",
+)  # fmt: skip
 OVER_RUN = re.compile(r"(max|min)\s*\((.*)\)")
 NOT_NUMBERS = ("step", "increment")
 
@@ -95,6 +97,23 @@ def parse_all(problem: Problem) -> dict[str, Measure]:
     if wrong:
         raise MeasureError("\n".join(wrong))
     return found
+
+
+def line_of(text: str, problem: Problem) -> Outline | cuts.Cut:
+    """The line that *text* names: a boundary of the plane, ``billet.right``, in space a cut through a side, ``blank.top at Z=0``.
+
+    Raises
+    ------
+    MeasureError
+        If there is no such line; with the remedy.
+
+    """
+    return _Reader(problem).line(" ".join(text.split()))
+
+
+def field_names(problem: Problem) -> tuple[str, ...]:
+    """Names of the fields of the bodies of a problem, but those of damage."""
+    return tuple(name for name in _fields(problem) if not name.startswith("damage"))
 
 
 def undeformed(mesh: Mesh) -> Shape:
@@ -345,6 +364,8 @@ class _Reader:
             return _Part(volume_unit(p), bodies.plain(body, size), None, body, size)
         if self.solid and quantity.rpartition(".")[2] in OF_OUTLINES:
             raise MeasureError(f"'{body}.{rest}' is along a line, and bodies in space have no outline; take positions at places")
+        if self.solid and quantity.rpartition(".")[2] == "barrel":
+            return self._barrel_of_cut(body, rest, quantity, where)
         if quantity == "folding_angle" and not where:
             return _Part("deg", lambda i: float(i.folding[body].angle))
         if quantity == "folds" and not where:
@@ -379,6 +400,20 @@ class _Reader:
             other = f"'{owner}.{name} at {at}'" + (f" or '{owner}.max.{name}'" if name != "angle" else "")
             raise MeasureError(f"'{body}.{rest}' says of no place on {owner}: write {other}")
         return None
+
+    def _barrel_of_cut(self, body: str, rest: str, quantity: str, where: Mapping[str, str]) -> _Part:
+        """The barrel of a side in space, along the line in which a plane cuts it."""
+        owner, name = self._outline(body, quantity)
+        if name != "barrel" or isinstance(owner, Place) or not owner.boundary:
+            raise MeasureError(f"'{body}.{rest}': a barrel is of a side along a cut, as in '{body}.<side>.barrel at Z=0'")
+        if not where.get("axis") or "," in where["level"]:
+            raise MeasureError(f"'{body}.{rest}' needs the plane of the cut: '{owner}.barrel at Z=0'")
+        cut = cuts.Cut(owner, where["axis"], self._length(where["level"]), length_unit(self.problem))
+        if cut.axis.isupper():
+            shape = self._shape(body)
+            cut.lines(shape, shape.X)
+        value = cuts.barrel(cut)
+        return _Part(length_unit(self.problem), bodies.plain(body, value), None, body, value)
 
     def _outline(self, body: str, text: str) -> tuple[Outline | Place, str]:
         """Boundary or point that a text begins with (the whole outline if none), and the rest of it."""
@@ -499,8 +534,6 @@ class _Reader:
             near = difflib.get_close_matches(name, FUNCTIONS, n=1)
             remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(FUNCTIONS)}"
             raise MeasureError(f"unknown function {name!r} in {text!r}; {remedy}")
-        if self.solid and name in OF_OUTLINES:
-            raise MeasureError(f"{text!r} is along a line, and bodies in space have no outline; take positions at places")
         wanted = 1 if name in ("change", "mean", "ripple") else 2
         if len(given) != wanted:
             raise MeasureError(f"{name} takes {wanted} argument{'s' * (wanted > 1)}, {text!r} has {len(given)}; {GUIDE}")
@@ -509,12 +542,12 @@ class _Reader:
         if name in ("mean", "ripple"):
             return self._passage_mean(name, given[0])
         unit = length_unit(self.problem)
-        if name in ("thickness", "thinning"):
+        if (of_sheet := bodies.OF_SHEETS.get(name)) is not None:
             a, b = self._outline_or_place(given[0]), self._outline_or_place(given[1])
             if isinstance(b, Place) or a == b or _body_of(a) != b.body:
                 raise MeasureError(f"{text!r}: {name} is from a boundary, or a place on one, to the boundary opposite")
-            shape = (bodies.thickness if name == "thickness" else bodies.thinning)(a, b)
-            return _Part(unit if name == "thickness" else "", bodies.plain(b.body, shape), None, b.body, shape)
+            shape = of_sheet(a, b)
+            return _Part(unit if name in ("thickness", "thickest") else "", bodies.plain(b.body, shape), None, b.body, shape)
         return self._of_two_places(name, given, text)
 
     def _of_two_places(self, name: str, given: list[str], text: str) -> _Part:
@@ -523,20 +556,40 @@ class _Reader:
         if isinstance(a, Outline) or isinstance(b, Outline) or _body_of(a) != _body_of(b):
             raise MeasureError(f"{text!r}: {name} is of two places of a body, such as 'sheet.top at X=10' or 'sheet.top-left'")
         body = a.outline.body
+        if self.solid and name != "distance":
+            return self._of_two_places_on_a_cut(name, a, b, text)
         if name in ("distance", "angle"):
             if name == "angle":
                 return self._geometric(body, "deg", bodies.angle(a, b), turn=360.0)
             return self._geometric(body, unit, bodies.distance(a, b))
         if a.outline != b.outline or not (a.axis and b.axis and a.outline.boundary):
             raise MeasureError(f"{text!r}: {name} is of a boundary between two places on it, such as 'sheet.top at X=10'")
-        bend = bodies.curvature(a, b)
+        return self._bent(name, a.outline, bodies.curvature(a, b))
+
+    def _of_two_places_on_a_cut(self, name: str, a: Place, b: Place, text: str) -> _Part:
+        """Direction, curvature or radius between two places in space, in the plane of the coordinate that they share."""
+        levels: list[set[tuple[str, float]]] = [set(getattr(p, "levels", ())) for p in (a, b)]
+        shared = sorted(levels[0] & levels[1])
+        if len(shared) != 1 or a.outline != b.outline or not a.outline.boundary or len(levels[0]) != 2:
+            example = "'sheet.top at X=2, Z=0' and 'sheet.top at X=8, Z=0'"
+            raise MeasureError(f"{text!r}: in space {name} is of two places on a side that share a coordinate, such as {example}")
+        ((axis, level),) = shared
+        cut = cuts.Cut(a.outline, axis, level, length_unit(self.problem))
+        if name != "angle":
+            return self._bent(name, a.outline, cuts.curvature(cut, a, b))
+        turn = cuts.angle(cut, a, b)
+        return _Part("deg", bodies.plain(a.outline.body, turn), None, a.outline.body, turn, 360.0)
+
+    def _bent(self, name: str, outline: Outline, bend: bodies.Plain) -> _Part:
+        """A curvature, or its radius."""
+        unit, body = length_unit(self.problem), outline.body
         if name == "curvature":
             return _Part(f"1/{unit}", bodies.plain(body, bend), None, body, bend)
 
         def radius(shape: Any, x: Any) -> float:
             value = bend(shape, x)
             if value == 0.0:
-                raise MeasureError(f"{a.outline} is straight there; measure the curvature")
+                raise MeasureError(f"{outline} is straight there; measure the curvature")
             return 1.0 / abs(value)
 
         return _Part(unit, bodies.plain(body, radius), None, body, radius)
@@ -561,6 +614,18 @@ class _Reader:
             return float(getattr(increment.means[text], name))
 
         return _Part(unit, value)
+
+    def line(self, text: str) -> Outline | cuts.Cut:
+        """The line of a text; see `line_of`."""
+        head, where = _at(text)
+        found = self._outline_or_place(head)
+        if isinstance(found, Place) or (not self.solid and where):
+            raise MeasureError(f"{text!r}: name a boundary of a body, such as 'billet.right'")
+        if not self.solid:
+            return found
+        if not where.get("axis") or "," in where["level"]:
+            raise MeasureError(f"{text!r}: in space a line is a side and the plane that cuts it, such as '{found} at Z=0'")
+        return cuts.Cut(found, where["axis"], self._length(where["level"]), length_unit(self.problem))
 
     def _outline_or_place(self, text: str) -> Outline | Place:
         head, where = _at(text)

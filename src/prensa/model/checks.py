@@ -431,15 +431,13 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
 
 def _control(p: Any, step: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:
     """Displacement control: one component of a pushed tool, by a way in one number; and loads that are numbers."""
-    led = [
-        (t, name) for t, m in step.control.items() for name in ("x", "y", "rz") if getattr(m, name, None) is not None
-    ]
+    known = motions_in(p.space)
+    led = [(t, name) for t, m in step.control.items() for name in known if getattr(m, name, None) is not None]
     if not step.control:
         return
     if len(led) != 1:
-        yield Finding(
-            path, "displacement control needs the way of one component of one tool: one of x, y, rz", at_key=True
-        )
+        words = f"displacement control needs the way of one component of one tool: one of {', '.join(known)}"
+        yield Finding(path, words, at_key=True)
         return
     ((tool, name),) = led
     here, way = (*path, tool, name), getattr(step.control[tool], name)
@@ -449,7 +447,7 @@ def _control(p: Any, step: Any, path: tuple[str | int, ...]) -> Iterator[Finding
     # The way leads and the factor of the loads follows: time has no part in such a step, and tables none to follow.
     if isinstance(way, tuple) or way == 0:
         yield Finding(here, "give the way from where the tool is at the start of the step, as a number other than 0")
-    force = getattr(step.push.get(tool), "m" if name == "rz" else name, None)
+    force = getattr(step.push.get(tool), force_along(p.space, name), None)
     # A force of zero times any factor is zero: it could not lead the tool anywhere.
     if force is None or force == 0:
         message = (

@@ -12,7 +12,7 @@ BRICKS = ("box", "cylinder", "extruded", "revolved", "bricks", "tetrahedra")
 """Meshes of bodies in space, and of no others."""
 NOT_IN_SPACE = {
     "problem": ("remesh",),
-    "steps": ("control",),
+    "steps": (),
 }
 """Keys that mean nothing in space yet, where they are given."""
 OF_SPACE = {"fixed": "z", "spring": "z rx ry", "push": "z mx my mz", "move": "z rx ry"}

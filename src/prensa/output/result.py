@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
     from prensa.dies.loads import ToolLoads
     from prensa.dies.stress import Die, DieStress
+    from prensa.output.along import Profile
 
 FILM_DPI = 110  # pixels an inch of a film unless others are asked for
 MOST_PICTURES = 60  # of an animation unless more are asked for: each takes a quarter of a second
@@ -189,6 +190,15 @@ class RunResult(Shown):
         shown = [self.increments.number(numbers[k]) for k in chosen]
         target = Path(path) if path is not None else self.directory / f"{what.replace('.', '_')}.gif"
         return _film(target, shown, what, fps, {"mirror": self.increments.mirror} | options)
+
+    def profile(self, line: str, at: int | str = "last") -> Profile:
+        """What lies along a line of a body, ``billet.right`` or in space ``blank.top at Z=0``, in an increment as of `at`.
+
+        Coordinates and fields, as columns; ``save`` writes a table.
+        """
+        from prensa.output.along import profile
+
+        return profile(self.at(at), self.increments.problem, line)
 
     def curve(self, tool: str = "") -> ForceCurve:
         """Force against travel of a tool, of the one that does the most work if none is named; ``save`` writes two columns.

@@ -16,7 +16,7 @@ from prensa.errors import PrensaError
 from prensa.mesh.bricks import outside
 from prensa.mesh.level_set import level_set
 from prensa.model.names import suggest
-from prensa.model.problem import Problem
+from prensa.model.problem import Problem, tools_removed
 from prensa.output import raster, style
 from prensa.output.cells import MOST_EDGES, covered, to_corners
 from prensa.output.mirrors import Image
@@ -232,7 +232,9 @@ def _outer(faces: Index) -> Flags:
 def _tools(
     increment: Increment, problem: Problem, copies: Sequence[tuple[Image, float]], cut: tuple[int, float] | None, eye: Array
 ) -> _Faces | None:  # fmt: skip
-    """Surfaces of the tools near the bodies, cut like these; ``values`` is how much their corners are turned to the light."""
+    """Surfaces of the tools near the bodies, cut like these, where they are not removed; ``values`` are nothing."""
+    if any(step.name == increment.step and tools_removed(problem, k) for k, step in enumerate(problem.steps)):
+        return None
     own = _ends(np.vstack([b.x for b in increment.bodies.values()]))
     parts, margin = [], _TOOLS_BEYOND * float((own[1] - own[0]).max())
     for name, tool in problem.tools.items():
@@ -315,18 +317,21 @@ def _upright(x: Array) -> Array:
 
 
 def _frame(axes: Any, box: Array, problem: Problem, angles: tuple[float, float]) -> None:
-    """Limits (2, 3) with equal scales, names of the axes, and the view."""
+    """Limits (2, 3) with equal scales, names of the axes, numbers as far apart as each axis is seen long, and the view."""
+    from matplotlib.ticker import MaxNLocator
+
     ends = np.sort(_upright(box), axis=0)
     axes.set(xlim=ends[:, 0], ylim=ends[:, 1], zlim=ends[:, 2])
     axes.set_box_aspect(ends[1] - ends[0])
     unit = style.length_unit(problem)
     axes.set(xlabel=f"x ({unit})", ylabel=f"z ({unit})", zlabel=f"y ({unit})")
     axes.yaxis.set_major_formatter(lambda value, _: f"{-value + 0.0:g}")
-    axes.locator_params(nbins=4)
     axes.grid(False)
     _, _, eye = _upright(_directions(*angles))
-    for axis, along in zip((axes.xaxis, axes.yaxis, axes.zaxis), eye):
+    seen = (ends[1] - ends[0]) * np.sqrt(1.0 - np.minimum(eye**2, 1.0))
+    for axis, along, length in zip((axes.xaxis, axes.yaxis, axes.zaxis), eye, seen / seen.max()):
         axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
+        axis.set_major_locator(MaxNLocator(max(round(4.0 * float(length)), 1)))
         if abs(along) > END_ON:
             axis.set_ticks([])
             axis.set_label_text("")

@@ -1,10 +1,13 @@
-"""Surfaces in space that a section of the plane makes: extruded along an axis, or revolved about one.
+"""Surfaces in space that a section of the plane makes: extruded along an axis, revolved about one, swept around a plan.
 
 In the section's coordinates of a point, (ρ, ζ), the section gives gap g, normal (n_ρ, n_ζ) and curvature c of the distance along
 its tangent t, which is κ/(1 + κ g) already. In space
 
 * extruded: n is that of the section, ∂n/∂ξ = c t⊗t;
-* revolved: n = n_ρ e_ρ + n_ζ k, ∂n/∂ξ = c t⊗t + (n_ρ/ρ) e_φ⊗e_φ, ρ that of the point.
+* revolved: n = n_ρ e_ρ + n_ζ k, ∂n/∂ξ = c t⊗t + (n_ρ/ρ) e_φ⊗e_φ, ρ that of the point;
+* swept: ρ is the distance from the plan, ν = ∇ρ its normal and c_p the curvature of that distance along its tangent τ:
+  n = n_ρ ν + n_ζ k, ∂n/∂ξ = c t⊗t + n_ρ c_p τ⊗τ. A revolution is a plan of no size, with c_p = 1/ρ. The distance is exact where
+  the parallels of the plan are smooth, as a point and its foot lie in one plane across the plan (a moulding surface, Monge 1809).
 """
 
 from __future__ import annotations
@@ -58,6 +61,26 @@ def revolved_facets(line: Array, axis: Array, steps: int = 96) -> tuple[Array, I
     points = line[:, None, :1] * about + line[:, None, 1:] * axis
     number = np.arange(len(line) * steps).reshape(len(line), steps)
     return points.reshape(-1, 3), np.concatenate([_strips(number[i], number[i + 1], True) for i in range(len(line) - 1)])
+
+
+def swept_facets(line: Array, plan: Array, normals: Array, axis: Array) -> tuple[Array, Index]:
+    """Points and triangles of an open line (n, 2) of distances and heights, around a closed plan (m, 2) with its normals (m, 2).
+
+    Where the line begins or ends at its smallest distance, the flat within is closed.
+    """
+    line, axes = thinned(line), section_axes(axis)
+    m = len(plan)
+    flat = plan + line[:, None, :1] * normals
+    points = (flat @ axes.T + line[:, None, 1:] * axis).reshape(-1, 3)
+    number = np.arange(len(line) * m).reshape(len(line), m)
+    strips = [_strips(number[i], number[i + 1], True) for i in range(len(line) - 1)]
+    for end, way in ((0, 1), (-1, -1)):
+        if line[end, 0] <= line[:, 0].min() * (1.0 - NEGLIGIBLE):
+            row = number[end]
+            fan = np.stack([np.full(m, len(points)), row, np.roll(row, -1)], axis=1)
+            points = np.vstack([points, points[row].mean(axis=0)])
+            strips.append(fan[:, ::way])
+    return points, np.concatenate(strips)
 
 
 def half(polygon: Array) -> list[Array]:
@@ -217,3 +240,34 @@ class Revolution(_Swept):
         n = np.where((r > 0.0)[:, None], sign[:, None] * d / safe[:, None], -np.sign(way)[:, None] * k)
         H = sign[:, None, None] * (np.eye(3) - n[:, :, None] * n[:, None]) / safe[:, None, None]
         return np.where(none, np.inf, sign * r), n, np.where((r > NEGLIGIBLE * limit)[:, None, None], H, 0.0)
+
+
+@dataclass(frozen=True)
+class Moulding(_Swept):
+    """A section swept around a closed ``plan`` with its reference point at ``plan_at`` (2,) across the axis; see the module."""
+
+    plan: Tool
+    plan_at: tuple[float, ...]
+
+    @property
+    def radius(self) -> float:
+        """The smaller one of section and plan."""
+        return min(self.section.radius, self.plan.radius)
+
+    @property
+    def extent(self) -> float:  # type: ignore[override]
+        """Of section and plan together."""
+        return super().extent + self.plan.extent + math.hypot(*self.plan_at)
+
+    def closest(self, xi: Array) -> Closest:
+        """Points (k, 3) → `Closest`."""
+        axes, k = section_axes(self._axis), self._axis
+        plan = self.plan.closest(xi @ axes - np.array(self.plan_at))
+        found = self._of_section(np.stack([plan.g, xi @ k], axis=1))
+        out = plan.n @ axes.T
+        (n_rho, n_zeta), tau = found.n.T, np.cross(k, out)
+        n = n_rho[:, None] * out + n_zeta[:, None] * k
+        t = -n_zeta[:, None] * out + n_rho[:, None] * k
+        around = n_rho * plan.c
+        H = found.c[:, None, None] * t[:, :, None] * t[:, None] + around[:, None, None] * tau[:, :, None] * tau[:, None]
+        return Closest(found.g, n, H)

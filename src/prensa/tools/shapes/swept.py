@@ -1,4 +1,4 @@
-"""Rigid tools in space that a tool of the plane makes: extruded along an axis, or revolved about one."""
+"""Rigid tools in space that a tool of the plane makes: extruded along an axis, revolved about one, swept around a plan."""
 
 from __future__ import annotations
 
@@ -10,15 +10,27 @@ import numpy as np
 from prensa.model.doors import union
 from prensa.model.fields import Direction
 from prensa.model.names import Finding
+from prensa.precision import NEGLIGIBLE
 from prensa.tools.analytic import Tool
 
 # A section is a tool of the plane: those of the package have to be known before their union is made.
 from prensa.tools.shapes import circle, ellipse, plane, polygon, profile, ring, stamp  # noqa: F401
-from prensa.tools.swept import Prism, Revolution, extruded_facets, half, joined, revolved_facets, section_axes
+from prensa.tools.swept import (
+    Moulding,
+    Prism,
+    Revolution,
+    extruded_facets,
+    half,
+    joined,
+    revolved_facets,
+    section_axes,
+    swept_facets,
+    thinned,
+)
 from prensa.tools.tool import ToolShape
 from prensa.types import Array, Index
 
-__all__ = ["Extruded", "Revolved"]
+__all__ = ["Extruded", "Revolved", "Swept"]
 
 if TYPE_CHECKING:
     Section: TypeAlias = Any
@@ -27,7 +39,7 @@ else:
 
 
 class _SweptShape(ToolShape, abstract=True):
-    """What both have in common."""
+    """What they have in common."""
 
     dimensions: ClassVar[tuple[int, ...]] = (3,)
     section: Any
@@ -122,3 +134,65 @@ class Revolved(_SweptShape):
         looks = self._section_looks(np.array([0.0, -(direction @ self._unit)]))
         lines = [line for p in self._polygons(looks, depth) for line in half(p)]
         return joined([revolved_facets(line, self._unit) for line in lines])
+
+
+class Swept(_SweptShape):
+    """A tool of the plane, ``section``, swept around a ``plan``, a closed outline: punches, dies and holders of any outline.
+
+    The plan is a circle, an ellipse, a polygon or a closed profile across ``axis`` through the reference point; its second
+    coordinate is y (z where the axis is y), its first one x (z where the axis is x). The first coordinate of the section is the
+    distance from the plan, negative inside it, the second runs along the axis. ``at`` of section and plan are places there.
+    """
+
+    section: Section
+    plan: Section  # type: ignore[misc]
+    axis: Direction = (0.0, 1.0, 0.0)
+    type: Literal["swept"] = "swept"
+
+    def findings(self, p: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:
+        """As of other sections; and a plan that is closed, with the inside inside."""
+        yield from super().findings(p, path)
+        wrong = list(self.plan.findings(p, (*path, "plan")))
+        yield from wrong
+        for key in ("touching", "above", "below", "spring"):
+            if getattr(self.plan, key, None) is not None:
+                yield Finding((*path, "plan", key), f"{key!r} belongs to the swept tool, not to its plan", at_key=True)
+        if not wrong and (not np.isfinite(self._plan.period) or self._plan.cavity):
+            words = "the plan is a closed outline with its inside inside: a circle, an ellipse, a polygon, a closed profile"
+            yield Finding((*path, "plan"), words)
+
+    @property
+    def _plan(self) -> Tool:
+        shape: Tool = self.plan.shape(np.array([0.0, -1.0]), 0.0)
+        return shape
+
+    @property
+    def _plan_at(self) -> tuple[float, ...]:
+        return (0.0, 0.0) if self.plan.at is None else tuple(map(float, self.plan.at))
+
+    def doubts(self) -> Iterator[tuple[str, str]]:
+        """A section that is not flat yet where the corners of the plan, moved inwards, have no radius left."""
+        pieces = getattr(self.section.shape(np.array([0.0, -1.0]), 0.0), "pieces", ())
+        start = 0.0 if self.section.at is None else float(self.section.at[0])
+        curved = [start + p.at(float(t))[0] for p in pieces if p.radius for t in np.linspace(p.lo, p.hi, 9)]
+        radius = self._plan.radius
+        if min(curved, default=0.0) < -radius * (1.0 + NEGLIGIBLE):
+            words = f"the section is round {-min(curved):.4g} inside the plan, whose corners have a radius of {radius:.4g}"
+            yield "section", f"{words}: the surface has creases there"
+
+    def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
+        """See `prensa.tools.swept`."""
+        section = self.section.shape(self._section_looks(np.array([0.0, -(direction @ self._unit)])), rounding)
+        at = (0.0, 0.0) if self.section.at is None else tuple(map(float, self.section.at))
+        return Moulding(section, at, tuple(self._unit.tolist()), self._plan, self._plan_at)
+
+    def facets(self, direction: Array, depth: float) -> tuple[Array, Index]:
+        """The outline of the section around that of the plan, as far inside as the corners of the plan go; flat within."""
+        plan, at = self._plan, np.array(self._plan_at)
+        inside = min(plan.radius, plan.extent)
+        looks = self._section_looks(np.array([0.0, -(direction @ self._unit)]))
+        shift = np.array([inside, 0.0])
+        lines = [line - shift for p in self._polygons(looks, depth) for line in half(p + shift)]
+        (outline,) = self.plan.outline(depth)
+        outline = thinned(np.vstack([outline, outline[:1]]))[:-1]
+        return joined([swept_facets(line, outline + at, plan.closest(outline).n, self._unit) for line in lines])
