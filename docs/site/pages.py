@@ -32,25 +32,41 @@ OUTSIDE = (
 LINK = re.compile(r"(?<=\])\((?P<to>[^)\s:#]+)(?P<anchor>#[^)\s]*)?\)")
 SHOWN = {".yaml": "yaml", ".py": "python", ".inp": "text", ".csv": "text", "": "text"}
 MENU = (
-    ("Guide", "guide", "Guide"),
-    ("Tutorials", "tutorials", None),
-    ("Gallery", "gallery", None),
-    ("Theory", "theory", "Theory"),
-    ("Developers", "developer", None),
-    ("Book", "developer/book", None),
+    ("Guide", "guide"),
+    ("Tutorials", "tutorials"),
+    ("Gallery", "gallery"),
+    ("Theory", "theory"),
+    ("Developers", "developer"),
+    ("Book", "developer/book"),
 )
 GROUPS = {
-    "Solving": ("load", "dump", "solve", "run", "discretise", "evaluate", "results", "particles", "ProgressBar"),
-    "Errors": ("PrensaError", "CaseError", "SolveError"),
-    "Studies, gradients, calibration": ("sweep", "converge", "gradient", "calibrate", "identify", "Observe", "Test"),
-    "Problem": ("Problem", "Units", "Start", "Step", "Until", "ToolForce", "ToolTravel", "Case", "Numerics", "Output"),
-    "Bodies": (
+    "Running and results": ("load", "dump", "solve", "run", "results", "ProgressBar", "discretise", "evaluate", "particles"),
+    "Problem and steps": ("Problem", "Units", "Start", "Step", "Until", "ToolForce", "ToolTravel", "Case", "Numerics", "Output"),
+    "Bodies and meshes": (
         "Body", "Rectangle", "Grade", "Strip", "Wire", "Nose", "Disc", "Annulus", "Patch", "ArcSide", "SplineSide", "Points",
-        "File", "Outline", "Tie", "Remesh", "Sizes", "When",
+        "File", "Outline", "Tie", "Interference", "Remesh", "Sizes", "When",
     ),
-    "Contacts, supports, loads": ("Contact", "NoContact", "Fixed", "Motion", "Crank", "Feed", "Push", "Load", "Springs"),
-    "To derive from": ("FlowCurve", "FrictionLaw", "Enforcement", "ToolShape", "IsotropicMaterial", "Material"),
+    "Three dimensions": ("Box", "Cylinder", "Extrusion", "Revolution", "Bricks", "Tetrahedra"),
+    "Contacts, supports, loads": (
+        "Contact", "NoContact", "BodyContact", "Fixed", "Motion", "Crank", "Feed", "Push", "Load", "Springs", "Press",
+    ),
+    "Dies and wear": ("Die", "ShrinkRing", "Archard", "die_stress", "tool_loads", "wear"),
+    "Heat": ("Heat", "Conductor"),
+    "Sweeps, gradients, calibration": ("sweep", "converge", "gradient", "calibrate", "identify", "Observe", "Test"),
+    "Errors": ("PrensaError", "CaseError", "SolveError"),
+    "Your own laws": (
+        "FlowCurve", "FrictionLaw", "Enforcement", "ToolShape", "IsotropicMaterial", "Material", "DamageLaw", "PointCurve",
+        "PointMaterial",
+    ),
 }  # fmt: skip
+LAWS = {"friction": "Friction laws", "enforcement": "Enforcement of contact", "tool": "Tools", "flow": "Flow curves",
+        "damage": "Damage laws", "material": "Materials"}  # fmt: skip
+LISTED = re.compile(r"^- \[.+$|^\[.+$", re.MULTILINE)  # of the first page: its lists, not what it shows
+SECTION = re.compile(r"^## (.+)$", re.MULTILINE)
+GALLERY = "gallery/forming.md"
+COMPARED = re.compile(
+    r"^## (?P<title>.+)\n\n(?P<what>.+?) \[`[^`]+`\]\([^)]+\)\n\n!\[[^]]*\]\((?P<picture>[^)]+)\)", re.MULTILINE
+)
 
 
 def inside(path: Path) -> str:
@@ -87,26 +103,49 @@ def turned(text: str, source: Path) -> str:
     return LINK.sub(there, text)
 
 
-def api() -> str:
-    """The page of the API: every public name, laws by the door that they stand behind."""
+def topics() -> dict[str, list[str]]:
+    """Every public name of the package by its topic; laws by the kind that they are of."""
     sys.path.insert(0, str(ROOT / "src"))
     import prensa
     from prensa.registry import DOORS, public
 
     known = set(dir(prensa)) - {"__version__"}
-    laws = {kind: [name for name, _ in public(kind)] for kind, door in DOORS.items() if not door.named}
-    groups: dict[str, list[str]] = {title: [n for n in names if n in known] for title, names in GROUPS.items()}
-    groups |= {f"Laws: {door}": sorted(names) for door, names in laws.items()}
-    rest = sorted(known - {n for names in groups.values() for n in names})
-    groups["More"] = rest
-    lines = ["# Python API", "", "Every name of `import prensa as pr`, from its docstring.", ""]
-    for title, names in groups.items():
-        if names:
-            lines += [f"## {title}", ""]
+    made = {title: [n for n in names if n in known] for title, names in GROUPS.items()}
+    for kind, door in DOORS.items():
+        if not door.named:
+            made[LAWS.get(kind, f"Laws: {door}")] = sorted({name for name, _ in public(kind)} & known)
+    rest = sorted(known - {n for names in made.values() for n in names})
+    return {title: names for title, names in (made | {"More": rest}).items() if names}
+
+
+def api() -> dict[str, str]:
+    """The pages of the API: one a topic, and a first one that lists them with their names."""
+    import prensa
+
+    made, rows = {}, ["# Python API", "", "Every name of `import prensa as pr`, from its docstring.", ""]
+    for title, names in topics().items():
+        page = re.sub(r"[^a-z]+", "-", title.lower()).strip("-") + ".md"
+        lines = [f"# {title}", ""]
         for name in names:
             value: Any = getattr(prensa, name)
             lines += [f"::: {value.__module__}.{value.__qualname__}", ""]
-    return "\n".join(lines)
+        made[f"api/{page}"] = "\n".join(lines)
+        rows.append(f"- [{title}]({page}): " + ", ".join(f"`{name}`" for name in names))
+    return {"api/index.md": "\n".join([*rows, ""]), **made}
+
+
+def cards(text: str) -> str:
+    """The gallery with a card a process before its comparisons: picture, title and sentence, which lead to the section."""
+    from markdown.extensions.toc import slugify
+
+    made = ['<div class="grid cards pictures" markdown>', ""]
+    for found in COMPARED.finditer(text):
+        to = f"#{slugify(found['title'], '-')}"
+        made += [f"- [![{found['title']}]({found['picture']})]({to})", "", f"    **[{found['title']}]({to})**", "",
+                 f"    {found['what']}", ""]  # fmt: skip
+    first = SECTION.search(text)
+    assert first is not None, f"{GALLERY} has no sections"
+    return text[: first.start()] + "\n".join([*made, "</div>", "", ""]) + text[first.start() :]
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -120,7 +159,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
             files.append(File.generated(config, where, content=listing))
         else:
             files.append(File.generated(config, where, abs_src_path=str(path)))
-    files.append(File.generated(config, "api.md", content=api()))
+    for where, text in api().items():
+        files.append(File.generated(config, where, content=text))
     if TABLE.exists():
         files.append(File.generated(config, TABLE.name, content=TABLE.read_text(encoding="utf-8")))
     config.nav = menu(files)
@@ -128,28 +168,33 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def menu(files: Files) -> list[Any]:
-    """The table of contents: chapters in the order in which docs/index.md names their pages."""
+    """The table of contents: pages in the order in which docs/index.md lists them, those of the guide under its headings."""
     index = turned((ROOT / "docs" / "index.md").read_text(encoding="utf-8"), ROOT / "docs" / "index.md")
-    named = [m["to"] for m in LINK.finditer(index)]
+    sections = dict(zip(["", *SECTION.findall(index)], SECTION.split(index)[::2], strict=True))
+    named = {title: [m["to"] for line in LISTED.findall(text) for m in LINK.finditer(line)] for title, text in sections.items()}
     pages = {f.src_uri for f in files.documentation_pages()}
-    chapters: list[Any] = [{"Start": "index.md"}]
-    for title, folder, _ in MENU:
-        here = {p for p in pages if menu_folder(p) == folder}
-        own = [p for p in dict.fromkeys(named) if p in here]
-        own += sorted(here.difference(own))
+    chapters: list[Any] = [{"Home": "index.md"}]
+    for title, folder in MENU:
+        left = {p for p in pages if menu_folder(p) == folder}
+        own: list[Any] = []
+        for heading, links in named.items():
+            here = [p for p in dict.fromkeys(links) if p in left and heading]
+            left -= set(here)
+            own += [{heading: here}] if folder == "guide" and here else here
+        own += sorted(left)
         if own:
             chapters.append({title: own})
-    chapters.append({"Examples": sorted(p for p in pages if p.startswith("examples/"))})
-    chapters.append({"API": "api.md"})
+    chapters.append({"Examples": ["examples/index.md", *sorted(p for p in pages if re.fullmatch("examples/(?!index).*", p))]})
+    chapters.append({"API": [p for p in api() if p in pages]})
     checked = [p for p in ("verification.md", TABLE.name, *sorted(p for p in pages if p.startswith("benchmarks/"))) if p in pages]
-    chapters.append({"How right, how fast": checked})
+    chapters.append({"Accuracy and speed": checked})
     chapters.append({"Project": sorted(p for p in pages if p.startswith("project/"))})
     return chapters
 
 
 def menu_folder(page: str) -> str:
     """The deepest folder of the menu that holds a page; '' if none does."""
-    return max((folder for _, folder, _ in MENU if page.startswith(folder + "/")), key=len, default="")
+    return max((folder for _, folder in MENU if page.startswith(folder + "/")), key=len, default="")
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
@@ -158,4 +203,7 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     for path in outside():
         if inside(path) == where:
             return turned(markdown, path) if path.suffix == ".md" else markdown
-    return markdown if where in ("api.md", TABLE.name) else turned(markdown, ROOT / "docs" / where)
+    if where == TABLE.name or where.startswith("api/"):
+        return markdown
+    made = turned(markdown, ROOT / "docs" / where)
+    return cards(made) if where == GALLERY else made

@@ -1,7 +1,8 @@
-"""The two benchmarks of ``prensa bench``: random problems whose answers are checked, and inputs that are broken."""
+"""The benchmarks of ``prensa bench``: random problems whose answers are checked, broken inputs, and runs that are killed."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -61,6 +62,18 @@ def fuzz(voice: Voice, app: Callable[..., Any], count: int, seed: str) -> bool:
         defects += len(report.defects)
     voice.give({"seed": number, "inputs": found})
     return bool(defects)
+
+
+def killed(voice: Voice, count: int, seed: str, kinds: Sequence[str]) -> bool:
+    """Stop and kill runs and studies at random moments, look at them and continue them; whether anything was wrong."""
+    if os.name != "posix":
+        raise PrensaError("prensa bench killed needs the signals and forks of a POSIX system")
+    from prensa_bench import killed as campaign
+
+    refuse_unknown(voice, "kind of run", kinds, campaign.SUBJECTS)
+    tallies = campaign.killed(list(dict.fromkeys(kinds)), count, _seed_of(seed)[0], voice.say)
+    voice.give({"kinds": [t._asdict() for t in tallies]})
+    return any(t.wrong for t in tallies)
 
 
 def _seed_of(seed: str) -> tuple[int, str]:

@@ -17,7 +17,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
-BENCHMARKS = ("robustness", "fuzz")
+BENCHMARKS = ("robustness", "fuzz", "killed")
 
 
 def _completed(incomplete: str) -> list[str]:
@@ -28,12 +28,14 @@ def _completed(incomplete: str) -> list[str]:
 @app.command()
 def bench(
     what: Annotated[
-        str, typer.Argument(help="What to measure: robustness or fuzz.", autocompletion=_completed)
+        str, typer.Argument(help="What to measure: robustness, fuzz or killed.", autocompletion=_completed)
     ] = "robustness",
-    count: Annotated[int, typer.Option(min=1, help="Number of random problems of each family, or of inputs.")] = 60,
+    count: Annotated[
+        int, typer.Option(min=1, help="Number of random problems of each family, of inputs, or of signals to a kind of run.")
+    ] = 60,
     seed: Annotated[str, typer.Option(help="Seed, a number; 'commit' takes it from the hash of the commit.")] = "0",
     family: Annotated[
-        list[str] | None, typer.Option(help="Of robustness, only this family; repeatable. All of them if not given.")
+        list[str] | None, typer.Option(help="Only this family, of killed this kind of run; repeatable. All if not given.")
     ] = None,
     first: Annotated[int, typer.Option(min=0, help="Number of the first problem of each family.")] = 0,
     jobs: Annotated[int, typer.Option(min=1, help="Problems solved at the same time, each in a process.")] = 1,
@@ -52,18 +54,20 @@ def bench(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Solve random problems on default settings and check every answer, or try to break the reader with broken inputs."""
+    """Solve random problems on default settings and check every answer, break the reader with broken inputs, or kill runs."""
     with Voice(quiet, verbose, json) as voice:
         refuse_unknown(voice, "benchmark", [what], BENCHMARKS)
-        from prensa_bench.benches import fuzz, robustness
+        from prensa_bench.benches import fuzz, killed, robustness
 
-        if what == "fuzz":
-            if family or tables or report_file or first or jobs > 1 or derivatives:
-                voice.complain(
-                    "--family, --first, --jobs, --from, --report and --derivatives are for 'robustness'; leave them out"
-                )
-                raise typer.Exit(BAD_INPUT)
+        of_problems = tables or report_file or first or jobs > 1 or derivatives
+        if what == "robustness":
+            bad = robustness(voice, count, seed, family or (), first, jobs, report_file, tables or (), enforcement, derivatives)
+        elif of_problems or (family and what == "fuzz"):
+            only = "--family, --first" if what == "fuzz" else "--first"
+            voice.complain(f"{only}, --jobs, --from, --report and --derivatives are for 'robustness'; leave them out")
+            raise typer.Exit(BAD_INPUT)
+        elif what == "fuzz":
             bad = fuzz(voice, commands, count, seed)
         else:
-            bad = robustness(voice, count, seed, family or (), first, jobs, report_file, tables or (), enforcement, derivatives)
+            bad = killed(voice, count, seed, family or ())
     raise typer.Exit(FAILED if bad else 0)

@@ -1,20 +1,19 @@
 """Runs, sweeps and calibrations that are stopped or killed at random moments, then looked at, and continued.
 
-``python -m prensa_bench.killed --count 40``: a process forks itself for each run, so that nothing is imported twice. A moment is
-a share of the wall time, or just before one of the operations on files that the run does (open to write, rename, remove, …), so
-that files are caught while they are replaced. Runs on POSIX systems alone.
+``prensa bench killed --count 40``: a process forks itself for each run, so that nothing is imported twice. A moment is a share of
+the wall time, or just before one of the operations on files that the run does (open to write, rename, remove, …), so that files
+are caught while they are replaced. Runs on POSIX systems alone.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 import os
 import signal
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -28,7 +27,7 @@ import prensa.study.sweep
 from prensa.errors import PrensaError
 
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
-HANGS_AFTER = 60  # s, after which a process that hangs is ended
+HANGS_AFTER = 600  # s, after which a process that hangs is ended: runs take some seconds, on a busy machine a minute
 CHANGES = ("os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.truncate")
 """Audit events of operations that change files; ``open`` does when it is for writing."""
 SAME_BYTES = ("history.csv", "convergence.csv", "passages.csv", "measures.csv", "fields.pvd")
@@ -221,9 +220,24 @@ def _forked(go: Callable[[Path], None], folder: Path, at: int = 0, send: int = 0
     return int(said.rpartition("\n")[2] or 0), status
 
 
-def judged(kind: str, count: int, seed: int, folder: Path) -> list[str]:
-    """What was wrong after *count* signals at random moments, in words with how to have it again."""
-    subject, rng, found = SUBJECTS[kind](), np.random.default_rng(seed), []
+class Tally(NamedTuple):
+    """Signals of a kind of run: how many by their name, how many before the first increment, and what was wrong."""
+
+    kind: str
+    signals: Counter[str]
+    empty: int
+    wrong: list[str]
+
+    def __str__(self) -> str:
+        """One line."""
+        sent = ", ".join(f"{n} {name}" for name, n in sorted(self.signals.items()))
+        shown = f"{self.empty} of them before the first increment" if self.empty else "all after the first increment"
+        return f"{self.kind}: {self.signals.total()} signals ({sent}), {shown}; {len(self.wrong)} wrong"
+
+
+def judged(kind: str, count: int, seed: int, folder: Path) -> Tally:
+    """*count* signals at random moments, and what was wrong, in words with how to have it again."""
+    subject, rng, tally = SUBJECTS[kind](), np.random.default_rng(seed), Tally(kind, Counter(), 0, [])
     begun = time.perf_counter()
     operations, _ = _forked(subject.go, folder / "whole")  # nothing is solved here: threads of libraries do not survive a fork
     seconds, whole = time.perf_counter() - begun, subject.made(folder / "whole")
@@ -232,34 +246,45 @@ def judged(kind: str, count: int, seed: int, folder: Path) -> list[str]:
         at, after = int(rng.integers(1, operations + 1)), float(rng.uniform(0.02, 1.0)) * seconds
         at, after = (at, 0.0) if rng.random() < 0.7 else (0, after)
         when = f"before operation {at} of {operations}" if at else f"after {after:.3f} s"
-        where = f"{kind} {k}: {signal.Signals(send).name} {when}"
-        _forked(subject.go, here, at, send, after)
-        found += [f"{where}: {text}" for text in subject.doubts(here)]
-        kept = subject.kept(here)
-        try:
-            _forked(subject.go, here)
-        except RuntimeError as error:
-            found.append(f"{where}: does not go on: {error}")
-            continue
-        again = subject.kept(here)
-        found += [f"{where}: {name} was computed again" for name, then in kept.items() if again.get(name) != then]
-        made = subject.made(here)
-        found += [f"{where}: {name} differs" for name in sorted(whole.keys() | made.keys()) if whole.get(name) != made.get(name)]
-    return found
+        _, status = _forked(subject.go, here, at, send, after)
+        found = ["it hangs after the signal"] if _hung(status) else subject.doubts(here)
+        tally = tally._replace(empty=tally.empty + _empty(subject, here))
+        found += _continued(subject, here, whole)
+        name = signal.Signals(send).name
+        tally.signals[name] += 1
+        tally.wrong.extend(f"{kind} {k}: {name} {when}: {text}" for text in found)
+    return tally
 
 
-def main() -> int:
-    """Print one JSON document: what was wrong of each kind; exit code 1 where anything was."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--kind", choices=list(SUBJECTS), action="append")
-    parser.add_argument("--count", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=0)
-    given = parser.parse_args()
+def _continued(subject: Subject, here: Path, whole: dict[str, bytes]) -> list[str]:
+    """What is wrong with how what was stopped goes on: nothing twice, and in the end the same bytes as without a stop."""
+    kept = subject.kept(here)
+    try:
+        _, status = _forked(subject.go, here)
+    except RuntimeError as error:
+        return [f"does not go on: {error}"]
+    if status:
+        return ["hangs where it goes on" if _hung(status) else f"where it goes on it ends with status {status}"]
+    again, made = subject.kept(here), subject.made(here)
+    found = [f"{name} was computed again" for name, then in kept.items() if again.get(name) != then]
+    return found + [f"{name} differs" for name in sorted(whole.keys() | made.keys()) if whole.get(name) != made.get(name)]
+
+
+def _empty(subject: Subject, here: Path) -> bool:
+    """Whether no increment of a run was completed, and no run of a study."""
+    return not subject.kept(here) and all(p.read_text().count("\n") <= 1 for p in here.rglob("history.csv"))
+
+
+def _hung(status: int) -> bool:
+    return os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGALRM
+
+
+def killed(kinds: Sequence[str], count: int, seed: int, said: Callable[[str], None]) -> list[Tally]:
+    """Stop runs of some kinds, all of them if none is named, each *count* times; *said* hears of each kind and each fault."""
+    tallies = []
     with tempfile.TemporaryDirectory(prefix="prensa-killed-") as here:
-        found = {kind: judged(kind, given.count, given.seed, Path(here).resolve() / kind) for kind in given.kind or SUBJECTS}
-    print(json.dumps(found, indent=1, ensure_ascii=False))
-    return int(any(found.values()))
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        for kind in kinds or SUBJECTS:
+            tallies.append(judged(kind, count, seed, Path(here).resolve() / kind))
+            for line in (str(tallies[-1]), *tallies[-1].wrong):
+                said(line)
+    return tallies

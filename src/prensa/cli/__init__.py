@@ -903,6 +903,17 @@ def verify(
     raise typer.Exit(code)
 
 
+@app.command()
+def cite(quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -> None:
+    """Print how to cite this version of prensa, in BibTeX: year, version and commit, and the paper that it starts from."""
+    with Voice(quiet, verbose, json) as voice:
+        from prensa.output.cite import works
+
+        made = works()
+        voice.say("\n".join(work.bibtex for work in made).rstrip())
+        voice.give({work.key: {"type": work.kind, **work.fields} for work in made})
+
+
 @app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
 def bench(quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -> None:
     """Solve random problems and check every answer, or try to break the reader (needs the distribution prensa-bench)."""
