@@ -13,6 +13,9 @@ from typer.testing import CliRunner
 
 import prensa as pr
 from prensa.cli import app
+from prensa.study.maps import Map
+from prensa.study.results import Row
+from prensa.study.sweep import sweep
 from prensa.study.window import RUNS, grid, window
 
 CASE = """
@@ -64,6 +67,70 @@ def test_the_map_has_the_values_of_the_runs_where_they_belong(tmp_path: Path) ->
         assert z[list(v).index(y), list(u).index(mu)] == row.value("max(t.press_utilisation)")
     assert (z[0] > z[1]).all() and (z[:, 1] > z[:, 0]).all()
     assert json.loads((tmp_path / "w" / "sweep.json").read_text())["name"] == "billet"
+
+
+J2 = "type: j2, E: 1000, nu: 0.3, flow: {type: swift, K: 20, e0: 0.01, n: 0.2}"
+METAL = CASE.replace("type: elastic, E: 1000, nu: 0.3", J2).replace("increments: 2", "increments: 5")
+
+
+def test_runs_between_are_met_better_with_gradients(tmp_path: Path) -> None:
+    """Held-out runs in all cells of a grid: ten times better than by values alone, with units as written."""
+    path = tmp_path / "billet.yaml"
+    path.write_text("units: {length: mm, force: N}" + METAL)
+    asked, there = ["max(t.fy)", "t.wear"], ("friction.mu", "steps.press.move.t.y")
+    study = window(path, {there[0]: "0.05:0.15:3", there[1]: "-300 um:-600 um:2"}, asked, out=tmp_path / "w", jobs=1, quiet=True)
+    assert all("bicubic, by values and gradients; runs that are left out" in note for note in study.notes), study.notes
+    u, v, _ = grid(study, asked[0], *study.plan.varied)
+    between = {there[0]: "0.075, 0.125", there[1]: "-0.45"}
+    held = sweep(path, between, asked, out=tmp_path / "held", jobs=1, quiet=True)
+    rows = {at(row): row for row in study.rows}
+    for text in asked:
+        exact = [row.value(text) for row in held.rows]
+        slopes = [np.array([[rows[x, y].slopes[text][p] for x in u] for y in v]) for p in there]
+        known = Map(u, v, grid(study, text, *study.plan.varied)[2], slopes[0], 1e-3 * slopes[1])
+        with_, without = (m.between(np.array([0.075, 0.125]), np.array([-450.0]))[0] - exact for m in (known, known.bilinear))
+        assert np.abs(with_).max() < 0.1 * np.abs(without).max(), text
+
+
+def at(row: Row) -> tuple[float, float]:
+    """The two values of a run, as they are written."""
+    return tuple(float(text.split()[0]) for text in row.point.values.values())  # type: ignore[return-value]
+
+
+def test_without_derivatives_the_map_is_bilinear_and_says_why(tmp_path: Path) -> None:
+    """A count has none, and a step that ends early has none by anything; what a run warned of stands in its line."""
+    mu = "friction.mu"
+    early = METAL.replace("increments: 5}", "increments: 5, until: {force: {t: {y: 400}}}}")
+    for text, values, words in (
+        (METAL, {mu: "0.1:0.3:2", "steps.press.increments": "2, 3"}, "cubic along friction.mu, linear else: no number at"),
+        (early, {mu: "0.1:0.3:2", "steps.press.move.t.y": "-0.2:-0.3:2"}, "bilinear: step 'press' ends by its 'until'"),
+    ):
+        path = tmp_path / "billet.yaml"
+        path.write_text(text)
+        (note,) = window(path, values, out=tmp_path / words[:5], jobs=1, quiet=True).notes
+        assert words in note, note
+    with open(tmp_path / "cubic" / RUNS, newline="") as file:
+        assert any("energy balance off by" in row["warnings"] for row in csv.DictReader(file))
+
+
+def test_maps_are_exact_for_what_their_polynomials_hold() -> None:
+    """Cubics along each parameter, linear without slopes; what is missing leaves its cells empty and no others."""
+    u, v = np.array([0.0, 0.4, 1.0, 1.5]), np.array([-1.0, 0.0, 2.0])
+    x, y = np.linspace(0.0, 1.5, 31), np.linspace(-1.0, 2.0, 13)
+
+    def f(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return (x**3 - x)[None, :] + (2.0 * y**3 + y)[:, None]
+
+    by_u, by_v = np.tile(3.0 * u**2 - 1.0, (3, 1)), np.tile((6.0 * v**2 + 1.0)[:, None], (1, 4))
+    assert np.abs(Map(u, v, f(u, v), by_u, by_v).between(x, y) - f(x, y)).max() < 1e-12
+    plane = 2.0 * u[None, :] - v[:, None]
+    assert np.abs(Map(u, v, plane).between(x, y) - (2.0 * x[None, :] - y[:, None])).max() < 1e-12
+    holed = f(u, v)
+    holed[0, 0] = np.nan
+    found = Map(u, v, holed, by_u, by_v).between(x, y)
+    inside = (x[None, :] < 0.4) & (y[:, None] < 0.0)
+    assert np.isnan(found[inside]).all() and np.isfinite(found[~inside]).all()
+    assert Map(u, v, f(u, v), by_u, by_v).left_out() < 1e-12 < Map(u, v, f(u, v)).left_out()
 
 
 @pytest.mark.parametrize(

@@ -349,6 +349,8 @@ def window(
             case if source.is_file else source.read(), split_changes(values or ()), measures or (), limits or (), out=out,
             jobs=jobs, memory=memory, cluster=cluster, retry=retry, quiet=voice.no_bar, force=force,
         )  # fmt: skip
+        for note in study.notes:
+            voice.say(note)
         _give_study(study, voice)
     _end_of(study)
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,6 +19,7 @@ from prensa.model.fields import LARGEST
 from prensa.model.problem import Case
 from prensa.model.schema import dump
 from prensa.output.files import write_text
+from prensa.output.runlog import silenced
 from prensa.precision import ROUND_OFF
 from prensa.types import Array
 
@@ -47,18 +47,6 @@ class Residuals(NamedTuple):
     def square(self) -> float:
         """χ²."""
         return float(self.r @ self.r)
-
-
-@contextmanager
-def _quiet(on: bool) -> Iterator[None]:
-    """Without what runs warn of, if ``on``: on the way to an answer parameters pass through values that nobody means."""
-    before = log.level
-    if on:
-        log.setLevel(logging.ERROR)
-    try:
-        yield
-    finally:
-        log.setLevel(before)
 
 
 def grown(value: float, way: float) -> float:
@@ -214,7 +202,7 @@ class Objective:
                 self._known[key] = found
             else:
                 self.runs += 1
-                with _quiet(self.runs > len(self.experiments)):
+                with silenced(self.runs > len(self.experiments)):
                     p = e.predict(values, paths)
                 self._known[key] = [[v.tolist() for v in parts] for parts in zip(p.values, p.slopes, p.rates)]
                 if kept is not None:

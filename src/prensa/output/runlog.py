@@ -68,6 +68,18 @@ def logging_to(directory: Path, warnings: Warnings) -> Iterator[None]:
         file.close()
 
 
+@contextmanager
+def silenced(on: bool = True) -> Iterator[None]:
+    """Without what runs warn of, if ``on``: where their warnings are known, or parameters are values that nobody means."""
+    before = log.level
+    if on:
+        log.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        log.setLevel(before)
+
+
 class Logged(NamedTuple):
     """What a log says of a run: wall ``seconds`` since it was last begun, time of the ``last`` entry, ``warnings``."""
 

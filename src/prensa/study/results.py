@@ -20,6 +20,7 @@ from prensa.model.problem import Problem
 from prensa.output.files import replacing
 from prensa.study.plan import Plan, Point
 from prensa.study.quantities import Quantity
+from prensa.study.slopes import Slopes
 from prensa.study.values import value_of
 from prensa.study.work import Outcome
 
@@ -35,7 +36,8 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 class Row:
     """A case of a study: its values, its key, its folder in that of the study, how it ended, and what was measured (by text).
 
-    ``measures``: columns of its table of measures, and what they are.
+    ``measures``: columns of its table of measures, and what they are; ``slopes``: derivatives by text and path, where the study
+    was asked for them, and ``unsloped``: why there are none, by text.
     """
 
     point: Point
@@ -46,6 +48,8 @@ class Row:
     values: dict[str, float | None] = field(default_factory=dict)
     measures: dict[str, str] = field(default_factory=dict)
     lost: str = ""
+    slopes: Slopes = field(default_factory=dict)
+    unsloped: dict[str, str] = field(default_factory=dict)
 
     def value(self, text: str) -> float:
         """What was measured, not a number where the case has none."""
@@ -62,6 +66,8 @@ class Study:
     plan: Plan = field(repr=False)
     quantities: tuple[Quantity, ...]
     rows: list[Row] = field(repr=False)
+    notes: list[str] = field(default_factory=list, repr=False)
+    """What is to be said of it beside how the cases ended."""
 
     def __repr__(self) -> str:
         return f"Study({str(self.directory)!r}: {self.summary()})"

@@ -47,6 +47,7 @@ def sweep(
     retry: bool = False,
     quiet: bool = False,
     force: bool = False,
+    derivatives: Iterable[str] = (),
 ) -> Study:
     """Compute a case for many values, each combination once, and collect what is measured.
 
@@ -73,10 +74,10 @@ def sweep(
         Address of the scheduler of a Dask cluster, or its scheduler file, in place of local processes.
     reports, retry
         Write fields, pictures and the report of every case, as a run does; compute cases that failed again.
-    quiet
-        Show nothing but what fails.
-    force
-        Take a folder that holds a study of another case.
+    quiet, force
+        Show nothing but what fails; take a folder that holds a study of another case.
+    derivatives
+        Paths of numbers by which the derivatives of measures are wanted too (`Row.slopes`): each new case is solved once more.
 
     Raises
     ------
@@ -87,7 +88,8 @@ def sweep(
     _refuse_arguments(values, samples=samples, jobs=jobs)
     plan = Plan(tuple(factors_of(values)), samples, sampling, seed)
     source = Source(case)
-    execution = Execution(source, plan, measures, Path(out or f"results/{source.stem}-sweep"), reports, quiet)
+    out = Path(out or f"results/{source.stem}-sweep")
+    execution = Execution(source, plan, measures, out, reports, quiet, tuple(derivatives))
     return execution.execute(jobs, memory, cluster, retry, force, write_page)
 
 
@@ -129,9 +131,11 @@ class Execution:
     """A study from its request to its tables."""
 
     def __init__(
-        self, source: Source, plan: Plan, measures: str | Iterable[str], out: Path, reports: bool, quiet: bool
-    ) -> None:
+        self, source: Source, plan: Plan, measures: str | Iterable[str], out: Path, reports: bool, quiet: bool,
+        derivatives: tuple[str, ...] = (),
+    ) -> None:  # fmt: skip
         self.source, self.plan, self.reports, self.quiet, self.out = source, plan, reports, quiet, out.absolute()
+        self.derivatives = derivatives
         first = source.changed(next(plan.points()).changes)
         self.quantities: tuple[Quantity, ...] = quantities(measures, first.problem)
         self.attachments: dict[str, Attachment] = {}
@@ -249,7 +253,7 @@ class Execution:
             problem = with_measures(case.problem, self.quantities)
             text = self._text(replace(case, problem=problem, output=output))
             needed = tuple(one for short, one in self.attachments.items() if short in text)
-            yield Job(row.key, text, str(self.out / row.folder), self.quantities, needed, claim)
+            yield Job(row.key, text, str(self.out / row.folder), self.quantities, needed, claim, self.derivatives)
 
     def _collect(self) -> None:
         """What the folders of the cases hold, into the rows."""
@@ -262,6 +266,7 @@ class Execution:
                 continue
             row.status, row.reason, row.values = record["status"], record["reason"], record["values"]
             row.measures = record["measures"]
+            row.slopes, row.unsloped = record.get("slopes", {}), record.get("unsloped", {})
             missing = [q for q in self.quantities if q.text not in row.values]
             if row.status == "completed" and missing:  # what was not asked for when it was computed
                 row.values = row.values | values_of(missing, series_of(self.out / row.folder, row.measures))

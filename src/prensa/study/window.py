@@ -5,8 +5,8 @@ from __future__ import annotations
 import csv
 import re
 import shlex
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,13 +14,18 @@ import numpy as np
 
 from prensa.errors import PrensaError
 from prensa.model.problem import Case, Problem
+from prensa.model.schema import dump
 from prensa.output import style
-from prensa.output.files import replacing
+from prensa.output.files import replacing, write_text
+from prensa.output.summary import read_summary
+from prensa.sensitivity.parameters import value_of
+from prensa.study.maps import Map
 from prensa.study.page import write_page
 from prensa.study.pictures import label
 from prensa.study.plan import Plan
 from prensa.study.quantities import Quantity, quantities
-from prensa.study.results import Study
+from prensa.study.results import Row, Study
+from prensa.study.slopes import varied_numbers
 from prensa.study.sweep import Source, sweep
 from prensa.study.values import Values, factors_of, number_and_unit
 from prensa.types import Array
@@ -29,7 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-RUNS, MAP = "window.csv", "window.png"
+RUNS, MAP, DESCRIBED = "window.csv", "window.png", "case.yaml"
 MAP_LINES = 121  # lines of the grid on which limits are drawn between the runs
 _LOW_TO_HIGH = re.compile(r"([^:,()]+):([^:,()]+):(\d+)")
 _KEEPS = re.compile(r"(.+?)\s*(<=|>=)\s*([^<>=]+)")
@@ -88,7 +93,8 @@ def window(
     """Map measures of a case over two parameters, and draw where all limits are kept.
 
     The runs are those of a sweep in the folder *out* (``results/<name>-window`` if None): what it holds is not computed again.
-    Beside the tables of the sweep it writes ``window.csv``, with the command that reproduces each run, and ``window.png``.
+    Beside the tables of the sweep it writes ``window.csv``, with the warnings of each run and the command that reproduces it, and
+    ``window.png``. By parameters that have derivatives these are computed too, and maps go by values and gradients.
 
     Parameters
     ----------
@@ -118,18 +124,21 @@ def window(
         raise PrensaError("nothing to map: give --measure or --limit, such as 'max(punch.fy)<=400e3', or a tool its 'press'")
     kept = {text: Limit(f"{text} ≤ 1", 1.0, 1.0) for text in asked if text in presses} | kept
     known = quantities(asked, source.base.problem)
-    study = sweep(case, values, asked, out=Path(out or f"results/{source.stem}-window"), **options)
-    _write_runs(study, source.summary or "CASE")
-    a, b = varied
-    drawn = {q.text: picture(study, q, a, b, kept.get(q.text)) for q in known}
+    by, why = varied_numbers(source.base.problem, [f.path for f in varied])
+    study = sweep(case, values, asked, out=Path(out or f"results/{source.stem}-window"), derivatives=by, **options)
+    _write_runs(study, source)
+    maps = {q.text: _map(study, source, q, varied, by, why) for q in known}
+    study.notes.extend(f"{text}: {said}" for text, (_, said) in maps.items())
+    drawn = {q.text: picture(study, q, *varied, maps[q.text][0], kept.get(q.text)) for q in known}
+    captions = {q.text: f"{_caption(q, kept)}. Between the runs {maps[q.text][1]}" for q in known}
+    first = drawn[known[0].text]
     if kept:
-        both = overview(study, a, b, kept)
-        both.savefig(study.directory / MAP, dpi=150, metadata={"Software": None})
-        write_page(study, lambda _, q: [*([("Where all limits are kept (green)", overview(study, a, b, kept))]
-                                          if q == known[0] else []), (_caption(q, kept), drawn[q.text])])  # fmt: skip
+        both = overview(study, *varied, {text: found for text, (found, _) in maps.items()}, kept)
+        first, title = both, "Where all limits are kept (green)"
+        write_page(study, lambda _, q: [*([(title, both)] if q == known[0] else []), (captions[q.text], drawn[q.text])])
     else:
-        drawn[known[0].text].savefig(study.directory / MAP, dpi=150, metadata={"Software": None})
-        write_page(study, lambda _, q: [(_caption(q, kept), drawn[q.text])])
+        write_page(study, lambda _, q: [(captions[q.text], drawn[q.text])])
+    first.savefig(study.directory / MAP, dpi=150, metadata={"Software": None})
     return study
 
 
@@ -151,55 +160,113 @@ def _caption(quantity: Quantity, kept: Mapping[str, Limit]) -> str:
     return f"Map of {quantity.text}" + (f"; line: {limit.text}, hatched: beyond" if limit else "")
 
 
-def _write_runs(study: Study, source: str) -> None:
-    """``window.csv``: a line for each run, with the command that computes it again."""
-    head = [*study.columns, "command"]
+def _write_runs(study: Study, source: Source) -> None:
+    """``window.csv``: a line for each run, with its warnings and the command that computes it again."""
+    if not source.summary:  # described in Python: the command needs a file
+        write_text(study.directory / DESCRIBED, dump(source.base))
+    case = source.summary or str(study.directory / DESCRIBED)
     with replacing(study.directory / RUNS) as temporary, open(temporary, "w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(head)
+        writer.writerow([*study.columns, "warnings", "command"])
         for row, cells in zip(study.rows, study.cells()):
             changes = " ".join(f"--set {shlex.quote(change)}" for change in row.point.changes)
             shown = [repr(v) if isinstance(v, float) and v == v else "" if isinstance(v, float) else v for v in cells]
-            writer.writerow([*shown, f"prensa run {shlex.quote(source)} {changes}"])
+            writer.writerow([*shown, _warned(study.directory / row.folder), f"prensa run {shlex.quote(case)} {changes}"])
+
+
+def _warned(folder: Path) -> str:
+    """What a run warned of, the gravest first, without remedies; nothing where no summary is left."""
+    try:
+        known = read_summary(folder)["warnings"]
+    except PrensaError:
+        return ""
+    return "; ".join(text.splitlines()[0].split("; ")[0] for text in known)
+
+
+# ------------------------------------------------------------------------------------------------------------------ maps
+def _map(
+    study: Study, source: Source, quantity: Quantity, varied: tuple[Values, Values], by: list[str], why: str
+) -> tuple[Map, str]:
+    """The map of a measure, and in words how it goes between the runs."""
+    u, v, z = grid(study, quantity.text, *varied)
+    slopes, some, lacking = {}, int(np.isfinite(z).sum()), 0
+    for axis, (path, t) in enumerate(zip((f.path for f in varied), (u, v))):
+        factor = varied[axis]
+        own = _grid_of(study, varied, lambda row, p=path: row.slopes.get(quantity.text, {}).get(p, np.nan))  # type: ignore[misc]
+        missing = np.isnan(own) & np.isfinite(z)
+        if path in by and missing.sum() < 0.5 * some:  # the few that lack them, at the end of what is allowed, take differences
+            differences = np.gradient(z, t, axis=1 - axis)
+            slopes[path] = np.where(missing, differences, own * _per_unit(source, study, factor))
+            lacking = max(lacking, int(missing.sum()))
+    made = Map(u, v, z, *(slopes.get(f.path) for f in varied))
+    reasons = [*(row.unsloped.get(quantity.text, "") for row in study.rows), why]
+    reason = next((r for r in reasons if r), "its runs were computed without gradients")
+    if not slopes:
+        return made, f"bilinear: {reason}"
+    ours, without = made.left_out(), made.bilinear.left_out()
+    missed = f"runs that are left out are missed by {100 * ours:.2g} % of the range, {100 * without:.2g} % without gradients"
+    if ours > without:
+        return made.bilinear, f"bilinear: gradients meet left-out runs no better, as where nodes land one by one ({missed})"
+    how = "bicubic, by values and gradients" if len(slopes) == 2 else f"cubic along {next(iter(slopes))}, linear else: {reason}"
+    how += f" of {some - lacking} of {some} runs ({reason})" if lacking and len(slopes) == 2 else ""
+    return made, how + (f"; {missed}" if ours <= without else "")
+
+
+def _per_unit(source: Source, study: Study, factor: Values) -> float:
+    """How much a number of the case is, in its units, over how much of it is written."""
+    low, high = (min(study.rows, key=lambda r, s=s: s * _written(r, factor)) for s in (1.0, -1.0))  # type: ignore[misc]
+    there = [value_of(source.changed(row.point.changes).problem, factor.path) for row in (low, high)]
+    return (there[1] - there[0]) / (_written(high, factor) - _written(low, factor))
+
+
+def _written(row: Row, factor: Values) -> float:
+    found = number_and_unit(row.point.values[factor.path])
+    assert found is not None
+    return float(found[0])
 
 
 # -------------------------------------------------------------------------------------------------------------- pictures
 def grid(study: Study, text: str, a: Values, b: Values) -> tuple[Array, Array, Array]:
     """Values u (m,) and v (n,) of the two parameters, increasing, and of a measure z (n, m); not a number where there is none."""
     u, v = (np.array(sorted(number_and_unit(t)[0] for t in f.texts)) for f in (a, b))  # type: ignore[index]
+    return u, v, _grid_of(study, (a, b), lambda row: row.value(text))
+
+
+def _grid_of(study: Study, varied: tuple[Values, Values], of: Callable[[Row], float]) -> Array:
+    """Numbers of the runs (n, m) where they belong."""
+    u, v = (sorted(number_and_unit(t)[0] for t in f.texts) for f in varied)  # type: ignore[index]
     z = np.full((len(v), len(u)), np.nan)
     for row in study.rows:
-        i, j = (int(np.searchsorted(x, number_and_unit(row.point.values[f.path])[0])) for f, x in ((a, u), (b, v)))  # type: ignore[index]
-        z[j, i] = row.value(text)
-    return u, v, z
+        i, j = (int(np.searchsorted(x, _written(row, f))) for f, x in zip(varied, (u, v)))
+        z[j, i] = of(row)
+    return z
 
 
-def picture(study: Study, quantity: Quantity, a: Values, b: Values, limit: Limit | None) -> Figure:
+def picture(study: Study, quantity: Quantity, a: Values, b: Values, known: Map, limit: Limit | None) -> Figure:
     """Map of a measure over two parameters; its limit is a line, beyond which it is hatched."""
-    u, v, z = grid(study, quantity.text, a, b)
     with style.styled():
-        figure, axes = _axes(u, v, z, a, b)
-        if np.isfinite(z).any():
-            x, y, fine = _between(u, v, z)
+        figure, axes = _axes(known, a, b)
+        x, y, fine = _between(known)
+        if np.isfinite(known.z).any():
             filled = axes.contourf(x, y, np.ma.masked_invalid(fine), levels=14, cmap=style.SEQUENTIAL, zorder=0)
             figure.colorbar(filled, ax=axes, label=quantity.text + (f" ({quantity.unit})" if quantity.unit else ""))
         if limit is not None:
-            _beyond(axes, u, v, limit.margin(z))
+            _beyond(axes, x, y, limit.margin(fine))
     return figure
 
 
-def overview(study: Study, a: Values, b: Values, kept: Mapping[str, Limit]) -> Figure:
+def overview(study: Study, a: Values, b: Values, maps: Mapping[str, Map], kept: Mapping[str, Limit]) -> Figure:
     """Where all limits are kept, and the line of each."""
     from matplotlib.lines import Line2D
 
-    grids = {text: grid(study, text, a, b) for text in kept}
-    u, v, _ = next(iter(grids.values()))
-    margins = [limit.margin(grids[text][2]) / (abs(limit.value) or 1.0) for text, limit in kept.items()]
     # lines and area from the same values between the runs: the largest of what is interpolated, not interpolated largest ones
-    fine = [_between(u, v, margin) for margin in margins]
+    fine = [(*_between(maps[text])[:2], limit.margin(_between(maps[text])[2]) / (abs(limit.value) or 1.0))
+            for text, limit in kept.items()]  # fmt: skip
     x, y = fine[0][:2]
+    some = next(iter(kept))
+    every = replace(maps[some], z=np.sum([maps[text].z for text in kept], axis=0))
     with style.styled():
-        figure, axes = _axes(u, v, np.sum(margins, axis=0), a, b)
+        figure, axes = _axes(every, a, b)
         worst = np.max([z for *_, z in fine], axis=0)  # not a number where one is
         if np.isfinite(worst).any():
             axes.contourf(x, y, np.ma.masked_invalid(worst), levels=[-1e9, 0.0, 1e9], colors=["#b7dfb9", "#f0f0f0"], zorder=0)
@@ -213,21 +280,20 @@ def overview(study: Study, a: Values, b: Values, kept: Mapping[str, Limit]) -> F
     return figure
 
 
-def _between(u: Array, v: Array, z: Array) -> tuple[Array, Array, Array]:
-    """Values z (n, m) over v (n,) and u (m,) on a finer grid, bilinear between the runs."""
-    x, y = np.linspace(u[0], u[-1], MAP_LINES), np.linspace(v[0], v[-1], MAP_LINES)
-    across = np.array([np.interp(x, u, row) for row in z])
-    return x, y, np.array([np.interp(y, v, column) for column in across.T]).T
+def _between(known: Map) -> tuple[Array, Array, Array]:
+    """Values of a map on a finer grid."""
+    x, y = (np.linspace(t[0], t[-1], MAP_LINES) for t in (known.u, known.v))
+    return x, y, known.between(x, y)
 
 
-def _axes(u: Array, v: Array, z: Array, a: Values, b: Values) -> tuple[Figure, Axes]:
+def _axes(known: Map, a: Values, b: Values) -> tuple[Figure, Axes]:
     """Axes of two parameters with a point for each run, a cross where it has no value."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(5.0, 4.0), layout="constrained")
     axes = figure.subplots()
-    x, y = np.meshgrid(u, v)
-    there = np.isfinite(z)
+    x, y = np.meshgrid(known.u, known.v)
+    there = np.isfinite(known.z)
     axes.plot(x[there], y[there], "o", color="white", markeredgecolor=style.BLACK, markeredgewidth=0.5, clip_on=False)
     axes.plot(x[~there], y[~there], "x", color=style.RED, markersize=5, clip_on=False)
     axes.set(xlabel=label(a.path, a), ylabel=label(b.path, b))
@@ -235,11 +301,10 @@ def _axes(u: Array, v: Array, z: Array, a: Values, b: Values) -> tuple[Figure, A
     return figure, axes
 
 
-def _beyond(axes: Axes, u: Array, v: Array, margin: Array) -> None:
+def _beyond(axes: Axes, x: Array, y: Array, margin: Array) -> None:
     """The line where a limit is reached, and hatches beyond it."""
     if not np.isfinite(margin).any() or not np.nanmin(margin) < 0.0 < np.nanmax(margin):
         return
-    x, y, fine = _between(u, v, margin)
-    shown = np.ma.masked_invalid(fine)
+    shown = np.ma.masked_invalid(margin)
     axes.contour(x, y, shown, levels=[0.0], colors=[style.RED], linewidths=2.0)
     axes.contourf(x, y, shown, levels=[0.0, float(np.nanmax(margin))], colors="none", hatches=["//"])

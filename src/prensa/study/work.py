@@ -22,6 +22,7 @@ from prensa.output.lock import LOCK, FolderInUse
 from prensa.output.progress import ProgressBar
 from prensa.study.attachments import Attachment, attached, places
 from prensa.study.quantities import Quantity, series_of, values_of
+from prensa.study.slopes import Slopes, slopes_of
 from prensa.system.checkpoint import CHECKPOINT, seal_broken, text_hash
 
 RECORD = "case.json"
@@ -35,7 +36,7 @@ class Job:
 
     ``key``: hash of the case and of the version of prensa; ``text``: the case with its files detached; ``folder``: where its
     results belong; ``wanted``: what to take from it; ``claim``: what the lock of the study's folder says, by which a worker
-    knows that it sees that folder.
+    knows that it sees that folder; ``derivatives``: paths by which those of what is wanted are, too.
     """
 
     key: str
@@ -44,6 +45,7 @@ class Job:
     wanted: tuple[Quantity, ...] = ()
     attachments: tuple[Attachment, ...] = ()
     claim: str = ""
+    derivatives: tuple[str, ...] = ()
 
 
 @dataclass
@@ -51,7 +53,8 @@ class Outcome:
     """What became of a job: ``completed``, ``failed`` (the case's own doing, which would be the same again) or ``lost``.
 
     ``seconds``: wall time of the run; ``files``: the results, zipped, of a worker that does not see the folder; ``measures``:
-    columns of the table of measures, and what they are; ``values``: what was wanted, by its text.
+    columns of the table of measures, and what they are; ``values``: what was wanted, by its text; ``slopes``: derivatives of
+    that by text and path, and ``unsloped``: why there are none, by text.
     """
 
     status: str
@@ -61,6 +64,8 @@ class Outcome:
     files: bytes | None = field(default=None, repr=False)
     measures: dict[str, str] = field(default_factory=dict)
     values: dict[str, float | None] = field(default_factory=dict)
+    slopes: Slopes = field(default_factory=dict)
+    unsloped: dict[str, str] = field(default_factory=dict)
 
 
 def key_of(text: str) -> str:
@@ -134,6 +139,8 @@ def _in(folder: Path, job: Job, sent: Path | None) -> Outcome:
         if outcome.status != "lost":
             record = {"key": job.key, "version": __version__, "status": outcome.status, "reason": outcome.reason}
             record |= {"measures": outcome.measures, "values": outcome.values}
+            if job.derivatives:
+                record |= {"slopes": outcome.slopes, "unsloped": outcome.unsloped}
             write_text(folder / RECORD, json.dumps(record, indent=1, ensure_ascii=False) + "\n")
         return outcome
 
@@ -175,7 +182,14 @@ def _run(folder: Path, job: Job, sent: Path | None) -> Outcome:
 
 def _completed(folder: Path, job: Job, case: Case) -> Outcome:
     names = dict(case.problem.measures)
-    return Outcome("completed", measures=names, values=values_of(job.wanted, series_of(folder, names)))
+    found = Outcome("completed", measures=names, values=values_of(job.wanted, series_of(folder, names)))
+    if job.derivatives:
+        try:
+            found.slopes, found.unsloped = slopes_of(case, job.wanted, job.derivatives)
+        except PrensaError as error:  # the run stands without them
+            reason = _one_line(str(error)).removeprefix("derivatives: ")
+            found.unsloped = dict.fromkeys((q.text for q in job.wanted), reason)
+    return found
 
 
 def _was_interrupted(folder: Path, text: str) -> bool:
