@@ -27,7 +27,9 @@ def box(size=(3.0, 1.0, 2.0), n=(2, 2, 2), skew=0.2, turn=None) -> pr.Tetrahedra
 
 def loaded(mesh=None, material=ELASTIC, **more) -> pr.Problem:
     """A small box that is held at the left."""
-    given = {"bodies": {"b": pr.Body(mesh or box(), material)}, "fixed": {"b.left": "xyz"}, "steps": (pr.Step("load", increments=1),)}
+    given = {
+        "bodies": {"b": pr.Body(mesh or box(), material)}, "fixed": {"b.left": "xyz"}, "steps": (pr.Step("load", increments=1),)
+    }  # fmt: skip
     return pr.Problem("box", space="solid", **given | more)
 
 
@@ -63,7 +65,8 @@ def test_a_uniform_pressure_gives_a_uniform_stress():
 def test_supports_carry_what_acts():
     """Resultants at the end: pressure, traction on a side, and weight, by statics."""
     *_, last = pr.solve(loaded(
-        box((3.0, 1.0, 1.0)), loads={"b.top": pr.Load(pressure=0.01, follower=False), "b.front": pr.Load(traction=(0.02, 0.0, 0.03))},
+        box((3.0, 1.0, 1.0)),
+        loads={"b.top": pr.Load(pressure=0.01, follower=False), "b.front": pr.Load(traction=(0.02, 0.0, 0.03))},
         body_force={"b": (0.0, -0.01, 0.005)},
     ))  # fmt: skip
     assert last.supports["b.left"] == pytest.approx((-0.06, 0.03 + 0.03, -0.09 - 0.015), rel=1e-8)
@@ -75,8 +78,8 @@ def test_a_plane_of_symmetry_at_any_angle():
     for turn in (None, 0.4):
         fixed = {"b.left": pr.Fixed(normal="held"), "b.bottom": pr.Fixed(normal="held"), "b.back": "z"}
         way = np.array([1.0, 0.0]) if turn is None else np.array([np.cos(turn), np.sin(turn)])
-        traction = (5.0 * way[0], 5.0 * way[1], 0.0)
-        *_, last = pr.solve(loaded(box(turn=turn), fixed=fixed, loads={"b.right": pr.Load(traction=traction)}, kinematics="small"))
+        pulled = {"b.right": pr.Load(traction=(5.0 * way[0], 5.0 * way[1], 0.0))}
+        *_, last = pr.solve(loaded(box(turn=turn), fixed=fixed, loads=pulled, kinematics="small"))
         u = last.bodies["b"].displacement[:, :2] @ way
         assert u.max() == pytest.approx(5.0 / 1000.0 * 3.0, rel=1e-8)
         ends.append(last.energy["elastic"])
@@ -101,7 +104,8 @@ def test_a_block_springs_back_freely():
 def test_places_between_the_nodes_of_tetrahedra():
     """On a side, inside, and all over a plane: a linear field is exact there, and so is the place."""
     problem = loaded(
-        fixed={"b.left": "x", "b.bottom": "y", "b.back": "z"}, kinematics="small", loads={"b.right": pr.Load(traction=(10.0, 0.0, 0.0))}
+        fixed={"b.left": "x", "b.bottom": "y", "b.back": "z"}, kinematics="small",
+        loads={"b.right": pr.Load(traction=(10.0, 0.0, 0.0))},
     )
     *_, last = pr.solve(problem)
     strain = 0.01

@@ -856,14 +856,19 @@ def import_deck(
             return
         if size is not None or around is not None or hexahedra:
             raise PrensaError(f"--size, --around and --hexahedra are of STEP files; {deck} has its elements")
-        text, remarks = case_text(deck, out.parent if out else Path(), without or ())
-        if out is not None and out.exists():
-            raise PrensaError(f"{out} exists; name another file")
+        files: dict[str, str] = {}
+        text, remarks = case_text(deck, out.parent if out else Path(), without or (), files if out is not None else None)
+        for written in (out, *(out.parent / name for name in files)) if out is not None else ():
+            if written.exists():
+                raise PrensaError(f"{written} exists; name another file")
         for remark in remarks:
             voice.complain(f"{deck}: {remark}")  # what was passed over changes the answer
         if out is None and not voice.json:
             typer.echo(text, nl=False)
         elif out is not None:
+            for name, content in files.items():
+                (out.parent / name).write_text(content, encoding="utf-8")
+                voice.confirm(f"{out.parent / name} written, a tool of rigid elements")
             out.write_text(text, encoding="utf-8")
             voice.confirm(f"{out} written; read it, add units if they are not mm and N, then: prensa check {out}")
         voice.give({"case": out, "text": text, "remarks": remarks})

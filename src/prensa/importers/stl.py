@@ -71,10 +71,30 @@ def read(path: str, digest: str) -> Surface:
         raise ValueError(f"{name!r} has no triangles; is it an STL file of a surface or body?")
     if not np.isfinite(points).all():
         raise ValueError(f"{name!r} has coordinates that are no finite numbers; export it again")
-    return _joined(name, points, triangles.astype(np.int64))
+    return joined(name, points, triangles.astype(np.int64))
 
 
-def _joined(name: str, points: Array, triangles: Index) -> Surface:
+def text(s: Surface, name: str) -> str:
+    """The surface as an STL file in text."""
+    rows = [f"solid {name}"]
+    for corners in s.points[s.triangles]:
+        normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+        normal = normal / np.linalg.norm(normal)
+        rows.append(f"facet normal {' '.join(f'{c:.9g}' for c in normal)}\nouter loop")
+        rows += (f"vertex {' '.join(f'{c:.12g}' for c in x)}" for x in corners)
+        rows.append("endloop\nendfacet")
+    return "\n".join([*rows, f"endsolid {name}", ""])
+
+
+def joined(name: str, points: Array, triangles: Index) -> Surface:
+    """The surface of triangles (m, 3) on points (n, 3), those at one place joined, turned to look one way.
+
+    Raises
+    ------
+    ValueError
+        If they have no area, more than two meet in an edge, or they cannot be turned to look one way.
+
+    """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
+from prensa.geometry.sections import section_axes
 from prensa.model.doors import union
 from prensa.model.fields import Direction
 from prensa.model.names import Finding
@@ -14,7 +15,7 @@ from prensa.tools.analytic import Tool
 
 # A section is a tool of the plane: those of the package have to be known before their union is made.
 from prensa.tools.shapes import circle, ellipse, plane, polygon, profile, ring, stamp  # noqa: F401
-from prensa.tools.swept import Prism, Revolution, extruded_facets, half, joined, revolved_facets, section_axes
+from prensa.tools.swept import Prism, Revolution, extruded_facets, half, joined, revolved_facets
 from prensa.tools.tool import ToolShape
 from prensa.types import Array, Index
 
