@@ -835,7 +835,8 @@ def import_deck(
     around: Annotated[
         float | None,
         typer.Option(
-            min=0, help="Elements around a full turn of its curved faces; 12 (hexahedra: 24) if not given.", show_default=False
+            min=0, help="Elements around a full turn of its curved faces; 12, of hexahedra 24, of an STL tool 36 if not given.",
+            show_default=False,
         ),
     ] = None,
     hexahedra: Annotated[bool, typer.Option("--hexahedra", help="Fill it with hexahedra, not with tetrahedra.")] = False,
@@ -843,7 +844,7 @@ def import_deck(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Write the case that a deck of another program describes, or the mesh of a STEP file's body, and a case with it."""
+    """Write the case that a deck of another program describes, or mesh a STEP file: a body, with a case, or a tool."""
     with Voice(quiet, verbose, json) as voice:
         from prensa.errors import PrensaError
         from prensa.importers.imported import case_text

@@ -183,8 +183,9 @@ class Assembly:
                 return
             raise FileError.at(
                 k.line,
-                f"element type {kind or 'missing'!r} is no plane element of 3, 4, 6 or 8 nodes (a section is meshed in x, y"
-                + ("; bricks are read as the mesh of a body in 'space: solid')" if kind.startswith("C3D") else ")"),
+                f"element type {kind or 'missing'!r} is "
+                + ("no brick, wedge or tetrahedron (C3D8, C3D6, C3D10), and no rigid shell" if self.solid else
+                   "no plane element of 3, 4, 6 or 8 nodes (a section is meshed in x, y)"),
             )
         if cell:
             count = int(cell[1])
