@@ -75,6 +75,19 @@ def test_a_solid_of_a_step_file_is_filled_with_tetrahedra_and_pressed(tmp_path: 
     assert half.extent == pytest.approx([10.0] * 3)
 
 
+def test_the_faces_of_a_step_file_are_a_tool(tmp_path: Path) -> None:
+    """Closed, its normals outwards, the curved sides within 1e-3 of the radius; a file without faces is an error."""
+    part, out = drawn(tmp_path / "rod.step", lambda occ: occ.addCylinder(0.0, 0.0, 0.0, 0.0, 20.0, 0.0, 5.0)), tmp_path / "rod.stl"
+    assert called(str(part), "--out", str(out)).exit_code == 0
+    shape = pr.Stl(str(out)).shape(np.array([0.0, -1.0, 0.0]))
+    assert shape.surface.closed and shape.surface.volume == pytest.approx(500.0 * np.pi, rel=0.01)
+    angle = np.linspace(0.0, 6.0, 40)
+    beside = np.stack([5.1 * np.cos(angle), np.full(40, 9.0), 5.1 * np.sin(angle)], axis=1)
+    assert np.abs(shape.closest(beside).g - 0.1).max() < 5e-3
+    line = drawn(tmp_path / "line.step", lambda occ: occ.addLine(occ.addPoint(0, 0, 0), occ.addPoint(1, 0, 0)))
+    assert "there is no face in it" in called(str(line), "--out", str(tmp_path / "line.stl")).output.replace("\n", "")
+
+
 def test_a_solid_of_a_step_file_is_filled_with_hexahedra(tmp_path: Path) -> None:
     """They have its volume, and about as many as cubes of the size; sides are found by place; a wrong file is an error."""
     part = drawn(tmp_path / "part.step", lambda occ: occ.addBox(0.0, 0.0, 0.0, 30.0, 20.0, 10.0))

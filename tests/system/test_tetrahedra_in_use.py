@@ -9,6 +9,7 @@ import prensa as pr
 from blocks_of_bricks import tetrahedra
 from prensa.mesh.bricks import outside
 from prensa.system.face_loads import face_force, pressure_stiffness
+from prensa.tools.tool import rotation_of
 
 ELASTIC = pr.Elastic(1000.0, 0.3)
 STEEL = pr.J2(200000.0, 0.3, pr.Swift(K=500.0, e0=0.01, n=0.2))
@@ -27,7 +28,9 @@ def box(size=(3.0, 1.0, 2.0), n=(2, 2, 2), skew=0.2, turn=None) -> pr.Tetrahedra
 
 def loaded(mesh=None, material=ELASTIC, **more) -> pr.Problem:
     """A small box that is held at the left."""
-    given = {"bodies": {"b": pr.Body(mesh or box(), material)}, "fixed": {"b.left": "xyz"}, "steps": (pr.Step("load", increments=1),)}
+    given = {
+        "bodies": {"b": pr.Body(mesh or box(), material)}, "fixed": {"b.left": "xyz"}, "steps": (pr.Step("load", increments=1),)
+    }  # fmt: skip
     return pr.Problem("box", space="solid", **given | more)
 
 
@@ -63,7 +66,8 @@ def test_a_uniform_pressure_gives_a_uniform_stress():
 def test_supports_carry_what_acts():
     """Resultants at the end: pressure, traction on a side, and weight, by statics."""
     *_, last = pr.solve(loaded(
-        box((3.0, 1.0, 1.0)), loads={"b.top": pr.Load(pressure=0.01, follower=False), "b.front": pr.Load(traction=(0.02, 0.0, 0.03))},
+        box((3.0, 1.0, 1.0)),
+        loads={"b.top": pr.Load(pressure=0.01, follower=False), "b.front": pr.Load(traction=(0.02, 0.0, 0.03))},
         body_force={"b": (0.0, -0.01, 0.005)},
     ))  # fmt: skip
     assert last.supports["b.left"] == pytest.approx((-0.06, 0.03 + 0.03, -0.09 - 0.015), rel=1e-8)
@@ -75,8 +79,8 @@ def test_a_plane_of_symmetry_at_any_angle():
     for turn in (None, 0.4):
         fixed = {"b.left": pr.Fixed(normal="held"), "b.bottom": pr.Fixed(normal="held"), "b.back": "z"}
         way = np.array([1.0, 0.0]) if turn is None else np.array([np.cos(turn), np.sin(turn)])
-        traction = (5.0 * way[0], 5.0 * way[1], 0.0)
-        *_, last = pr.solve(loaded(box(turn=turn), fixed=fixed, loads={"b.right": pr.Load(traction=traction)}, kinematics="small"))
+        pulled = {"b.right": pr.Load(traction=(5.0 * way[0], 5.0 * way[1], 0.0))}
+        *_, last = pr.solve(loaded(box(turn=turn), fixed=fixed, loads=pulled, kinematics="small"))
         u = last.bodies["b"].displacement[:, :2] @ way
         assert u.max() == pytest.approx(5.0 / 1000.0 * 3.0, rel=1e-8)
         ends.append(last.energy["elastic"])
@@ -101,7 +105,8 @@ def test_a_block_springs_back_freely():
 def test_places_between_the_nodes_of_tetrahedra():
     """On a side, inside, and all over a plane: a linear field is exact there, and so is the place."""
     problem = loaded(
-        fixed={"b.left": "x", "b.bottom": "y", "b.back": "z"}, kinematics="small", loads={"b.right": pr.Load(traction=(10.0, 0.0, 0.0))}
+        fixed={"b.left": "x", "b.bottom": "y", "b.back": "z"}, kinematics="small",
+        loads={"b.right": pr.Load(traction=(10.0, 0.0, 0.0))},
     )
     *_, last = pr.solve(problem)
     strain = 0.01
@@ -115,3 +120,45 @@ def test_places_between_the_nodes_of_tetrahedra():
         "b.top.min.y at Z=1": 1.0 - 0.3 * strain,
     }.items():
         assert last.measure(text) == pytest.approx(value, rel=1e-8, abs=1e-9), text
+
+
+def stacked(lower, upper, **more):
+    """A block on another one, tied; `pr.Box`, or numbers of tetrahedra along the axes."""
+    meshes = {}
+    for name, n, y in (("a", lower, 0.0), ("b", upper, 2.0)):
+        size = (4.0, 2.0 if name == "a" else 1.0, 3.0)
+        if isinstance(n, list):
+            meshes[name] = pr.Box(size, tuple(n), origin=(0.0, y, 0.0))
+            continue
+        plain = box(size, n, 0.15)
+        points = (np.array(plain.points) + y * np.eye(3)[1]).tolist()
+        meshes[name] = pr.Tetrahedra(points, plain.cells, plain.boundaries)
+    given = {"kinematics": "small", "steps": (pr.Step("s", increments=1),), "ties": (pr.Tie("b.bottom", "a.top"),)}
+    bodies = {name: pr.Body(mesh, ELASTIC) for name, mesh in meshes.items()}
+    return pr.Problem("tied", space="solid", bodies=bodies, **given | more)
+
+
+@pytest.mark.parametrize(
+    ("lower", "upper"), [((2, 1, 2), (3, 1, 2)), ([2, 2, 2], (3, 1, 2)), ((3, 1, 2), [2, 1, 2]), ((2, 1, 2), (2, 1, 2))], ids=str
+)
+def test_an_even_stress_passes_a_tie(lower, upper):
+    """Of tetrahedra on tetrahedra and on bricks, with planes of symmetry through the tie: to round-off."""
+    fixed = {"a.left": "x", "a.bottom": "y", "a.back": "z", "b.left": "x", "b.back": "z"}
+    *_, last = pr.solve(stacked(lower, upper, fixed=fixed, loads={"b.top": pr.Load(traction=(0.0, -5.0, 0.0))}))
+    for name in "ab":
+        assert np.allclose(last.bodies[name].stress, [0.0, -5.0, 0.0, 0.0, 0.0, 0.0], atol=1e-9)
+        assert last.bodies[name].displacement[:, 1] == pytest.approx(-5e-3 * last.bodies[name].X[:, 1], abs=1e-11)
+
+
+def test_forces_go_through_a_tie_of_tetrahedra():
+    """A shear on top is carried at the bottom, with its moment; both turned by 20°, slaves go where the turn takes them."""
+    shear = {"b.top": pr.Load(traction=(2.0, 0.0, 1.0))}
+    problem = stacked((2, 1, 2), (3, 1, 2), fixed={"a.bottom": "xyz"}, loads=shear)
+    *_, last = pr.solve(problem)
+    assert last.supports["a.bottom"] == pytest.approx((-24.0, 0.0, -12.0), abs=1e-8)
+    assert last.support_moments["a.bottom"].mz == pytest.approx(24.0 * 3.0, rel=1e-8)
+    system = pr.discretise(problem)
+    turn = rotation_of([0.0, 0.0, np.radians(20.0)])
+    u = np.zeros(system.ndof)
+    system.displacement(u)[:] = system.X @ (turn - np.eye(3)).T
+    assert np.allclose(system.with_slaves(u), u, atol=1e-12)

@@ -130,6 +130,9 @@ def test_what_files_get_wrong_is_mended(folder):
     surface = tool.shape(DOWN).surface
     assert (surface.closed, surface.turned, len(surface.points)) == (True, 1, len(points))
     assert tool.notes() == ("loose.stl: 1 triangles looked the other way than their neighbours, and are turned",)
+    twice = pr.Stl(write(folder / "twice.stl", points, np.concatenate([triangles, triangles[3:5, [2, 0, 1]]])))
+    assert (twice.shape(DOWN).surface.closed, len(twice.shape(DOWN).surface.triangles)) == (True, len(triangles))
+    assert "twice.stl: 2 triangles were there twice, and count once" in twice.notes()
 
 
 CASE = """
@@ -158,6 +161,7 @@ def test_units_turns_and_texts(folder):
     ("old", "new", "words"),
     [
         ("die.stl", "nothing.stl", "7:.*STL file 'nothing.stl': there is no such file; the folder has"),
+        ("die.stl", "die.step", "7:.*is a STEP file: make triangles of it, prensa import die.step --out die.stl"),
         ("die.stl", "case.yaml", "'case.yaml' is no STL file that can be read"),
         ("die.stl", "inside_out.stl", "the surface in 'inside_out.stl' is inside out.* 'reverse: true'"),
         ("die.stl", "three.stl", "3 triangles of 'three.stl' meet in one edge, near .0.5, 0, 0. of the file"),

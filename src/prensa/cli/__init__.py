@@ -853,7 +853,8 @@ def import_deck(
     around: Annotated[
         float | None,
         typer.Option(
-            min=0, help="Elements around a full turn of its curved faces; 12 (hexahedra: 24) if not given.", show_default=False
+            min=0, help="Elements around a full turn of its curved faces; 12, of hexahedra 24, of an STL tool 36 if not given.",
+            show_default=False,
         ),
     ] = None,
     hexahedra: Annotated[bool, typer.Option("--hexahedra", help="Fill it with hexahedra, not with tetrahedra.")] = False,
@@ -861,7 +862,7 @@ def import_deck(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Write the case that a deck of another program describes, or the mesh of a STEP file's body, and a case with it."""
+    """Write the case that a deck of another program describes, or mesh a STEP file: a body, with a case, or a tool."""
     with Voice(quiet, verbose, json) as voice:
         from prensa.errors import PrensaError
         from prensa.importers.imported import case_text
@@ -874,14 +875,19 @@ def import_deck(
             return
         if size is not None or around is not None or hexahedra:
             raise PrensaError(f"--size, --around and --hexahedra are of STEP files; {deck} has its elements")
-        text, remarks = case_text(deck, out.parent if out else Path(), without or ())
-        if out is not None and out.exists():
-            raise PrensaError(f"{out} exists; name another file")
+        files: dict[str, str] = {}
+        text, remarks = case_text(deck, out.parent if out else Path(), without or (), files if out is not None else None)
+        for written in (out, *(out.parent / name for name in files)) if out is not None else ():
+            if written.exists():
+                raise PrensaError(f"{written} exists; name another file")
         for remark in remarks:
             voice.complain(f"{deck}: {remark}")  # what was passed over changes the answer
         if out is None and not voice.json:
             typer.echo(text, nl=False)
         elif out is not None:
+            for name, content in files.items():
+                (out.parent / name).write_text(content, encoding="utf-8")
+                voice.confirm(f"{out.parent / name} written, a tool of rigid elements")
             out.write_text(text, encoding="utf-8")
             voice.confirm(f"{out} written; read it, add units if they are not mm and N, then: prensa check {out}")
         voice.give({"case": out, "text": text, "remarks": remarks})

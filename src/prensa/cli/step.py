@@ -29,6 +29,8 @@ def mesh_step(
 ) -> None:  # fmt: skip
     """Write the mesh of the body of a STEP file, with what there is to say of it, and a case beside it if ``out`` is one.
 
+    If ``out`` is an STL file, it is a tool: the triangles of its faces alone.
+
     Raises
     ------
     PrensaError
@@ -44,10 +46,13 @@ def mesh_step(
     from prensa.mesh.quality import quality
     from prensa.model.meshes import File
 
+    if out is not None and out.suffix.lower() == ".stl":
+        _write_tool(part, out, size, around, voice)
+        return
     if size is None or out is None or out.suffix.lower() not in (".msh", ".yaml", ".yml"):
         raise PrensaError(
             f"{part}: give the size of its elements and the file to write, the mesh as in --size 2 --out {part.stem}.msh, or a "
-            f"case with it as in --size 2 --out {part.stem}.yaml"
+            f"case with it as in --size 2 --out {part.stem}.yaml; of a tool its triangles, --out {part.stem}.stl"
         )
     target = out.with_suffix(".msh")
     for file in {out, target}:
@@ -78,6 +83,23 @@ def mesh_step(
         "mesh": target, "elements": sum(len(m.cells) for m in meshes), "nodes": sum(len(m.points) for m in meshes),
         "sides": [side for m in meshes for side in m.edges], **({"case": out} if out != target else {}),
     })  # fmt: skip
+
+
+def _write_tool(part: Path, out: Path, size: float | None, around: float | None, voice: Voice) -> None:
+    """Write the faces of a STEP file as the triangles of a tool."""
+    from prensa.errors import PrensaError
+    from prensa.importers.deck import FileError
+    from prensa.importers.step import tessellated
+
+    if out.exists():
+        raise PrensaError(f"{out} exists; name another file")
+    try:
+        text = tessellated(part, size, 36 if around is None else around)
+    except FileError as error:
+        raise PrensaError(f"{part}: {error}") from None
+    out.write_text(text, encoding="utf-8")
+    voice.confirm(f"{out} written, in mm: {text.count('endfacet')} triangles; tool: {{type: stl, file: {out}, unit: mm}}")
+    voice.give({"tool": out, "triangles": text.count("endfacet")})
 
 
 def _case(part: Path, mesh_file: Path, meshes: list[Mesh]) -> str:

@@ -9,12 +9,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cached_property
 
 from prensa.importers.abaqus_keywords import Keyword, Scope, keywords
-from prensa.importers.abaqus_places import Places
+from prensa.importers.abaqus_places import Places, Side, sides_of
 from prensa.importers.abaqus_words import GENERATING, KNOWN, nearest, refuse_unknown_parameters
 from prensa.importers.deck import LABELS, Deck, FileError, is_label
-from prensa.importers.solids import OF_ABAQUS, SolidKind
+from prensa.importers.solids import MIDDLES, OF_ABAQUS, SolidKind
 
 # Membranes, shells and rigid surfaces are cells of a plane mesh too: converters write flat triangles as S3, M3D3 or R3D3.
 _CELL = re.compile(r"(?:CPEG|CPE|CPS|CGAX|CAX|AC2D|ACAX|DC2D|DCAX|M3D|SFM3D|R3D|STRI|S)([3468])")
@@ -127,6 +128,26 @@ class Assembly:
                 raise FileError.at(k.line, "surfaces made of others (COMBINE, CROP) are not read; list the sides of elements")
             scope.surfaces.setdefault(key, []).extend(self._sides(k, scope))
 
+    @cached_property
+    def own(self) -> dict[int, tuple[int, ...]]:
+        """Nodes of the elements that bodies are made of, by label: plane ones, in space bricks and tetrahedra."""
+        return {label: nodes for label, (_, nodes) in self.solids.items()} if self.solid else self.cells
+
+    def own_of(self, scope: Scope) -> list[int]:
+        """Labels of these elements in a scope."""
+        return scope.solids if self.solid else scope.cells
+
+    def sides_of(self, label: int) -> list[Side]:
+        """Sides of an element in the order of its numbers: see `Side`; of a shell in space itself."""
+        if label not in self.solids:
+            return [self.cells[label]] if self.solid else sides_of(self.cells[label])
+        kind, nodes = self.solids[label]
+        sides = []
+        for corners in kind.sides:
+            pairs = zip(corners, (*corners[1:], corners[0])) if kind.nodes == 10 else ()
+            sides.append(tuple(nodes[i] for i in (*corners, *(MIDDLES[frozenset(p)] for p in pairs))))
+        return sides
+
     def _nodes_of(self, label: int) -> tuple[int, ...]:
         """Nodes of an element of any kind."""
         return self.solids[label][1] if label in self.solids else self.cells.get(label) or self.lines.get(label, ())
@@ -150,6 +171,7 @@ class Assembly:
         if self.solid and (body := _SOLID.match(kind)) and (known := OF_ABAQUS.get(body[1])):
             rows = list(self._rows(k, kind, known.nodes, scope, set_name))
             self.solids |= {label: (known, nodes) for label, nodes in rows}
+            self.kinds |= dict.fromkeys((label for label, _ in rows), kind)
             scope.solids += (label for label, _ in rows)
             if len(rows) == len(k.lines):  # an element a line
                 self.solid_lines |= {label: line for (label, _), (line, _) in zip(rows, k.lines)}
@@ -161,8 +183,9 @@ class Assembly:
                 return
             raise FileError.at(
                 k.line,
-                f"element type {kind or 'missing'!r} is no plane element of 3, 4, 6 or 8 nodes (a section is meshed in x, y"
-                + ("; bricks are read as the mesh of a body in 'space: solid')" if kind.startswith("C3D") else ")"),
+                f"element type {kind or 'missing'!r} is "
+                + ("no brick, wedge or tetrahedron (C3D8, C3D6, C3D10), and no rigid shell" if self.solid else
+                   "no plane element of 3, 4, 6 or 8 nodes (a section is meshed in x, y)"),
             )
         if cell:
             count = int(cell[1])

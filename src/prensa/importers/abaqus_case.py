@@ -10,13 +10,16 @@ from itertools import combinations, islice
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from prensa.importers.abaqus import Assembly
-from prensa.importers.abaqus_keywords import Keyword, Scope
+from prensa.importers.abaqus_keywords import Keyword, Scope, keywords
 from prensa.importers.abaqus_loads import Loads, even_traction
 from prensa.importers.abaqus_names import DeckNames, Section
-from prensa.importers.abaqus_places import outline
+from prensa.importers.abaqus_places import ends, outline
 from prensa.importers.abaqus_steps import OF_STEPS, Follower, Steps
 from prensa.importers.abaqus_tools import RigidTool, segments
+from prensa.importers.abaqus_tools_in_space import SWEPT, SpatialTool, analytical
 from prensa.importers.abaqus_words import (
     AS_STATIC,
     KNOWN,
@@ -32,10 +35,11 @@ from prensa.importers.abaqus_words import (
     squeezed,
 )
 from prensa.importers.deck import LABELS, FileError
+from prensa.importers.solids import OF_ABAQUS
 
 # Generalised plane strain (CPEG) has no counterpart: its letters after CPE match no element below.
 SPACE_OF = {
-    "CPE": "plane strain", "CPS": "plane stress", "CAX": "axisymmetric",
+    "CPE": "plane strain", "CPS": "plane stress", "CAX": "axisymmetric", "C3D": "solid",
 }  # fmt: skip
 # Reduced and hybrid quadrilaterals of Abaqus are there against locking, which F-bar is against here; incompatible modes are the
 # enhanced element.
@@ -44,6 +48,12 @@ ELEMENT_OF = {
     "3": "t3", "3H": "t3", "6": "t6", "6M": "t6", "6H": "t6", "6MH": "t6",
     "8": "q8_full", "8R": "q8", "8H": "q8_full", "8RH": "q8",
 }  # fmt: skip
+SOLID_ELEMENT_OF = {
+    "8": "h8_fbar", "8R": "h8_fbar", "8H": "h8_fbar", "8RH": "h8_fbar", "8I": "h8_enhanced", "8IH": "h8_enhanced",
+    "6": "h8_fbar", "6H": "h8_fbar",
+    **dict.fromkeys(("10", "10M", "10H", "10MH", "10HS", "10I", "10R"), "t10"),
+}  # fmt: skip
+"""In space, by what follows C3D; wedges are collapsed bricks."""
 METRES = 1e9  # a modulus from which on a deck is taken to be in metres and newtons
 
 
@@ -59,8 +69,9 @@ class _Reader:
     ``without``: what the user leaves out, names of `LEFT_OUT` and keywords that are unknown here.
     """
 
-    def __init__(self, text: str, path: str, without: frozenset[str]) -> None:
-        self.path, self.all, self.without = path, Assembly(text), without
+    def __init__(self, text: str, path: str, without: frozenset[str], files: dict[str, str] | None = None) -> None:
+        self.solid = any(k.name == "ELEMENT" and k.parameters.get("TYPE", "").upper().startswith("C3D") for k in keywords(text))
+        self.path, self.all, self.without, self.files = path, Assembly(text, self.solid), without, files
         self.deck = self.all.deck()
         self.names = DeckNames(self.all, self.deck)
         self.paired: set[tuple[str, str]] = set()
@@ -135,15 +146,17 @@ class _Reader:
     def element(self, k: Keyword, scope: Scope) -> None:
         kind = k.parameters.get("TYPE", "").upper()
         space = SPACE_OF.get(kind[:3])
-        if space is None:
+        if space is None or (self.solid and space != "solid"):
             return  # of a rigid tool, or of a set that is no section, or refused there
         # One case has one space: elements of two would be forces per thickness beside those of a whole circumference.
         if self.case.setdefault("space", space) != space:
             raise FileError.at(k.line, f"elements {kind} are of {space}, those before of {self.case['space']}")
         if kind.endswith("T") and "temperature" not in self.without:
             raise FileError.at(k.line, f"elements {kind} have a temperature, which is not read (--without temperature)")
-        if kind[3:].removesuffix("T") not in ELEMENT_OF:
-            raise FileError.at(k.line, f"elements {kind} have no counterpart here; take {kind[:3]}4")
+        if kind[3:].removesuffix("T") not in (SOLID_ELEMENT_OF if self.solid else ELEMENT_OF):
+            known = OF_ABAQUS.get(kind[3:].rstrip("RHIMST")) if self.solid else None
+            take = "C3D8 or C3D10" if self.solid else f"{kind[:3]}4"
+            raise FileError.at(k.line, f"elements {kind} have no counterpart here; {(known and known.remedy) or f'take {take}'}")
 
     def material_(self, k: Keyword, scope: Scope) -> None:
         self.material = k.parameters.get("NAME", "").upper()
@@ -199,6 +212,8 @@ class _Reader:
         wanted = k.parameters.get("ELSET", "")
         self.names.sections.append(Section(scope, wanted, k.parameters.get("MATERIAL", "").upper(), k.line))
         thickness = next((k.number(row, 0, 1.0) for _, row in k.data), 1.0)
+        if self.solid:
+            return
         if self.case.get("space") != "axisymmetric" and self.case.setdefault("thickness", thickness) != thickness:
             raise FileError.at(
                 k.line, f"a section of thickness {thickness:g} beside one of {self.case['thickness']:g}: a case has one thickness"
@@ -207,7 +222,12 @@ class _Reader:
     # ------------------------------------------------------------------------------------------------------- tools
     def surface(self, k: Keyword, scope: Scope) -> None:
         kind = k.parameters.get("TYPE", "ELEMENT").upper()
-        if kind == "SEGMENTS":
+        if kind in SWEPT and self.solid:
+            name = k.parameters.get("NAME", "")
+            made = analytical(k, name, scope)
+            made.name = self.names.tool_name(name, scope)
+            self.names.tools[scope.name.upper(), name.upper()] = made
+        elif kind == "SEGMENTS" and not self.solid:
             name = k.parameters.get("NAME", "")
             fillet = k.number([k.parameters.get("FILLET RADIUS", "")], 0, 0.0)
             if len(walk := [_moved(v, scope) for v in segments(k)]) < 2:
@@ -215,7 +235,8 @@ class _Reader:
             tool = RigidTool(self.names.tool_name(name, scope), k.line, walk, fillet, True)
             self.names.tools[scope.name.upper(), name.upper()] = tool
         elif kind not in ("ELEMENT", "NODE"):
-            raise FileError.at(k.line, f"a surface of type {kind} is not read; in the plane write SEGMENTS")
+            write = "in space write CYLINDER or REVOLUTION" if self.solid else "in the plane write SEGMENTS"
+            raise FileError.at(k.line, f"a surface of type {kind} is not read; {write}")
 
     def rigid_body(self, k: Keyword, scope: Scope) -> None:
         if k.parameters.get("POSITION", "INPUT").upper() != "INPUT":
@@ -225,13 +246,15 @@ class _Reader:
         for name in ("TIE NSET", "PIN NSET", "NSET"):
             if name in k.parameters and not (labels := self._rigid_by_nodes(k, scope, k.parameters[name])):
                 # Nodes of deformable elements follow the reference node; pinned ones differ in rotations alone.
-                self.names.follow(reference, Follower(k.line, k.parameters[name], scope, ""), "xyr")
+                follower = Follower(k.line, k.parameters[name], scope, "")
+                self.names.follow(reference, follower, "xyzabc" if self.solid else "xyr")
             wanted = wanted or k.parameters.get(name, "") if labels else wanted
         if "ANALYTICAL SURFACE" in k.parameters:
             instance, dot, name = k.parameters["ANALYTICAL SURFACE"].upper().rpartition(".")
             key = (instance if dot else scope.name.upper(), name)
             if key not in self.names.tools:
-                raise FileError.at(k.line, f"there is no rigid surface {name!r} of TYPE=SEGMENTS before this line")
+                kinds = "CYLINDER or REVOLUTION" if self.solid else "SEGMENTS"
+                raise FileError.at(k.line, f"there is no rigid surface {name!r} of TYPE={kinds} before this line")
         elif "ELSET" in k.parameters or labels:
             key = self._chain(k, scope, wanted, labels or self.all.elements_of(k.line, wanted, scope))
         else:
@@ -244,20 +267,24 @@ class _Reader:
     def _rigid_by_nodes(self, k: Keyword, scope: Scope, wanted: str) -> list[int]:
         """Elements that a rigid set of nodes makes rigid: those with all their nodes in it, if no others have nodes of it."""
         nodes = set(self.all.places.nodes(wanted, scope, k.line))
-        touched = [e for e, cell in self.all.cells.items() if not nodes.isdisjoint(cell)]
-        inside = [e for e in touched if nodes.issuperset(self.all.cells[e])]
+        every = self.all.own | self.all.cells
+        touched = [e for e, cell in every.items() if not nodes.isdisjoint(cell)]
+        inside = [e for e in touched if nodes.issuperset(every[e])]
         if inside and len(inside) < len(touched):
             raise FileError.at(k.line, f"{wanted!r} has all nodes of some elements and some of others; write ELSET=…")
         return inside
 
     def _chain(self, k: Keyword, scope: Scope, wanted: str, labels: list[int]) -> tuple[str, str]:
-        """The tool that rigid elements make: a chain of lines, or the outline of plane ones."""
+        """The tool that rigid elements make: a chain of lines, or the outline of plane ones; in space their outer sides."""
+        if self.solid:
+            return self._facets(k, scope, wanted, labels)
         lines = [pair for e in labels if e in self.all.lines for pair in zip(self.all.lines[e], self.all.lines[e][1:])]
         cells = {e: self.all.cells[e] for e in labels if e in self.all.cells}
         if bool(lines) == bool(cells):
             raise FileError.at(k.line, "rigid bodies that are read are analytical surfaces (SEGMENTS), chains of line elements "
                                "(R2D2, RAX2, …), or plane elements")  # fmt: skip
-        sides = [pair for s in outline(cells.values()) for pair in ([(s[0], s[2]), (s[2], s[1])] if len(s) == 3 else [s])]
+        free = outline(side for e in cells for side in self.all.sides_of(e))
+        sides = [pair for s in free for pair in ([(s[0], s[2]), (s[2], s[1])] if len(s) == 3 else [s])]
         middles = [self._middle(cell) for cell in cells.values()]
         where = next((s for s in self.all.instances.values() if s.offset == labels[0] // LABELS * LABELS), scope)
         name = self.names.tool_name(wanted.rpartition(".")[2], where)
@@ -266,6 +293,21 @@ class _Reader:
         tool = RigidTool(name, k.line, [], None, False, nodes=nodes, solid=middles, edges=[*lines, *sides])
         tool.draw(self.all.nodes, [])  # to say at once that they make no chain
         self.names.tools[key] = tool
+        self.names.rigid.update(labels)
+        return key
+
+    def _facets(self, k: Keyword, scope: Scope, wanted: str, labels: list[int]) -> tuple[str, str]:
+        """The tool that rigid shells, or the outer sides of rigid bricks and tetrahedra, make in space."""
+        shells, solids = ([e for e in labels if e in of] for of in (self.all.cells, self.all.own))
+        if bool(shells) == bool(solids):
+            raise FileError.at(k.line, "rigid bodies that are read are analytical surfaces (CYLINDER, REVOLUTION), shells (R3D3, "
+                               "R3D4, S4, …), or bricks and tetrahedra")  # fmt: skip
+        faces = [self.all.cells[e] for e in shells] or outline((s for e in solids for s in self.all.sides_of(e)), True)
+        where = next((s for s in self.all.instances.values() if s.offset == labels[0] // LABELS * LABELS), scope)
+        key = (where.name.upper(), f"*{wanted.upper()}")
+        nodes = frozenset(n for e in (*shells, *solids) for n in (self.all.cells.get(e) or self.all.own[e]))
+        name = self.names.tool_name(wanted.rpartition(".")[2], where)
+        self.names.tools[key] = SpatialTool(name, k.line, [], None, False, nodes=nodes, faces=faces)
         self.names.rigid.update(labels)
         return key
 
@@ -291,8 +333,9 @@ class _Reader:
             first = int(k.number(row, 0, 1))
             last = int(k.number(row, 1, 6 if not row or not row[0] else first))
             # Nodes away from the reference node move when it turns: its rotation has to be held.
-            components = "".join(c for n, c in ((1, "x"), (2, "y")) if first <= n <= last)
-            self.names.follow(node, Follower(k.line, who, scope, ""), components + ("r" if components else ""))
+            known, turns = ("xyz", "abc") if self.solid else ("xy", "r")
+            components = "".join(c for n, c in enumerate(known, 1) if first <= n <= last)
+            self.names.follow(node, Follower(k.line, who, scope, ""), components + (turns if components else ""))
 
     # ---------------------------------------------------------------------------------------------------- contacts
     def surface_interaction(self, k: Keyword, scope: Scope) -> None:
@@ -383,7 +426,8 @@ class _Reader:
         """The case: names of bodies put before those of boundaries, once all is known."""
         for line, name, labels in self.structures:
             if not self.names.rigid.issuperset(labels):
-                raise FileError.at(line, f"*{name}: lines have no stiffness here; make them a rigid body, or take them out")
+                what = "shells" if self.solid and "BEAM" not in name else "lines"
+                raise FileError.at(line, f"*{name}: {what} have no stiffness here; make them a rigid body, or take them out")
         if not any(k.name == "STEP" for k, _ in self.history):
             if first := next((k for k, _ in self.history if k.name in ("STATIC", "CLOAD", "DLOAD", "DSLOAD")), None):
                 raise FileError.at(first.line, f"*{first.name} stands outside of any *STEP")
@@ -399,15 +443,15 @@ class _Reader:
             self.case["ties"].append({"slave": sides[0][0], "master": sides[1][0]})
         self._joined(sections)
         axis = [(0, 0.0)] if self.case.get("space") == "axisymmetric" else []
-        symmetry = axis + self.names.lines_of_symmetry(self.history)
+        symmetry = [] if self.solid else axis + self.names.lines_of_symmetry(self.history)
         for tool in self.names.tools.values():
             tool.draw(self.all.nodes, symmetry)
             self.case["tools"][tool.name] = self._tool(tool, sections)
-        components = "y" if self.case.get("space") == "axisymmetric" else "xyr"
+        components = {"axisymmetric": "y", "solid": "xyzabc"}.get(self.case.get("space", ""), "xyr")
         tools = [t.name for t in self.names.tools.values()]
         loads = Loads(
             lambda scope, rows: self.names.sides_pressed(scope, rows), self._volumes, self._forced,
-            lambda line, who, scope: self.all.places.nodes(who, scope, line),
+            lambda line, who, scope: self.all.places.nodes(who, scope, line), 3 if self.solid else 2,
         )  # fmt: skip
         steps = Steps(self.names, loads, tools, components, self.without)
         self.case["fixed"], self.case["steps"] = steps.read(self.history)
@@ -466,10 +510,11 @@ class _Reader:
         if len(owners) != 1:
             raise FileError.at(line, "these nodes belong to several bodies, or to none that deforms; write *DSLOAD")
         depth = None if self.case.get("space") == "axisymmetric" else self.case.get("thickness", 1.0)
-        sides = [side for side in owners[0].free if nodes.issuperset(side[:2])]
-        if whole := next((side for side in sides if not nodes.issuperset(side)), None):
+        sides = [side for side in owners[0].free if nodes.issuperset(ends(side, self.solid))]
+        if not self.solid and (whole := next((side for side in sides if not nodes.issuperset(side)), None)):
             forces = forces | {whole[2]: 0.0}
-        return [(f"{owners[0].name}.{name}", even_traction(line, forces, sides, self.all.nodes, depth))]
+        forces = dict.fromkeys((n for side in sides for n in side), 0.0) | forces if self.solid else forces
+        return [(f"{owners[0].name}.{name}", even_traction(line, forces, sides, self.all.nodes, depth, self.solid))]
 
     def _units(self) -> None:
         # Decks have no units: no metal has 1e9 MPa, and every metal has more than 1e9 Pa.
@@ -482,13 +527,17 @@ class _Reader:
         if s.material not in self.materials or "E" not in self.materials[s.material]:
             raise FileError.at(s.line, f"the section's material {s.material!r} has no *ELASTIC before")
         mesh: dict[str, Any] = {"type": "file", "path": self.path}
-        if s.cells != self.deck.cells.keys() or self.deck.exclusive:
-            whole = next((n for n, cells in self.deck.parts.items() if set(cells) == s.cells), None)
+        if s.cells != self.all.own.keys() or self.deck.exclusive:
+            parts_of = self.deck.volumes if self.solid else self.deck.parts
+            whole = next((n for n, cells in parts_of.items() if set(cells) == s.cells), None)
             parts = [o.scope.part_of.get(o.elset.upper(), o.elset) for o in (s, *s.joined)]
             mesh["part"] = whole or (parts if s.joined else parts[0])
-        elements = {ELEMENT_OF[kind[3:].removesuffix("T")] for e in s.cells if SPACE_OF.get((kind := self.deck.kinds[e])[:3])}
+        known = SOLID_ELEMENT_OF if self.solid else ELEMENT_OF
+        elements = {known[kind[3:].removesuffix("T")] for e in s.cells if SPACE_OF.get((kind := self.deck.kinds[e])[:3])}
         if not elements:
-            raise FileError.at(s.line, f"the section {s.elset!r} has no elements CPE, CPS or CAX")
+            raise FileError.at(s.line, f"the section {s.elset!r} has no elements {'C3D' if self.solid else 'CPE, CPS or CAX'}")
+        if self.solid and len(elements) > 1:
+            raise FileError.at(s.line, f"a body has elements of one kind, {s.name!r} would have {' and '.join(sorted(elements))}")
         element = min(elements)
         if len(elements) > 1:
             if (counts := {len(self.deck.cells[e]) for e in s.cells}) not in ({3, 4}, {6, 8}):
@@ -527,7 +576,7 @@ class _Reader:
         at: dict[int, list[set[str]]] = {}  # node → groups of bodies that ties join there
         for a, b in combinations(sections, 2):
             common = a.nodes & b.nodes
-            sides = [side for side in a.free if common.issuperset(side[:2])]
+            sides = [side for side in a.free if common.issuperset(ends(side, self.solid))]
             on_sides = {n for side in sides for n in side}
             single += [(a, b, n) for n in sorted(common - on_sides)]
             if sides:
@@ -558,6 +607,8 @@ class _Reader:
         if tool.reference is None:
             raise FileError.at(tool.line, f"the rigid surface {tool.name!r} has no *RIGID BODY with a reference node")
         # Profiles here are drawn in the frame of the tool's reference point, about which it turns.
+        if isinstance(tool, SpatialTool):
+            return self._spatial_tool(tool, sections, self.deck.nodes[tool.reference])
         x0, y0, _ = self.deck.nodes[tool.reference]
         met = {n for s in tool.surfaces for n in self._nodes_of(s)}
         cells = (self.deck.cells[e] for s in sections for e in sorted(s.cells))
@@ -575,6 +626,23 @@ class _Reader:
         if tool.closed:
             out["closed"] = True
         return {**out, "at": [x0, y0]}
+
+    def _spatial_tool(self, tool: SpatialTool, sections: list[Section], at: tuple[float, float, float]) -> dict[str, Any]:
+        """A swept profile, or the STL file of rigid elements, in the frame of its reference node."""
+        met = {n for s in tool.surfaces for n in self._nodes_of(s)}
+        cells = [self.all.own[e] for s in sections for e in sorted(s.cells)]
+        near = [[self.deck.nodes[n] for n in cell] for cell in cells if not met or met.intersection(cell)]
+        bodies = np.array([np.mean(places, axis=0) for places in near]).reshape(-1, 3)
+        reference = np.array(at)
+        if tool.kind:
+            return {**tool.swept(reference, bodies), "at": list(at)}
+        if self.files is None:
+            raise FileError.at(tool.line, f"the rigid elements of {tool.name!r} become an STL file: give --out")
+        file = f"{Path(self.path).stem}-{tool.name}.stl"
+        self.files[file] = tool.triangles(self.deck.nodes, reference, bodies)
+        what = "are the triangles of {file}, which are read as curved patches"
+        self.remarks.append(f"line {tool.line}: the rigid elements of {tool.name!r} {what.format(file=file)}")
+        return {"type": "stl", "file": file, "at": list(at)}
 
     def _nodes_of(self, boundary: str) -> set[int]:
         name = boundary.partition(".")[2]
@@ -615,11 +683,13 @@ METHOD_OF = {
     "TIE": "tie", "INITIAL CONDITIONS": "initial_conditions",
 }  # fmt: skip
 
-def case_of(text: str, path: str, without: frozenset[str] = frozenset()) -> tuple[dict[str, Any], list[str]]:
+def case_of(
+    text: str, path: str, without: frozenset[str] = frozenset(), files: dict[str, str] | None = None
+) -> tuple[dict[str, Any], list[str]]:  # fmt: skip
     """The case that a deck describes, as a case file has it, and remarks about what was passed over.
 
     path: of the deck, as the case is to name it for the mesh. without: what to leave out, names of `LEFT_OUT` or keywords that
-    are unknown here.
+    are unknown here. files: receives names and texts of the files that stand beside the case.
 
     Raises
     ------
@@ -628,7 +698,7 @@ def case_of(text: str, path: str, without: frozenset[str] = frozenset()) -> tupl
 
     """
     without = frozenset(squeezed(w) if w.lower() not in LEFT_OUT else w.lower() for w in without)
-    reader = _Reader(text, path, without)
+    reader = _Reader(text, path, without, files)
     unknown = {squeezed(k.name) for k, _ in reader.all.order if k.name not in KNOWN}
     if wrong := sorted(without - LEFT_OUT.keys() - unknown):
         raise FileError(f"--without {wrong[0].lower()!r}: this cannot be left out; what can is: {may_be_left_out()}")

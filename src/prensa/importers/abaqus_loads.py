@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from math import hypot, pi
 from typing import Any
 
@@ -14,7 +15,11 @@ from prensa.importers.abaqus_places import Side, faces_alike, is_face
 from prensa.importers.deck import LABELS, FileError
 from prensa.precision import DRAWN
 
-OF_VOLUME = {"BX": (1.0, 0.0), "BY": (0.0, 1.0), "BR": (1.0, 0.0), "BZ": (0.0, 1.0)}
+OF_VOLUME: dict[int, dict[str, tuple[float, ...]]] = {
+    2: {"BX": (1.0, 0.0), "BY": (0.0, 1.0), "BR": (1.0, 0.0), "BZ": (0.0, 1.0)},
+    3: {"BX": (1.0, 0.0, 0.0), "BY": (0.0, 1.0, 0.0), "BZ": (0.0, 0.0, 1.0)},
+}
+"""Directions of forces per volume, by the dimension."""
 REMEDY = (
     "nodal forces are read on reference nodes of rigid bodies, and where together they are an even traction on sides; "
     "write the traction as *DSLOAD, or press with a rigid surface"
@@ -33,6 +38,7 @@ class Loads:
     volumes: Callable[[int, str, Scope], list[tuple[str, float | None]]]
     forced: Callable[[int, dict[int, float]], list[tuple[str, float]]]
     nodes: Callable[[int, str, Scope], list[int]]
+    dimension: int = 2
     pressed: dict[tuple[str, str], float] = field(default_factory=dict)  # (keyword, boundary) → pressure
     pulled: dict[tuple[str, int], float] = field(default_factory=dict)  # (boundary, component) → traction
     pulled_by: dict[tuple[str, int], str] = field(default_factory=dict)  # the same → keyword
@@ -85,7 +91,7 @@ class Loads:
         self, k: Keyword, step: dict[str, Any], boundary: str, values: Iterable[tuple[int, float]],
         table: Callable[[Keyword, float], Any],
     ) -> None:  # fmt: skip
-        """A traction on a boundary, by its components (0, 1)."""
+        """A traction on a boundary, by its components (0, 1[, 2])."""
         for c, value in values:
             self._one_kind(k, boundary, any(key[1] == boundary and p for key, p in self.pressed.items()))
             self.said(k, "t", boundary, c)
@@ -109,13 +115,15 @@ class Loads:
             kind = row[1].upper() if len(row) > 1 else ""
             if is_face(kind):
                 continue
-            if kind != "GRAV" and kind not in OF_VOLUME:
-                raise FileError.at(line, f"of *DLOAD pressures P1 … P4, GRAV, BX and BY are read, not {kind or 'nothing'!r}")
+            if kind != "GRAV" and kind not in OF_VOLUME[self.dimension]:
+                known = "P1 … P4, GRAV, BX and BY" if self.dimension == 2 else "P1 … P6, GRAV, BX, BY and BZ"
+                raise FileError.at(line, f"of *DLOAD pressures {known} are read, not {kind or 'nothing'!r}")
             for body, density in self.volumes(line, row[0], scope):
                 if kind == "GRAV" and density is None:
                     raise FileError.at(line, f"gravity on {body!r}, whose material has no *DENSITY")
-                way = (k.number(row, 3, 0.0), k.number(row, 4, 0.0)) if kind == "GRAV" else OF_VOLUME[kind]
-                if kind == "GRAV" and k.number(row, 5, 0.0):
+                given = tuple(k.number(row, 3 + i, 0.0) for i in range(self.dimension))
+                way = given if kind == "GRAV" else OF_VOLUME[self.dimension][kind]
+                if kind == "GRAV" and self.dimension == 2 and k.number(row, 5, 0.0):
                     raise FileError.at(line, "gravity points out of the plane of x and y")
                 size = k.number(row, 2) * (density or 0.0 if kind == "GRAV" else 1.0) / (hypot(*way) or 1.0)
                 self.said(k, "v", body, kind)
@@ -124,8 +132,8 @@ class Loads:
 
     def _sum(self, step: dict[str, Any], body: str, line: int) -> None:
         parts = [value for (of, _), value in self.per_volume.items() if of == body]
-        total: list[Any] = [0.0, 0.0]
-        for c in (0, 1):
+        total: list[Any] = [0.0] * self.dimension
+        for c in range(self.dimension):
             acting = [p[c] for p in parts if p[c]]
             if len(acting) > 1 and not all(isinstance(a, float) for a in acting):
                 raise FileError.at(line, f"two forces per volume on {body!r}, one with an amplitude: write them as one")
@@ -137,7 +145,7 @@ class Loads:
         table: Callable[[Keyword, float], Any],
     ) -> None:  # fmt: skip
         """Forces on nodes of bodies, where together they are an even traction."""
-        for c, dof in enumerate("12"):
+        for c, dof in enumerate("123"[: self.dimension]):
             forces: dict[int, float] = {}
             mine = [(line, row) for line, row in rows if row[1:2] == [dof]]
             for line, row in mine:
@@ -145,31 +153,32 @@ class Loads:
                 if not nodes:
                     raise FileError.at(line, f"{row[0]!r} is no node or set of nodes of this deck")
                 if twice := next((n for n in nodes if n in forces), None):
-                    raise FileError.at(line, f"node {twice % LABELS} has two forces along {'xy'[c]}; write their sum")
+                    raise FileError.at(line, f"node {twice % LABELS} has two forces along {'xyz'[c]}; write their sum")
                 forces |= dict.fromkeys(nodes, k.number(row, 2))
             for name, traction in self.forced(mine[0][0], forces) if mine else ():
                 for n in forces:
                     other = self.on_nodes.setdefault((n, c), name)
                     if other != name and self.pulled.get((other, c)):
                         raise FileError.at(
-                            mine[0][0], f"node {n % LABELS} has a force along {'xy'[c]} already, together with other nodes; "
+                            mine[0][0], f"node {n % LABELS} has a force along {'xyz'[c]} already, together with other nodes; "
                             "write the forces of all of them again, each time under one keyword"
                         )  # fmt: skip
                     self.on_nodes[n, c] = name
                 self.pull(k, step, name, [(c, traction)], table)
 
     def _traction(self, step: dict[str, Any], name: str, c: int, value: Any) -> None:
-        now = step["loads"].setdefault(name, {"traction": [self.pulled.get((name, i), 0.0) for i in (0, 1)]})
+        now = step["loads"].setdefault(name, {"traction": [self.pulled.get((name, i), 0.0) for i in range(self.dimension)]})
         now["traction"][c] = value
 
 
 def even_traction(
-    line: int, forces: dict[int, float], sides: Iterable[Side], nodes: dict[int, tuple[float, float, float]], depth: float | None
-) -> float:
+    line: int, forces: dict[int, float], sides: Iterable[Side], nodes: dict[int, tuple[float, float, float]], depth: float | None,
+    solid: bool = False,
+) -> float:  # fmt: skip
     """Traction of which nodal forces are the consistent ones.
 
     line: where they stand. forces: by node. sides: of which the nodes are these. depth: thickness, None around an axis (forces
-    are then of the whole circumference).
+    are then of the whole circumference). solid: whether sides are faces in space.
 
     Raises
     ------
@@ -179,7 +188,7 @@ def even_traction(
     """
     weights = dict.fromkeys(forces, 0.0)
     for side in sides:
-        for n, w in _shares(side, nodes, depth).items():
+        for n, w in (_shares_of_face(side, nodes) if solid else _shares(side, nodes, depth)).items():
             weights[n] += w
     area = sum(weights.values())
     traction = sum(forces.values()) / area if area else 0.0
@@ -190,6 +199,27 @@ def even_traction(
         even = f"it carries {forces[worst]:g}, of an even traction {share:g}" if area else "it is on no side"
         raise FileError.at(line, f"the force on node {worst % LABELS}: {even}; {REMEDY}")
     return traction
+
+
+def _shares_of_face(face: Side, nodes: dict[int, tuple[float, float, float]]) -> dict[int, float]:
+    """Area of a face of straight sides that each of its nodes carries under an even traction."""
+    x = [nodes[n] for n in face]
+
+    def area(u: Sequence[float], v: Sequence[float]) -> float:
+        return hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+
+    def between(weights: Sequence[float]) -> list[float]:
+        return [sum(w * p[i] for w, p in zip(weights, x)) for i in range(3)]
+
+    if len(face) in (3, 6):  # of six nodes those in the middle of the sides alone
+        third = area(between((-1.0, 1.0, 0.0)), between((-1.0, 0.0, 1.0))) / 6.0
+        return dict.fromkeys(face, third) if len(face) == 3 else dict.fromkeys(face[:3], 0.0) | dict.fromkeys(face[3:], third)
+    share, signs = dict.fromkeys(face, 0.0), ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    for s, t in product(leggauss(2)[0].tolist(), repeat=2):
+        at = area(between([0.25 * a * (1 + b * t) for a, b in signs]), between([0.25 * b * (1 + a * s) for a, b in signs]))
+        for n, (a, b) in zip(face, signs):
+            share[n] += 0.25 * (1 + a * s) * (1 + b * t) * at
+    return share
 
 
 def _shares(side: Side, nodes: dict[int, tuple[float, float, float]], depth: float | None) -> dict[int, float]:

@@ -9,7 +9,7 @@ from math import hypot
 
 from prensa.importers.abaqus import Assembly
 from prensa.importers.abaqus_keywords import Keyword, Scope
-from prensa.importers.abaqus_places import Side, equations, outline, point
+from prensa.importers.abaqus_places import Side, ends, equations, outline, point
 from prensa.importers.abaqus_steps import Follower, still
 from prensa.importers.abaqus_tools import RigidTool
 from prensa.importers.deck import LABELS, Deck, FileError, is_label
@@ -80,13 +80,25 @@ class DeckNames:
         """Whether a set has nodes of elements."""
         return not self.all.places.of_cells.isdisjoint(self.all.places.nodes(who, scope, line))
 
-    def along(self, line: int, who: str, scope: Scope, way: tuple[float, float]) -> bool:
+    def along(self, line: int, who: str, scope: Scope, way: tuple[float, ...]) -> bool:
         """Whether all sides of a surface are parallel to a direction."""
         where, name = self.all.seen_from(line, who, scope)
         at = self.all.nodes
-        ends = [(at[a], at[b]) for a, b, *_ in where.surfaces.get(name, ())]
-        crossed = [abs((q[0] - p[0]) * way[1] - (q[1] - p[1]) * way[0]) / hypot(q[0] - p[0], q[1] - p[1]) for p, q in ends]
+        if self.all.solid:
+            return self._faces_along([[at[n] for n in side] for side in where.surfaces.get(name, ())], way)
+        pairs = [(at[a], at[b]) for a, b, *_ in where.surfaces.get(name, ())]
+        crossed = [abs((q[0] - p[0]) * way[1] - (q[1] - p[1]) * way[0]) / hypot(q[0] - p[0], q[1] - p[1]) for p, q in pairs]
         return bool(crossed) and max(crossed) <= DRAWN * hypot(*way)
+
+    @staticmethod
+    def _faces_along(faces: list[list[tuple[float, float, float]]], way: tuple[float, ...]) -> bool:
+        """Whether plane faces, by the places of their corners, are parallel to a direction."""
+        for a, b, *_, d in faces:
+            u, v = [q - p for p, q in zip(a, b)], [q - p for p, q in zip(a, d)]
+            n = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+            if abs(sum(p * q for p, q in zip(n, way))) > DRAWN * hypot(*n) * hypot(*way):
+                return False
+        return bool(faces)
 
     def boundary(self, line: int, who: str, scope: Scope) -> tuple[str, frozenset[int]]:
         """A set's or surface's name in the mesh, and its nodes.
@@ -122,7 +134,7 @@ class DeckNames:
         by_sides = bool(where.surfaces.get(name))
         found = [b for s in self.bodies() for b in self._of_body(line, who, s, known, nodes, by_sides)]
         if not found:
-            if nodes & {n for e in self.rigid for n in self.all.cells.get(e, ())}:
+            if nodes & {n for e in self.rigid for n in self.all.cells.get(e) or self.all.own.get(e, ())}:
                 raise FileError.at(line, f"{who!r} belongs to a rigid body: support or push its reference node")
             raise FileError.at(line, f"{who!r} belongs to none of the sections")
         return found
@@ -151,10 +163,10 @@ class DeckNames:
             return [f"{s.name}.{name}"]
         # A node set becomes a boundary by its sides: a node of which no side lies in the set would lose its support without a
         # word, unless it is a point by itself. A surface has its sides by their ends.
-        sides = [side for side in s.free if mine.issuperset(side[:2])]
-        if not by_sides and (open_ := [side for side in sides if not mine.issuperset(side)]):
+        sides = [side for side in s.free if mine.issuperset(ends(side, self.all.solid))]
+        if not by_sides and (open_ := [n for side in sides for n in side if n not in mine]):
             raise FileError.at(
-                line, f"node {open_[0][2] % LABELS} between two nodes of {who!r} is not in it: sides are held whole here"
+                line, f"node {open_[0] % LABELS} between two nodes of {who!r} is not in it: sides are held whole here"
             )  # fmt: skip
         alone = mine - {n for side in sides for n in side}
         if lost := sorted(n for n in alone if point(n) not in self.deck.points):
@@ -183,8 +195,8 @@ class DeckNames:
             self.sections = self._together([s for s in self.sections if not s.cells or not s.cells <= self.rigid])
             names = Counter(s.name for s in self.sections)
             for s in self.sections:
-                cells = [self.deck.cells[e] for e in s.cells]
-                s.nodes, s.free = frozenset(n for cell in cells for n in cell), outline(cells)
+                s.nodes = frozenset(n for e in s.cells for n in self.all.own[e])
+                s.free = outline((side for e in s.cells for side in self.all.sides_of(e)), self.all.solid)
                 if names[s.name] > 1:
                     s.name = f"{plain(s.scope.name)}_{s.name}"
             if not self.sections:
@@ -195,9 +207,9 @@ class DeckNames:
         """Sections with those of the same material that share nodes with them made one."""
         out: list[Section] = []
         for s in sections:
-            nodes = {n for e in s.cells for n in self.deck.cells[e]}
+            nodes = {n for e in s.cells for n in self.all.own[e]}
             alike = [
-                o for o in out if o.material == s.material and any(nodes.intersection(self.deck.cells[e]) for e in o.cells)
+                o for o in out if o.material == s.material and any(nodes.intersection(self.all.own[e]) for e in o.cells)
             ]
             for o in alike[1:]:
                 out.remove(o)
@@ -210,10 +222,10 @@ class DeckNames:
         return out
 
     def _sort(self, s: Section) -> None:
-        own = s.scope if s.scope.cells else self.all.top
+        own = self.all.own_of(s.scope) or self.all.own_of(self.all.top)
         alone = sum(other.scope is s.scope for other in self.sections) == 1
-        labels = own.cells if alone and own.cells and not self.rigid else self.all.elements_of(s.line, s.elset, s.scope)
-        s.cells = frozenset(labels) & self.deck.cells.keys()
+        labels = own if alone and own and not self.rigid else self.all.elements_of(s.line, s.elset, s.scope)
+        s.cells = frozenset(labels) & self.all.own.keys()
         if (both := s.cells & self.rigid) and not s.cells <= self.rigid:
             raise FileError.at(s.line, f"element {min(both) % LABELS} of the section {s.elset!r} is rigid, others are not")
         of_part = self.tool_name("", s.scope) if alone and s.scope.part else ""
@@ -237,14 +249,14 @@ class DeckNames:
 
         """
         sides = self.all.places.sides(scope, rows)
-        line, name = rows[0][0], self.all.places.faces[frozenset(frozenset(s[:2]) for s in sides)]
-        left = {frozenset(s[:2]) for s in sides}
+        left = {frozenset(ends(s, self.all.solid)) for s in sides}
+        line, name = rows[0][0], self.all.places.faces[frozenset(left)]
         for side in left:
             if self.under.setdefault(side, name) != name:
                 raise FileError.at(line, "sides stand here with others than before; write them in the groups of the first time")
         found = []
         for s in self.bodies():
-            free = {key for side in s.free if (key := frozenset(side[:2])) in left}
+            free = {key for side in s.free if (key := frozenset(ends(side, self.all.solid))) in left}
             left = left - free
             found += [f"{s.name}.{name}"] if free else []
         if left:
@@ -264,7 +276,7 @@ class DeckNames:
         bodies = self.bodies()
         if not who:
             return [s.name for s in bodies]
-        cells = set(self.all.elements_of(line, who, scope)) & self.deck.cells.keys()
+        cells = set(self.all.elements_of(line, who, scope)) & self.all.own.keys()
         found = [s for s in bodies if s.cells & cells]
         if part := next((s for s in found if not s.cells <= cells), None):
             raise FileError.at(line, f"{who!r} is a part of {part.name!r}: forces per volume act on whole bodies here")
@@ -317,7 +329,7 @@ class DeckNames:
                     "prescribed; hold or move the nodes by *BOUNDARY instead"
                 )  # fmt: skip
             (who, dof, a), (master, _, b) = terms
-            if c := {"1": "x", "2": "y"}.get(dof):
+            if c := ({"1": "x", "2": "y", "3": "z"} if self.all.solid else {"1": "x", "2": "y"}).get(dof):
                 self.follow(self.node(line, master, scope), Follower(line, who, scope, c, -b / a), c)
 
     def refuse_undriven(self) -> None:
@@ -331,7 +343,8 @@ class DeckNames:
         """
         for node, followers in self.following.items():
             if free := next((f for f in followers if not f.driven), None):
-                how = "does not turn: hold its rotation (6, 6)" if free.c == "r" else f"has a prescribed motion along {free.c}"
+                how = "does not turn: hold its rotation (6, 6)" if free.c == "r" else "does not turn: hold its rotations (4, 6)" \
+                    if free.c in "abc" else f"has a prescribed motion along {free.c}"
                 raise FileError.at(free.line, f"{free.who!r} follows node {node % LABELS}: read where that {how} by *BOUNDARY")
 
 

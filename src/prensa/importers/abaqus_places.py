@@ -14,7 +14,8 @@ from typing import Protocol
 from prensa.importers.abaqus_keywords import Keyword, Scope
 from prensa.importers.deck import LABELS, Deck, FileError, is_label
 
-Side = tuple[int, ...]  # both ends, and the node between them if there is one
+Side = tuple[int, ...]
+"""Both ends, and the node between them if there is one; in space the corners, and the nodes between them if there are some."""
 
 
 class Content(Protocol):
@@ -25,6 +26,16 @@ class Content(Protocol):
     order: list[tuple[Keyword, Scope]]
     nodes: dict[int, tuple[float, float, float]]
     cells: dict[int, tuple[int, ...]]
+    solid: bool
+
+    @property
+    def own(self) -> dict[int, tuple[int, ...]]:
+        """Nodes of the elements of bodies, by label."""
+        ...
+
+    def sides_of(self, label: int) -> list[Side]:
+        """Sides of an element in the order of its numbers."""
+        ...
 
     def seen_from(self, line: int, who: str, scope: Scope) -> tuple[Scope, str]:
         """Where a name leads: the scope that defines it, and the name in capitals."""
@@ -42,14 +53,18 @@ def sides_of(cell: tuple[int, ...]) -> list[Side]:
     return [(*e, cell[count + i]) for i, e in enumerate(ends)] if len(cell) > count else list(ends)
 
 
-def outline(cells: Iterable[tuple[int, ...]]) -> list[Side]:
-    """Sides that belong to one element only."""
+def ends(side: Side, solid: bool) -> Side:
+    """Ends of a side, in space its corners."""
+    return side[:2] if not solid else side[:3] if len(side) == 6 else side
+
+
+def outline(sides: Iterable[Side], solid: bool = False) -> list[Side]:
+    """Sides that belong to one element only, of those of all elements."""
     count: dict[frozenset[int], int] = {}
     found: dict[frozenset[int], Side] = {}
-    for cell in cells:
-        for side in sides_of(cell):
-            key = frozenset(side[:2])
-            count[key], found[key] = count.get(key, 0) + 1, side
+    for side in sides:
+        key = frozenset(ends(side, solid))
+        count[key], found[key] = count.get(key, 0) + 1, side
     return [found[key] for key, n in count.items() if n == 1]
 
 
@@ -63,10 +78,11 @@ class Places:
     faces: dict[frozenset[frozenset[int]], str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.of_cells = {n for cell in self.all.cells.values() for n in cell}
+        cells = self.all.own if self.all.solid else self.all.cells
+        self.of_cells = {n for cell in cells.values() for n in cell}
         self.sides_at: dict[int, list[Side]] = {}
-        for cell in self.all.cells.values():
-            for side in sides_of(cell):
+        for label in cells:
+            for side in self.all.sides_of(label):
                 self.sides_at.setdefault(side[0], []).append(side)
         for scope in (self.all.top, *self.all.instances.values()):
             for key, nodes in scope.node_sets.items():
@@ -83,7 +99,7 @@ class Places:
     def _shared(self) -> None:
         """Name the nodes that sections of several materials in one mesh have in common."""
         of = [
-            {n for e in self.all.elements_of(k.line, k.parameters.get("ELSET", ""), scope) for n in self.all.cells.get(e, ())}
+            {n for e in self.all.elements_of(k.line, k.parameters.get("ELSET", ""), scope) for n in self.all.own.get(e, ())}
             for k, scope in self.all.order
             if k.name == "SOLID SECTION"
         ]
@@ -97,7 +113,7 @@ class Places:
         if k.name == "BOUNDARY":
             yield from ([row[0] for _, row in rows] for rows in rows_alike(k, scope, self.all))
         elif k.name == "CLOAD":
-            for dof in "12":
+            for dof in "123" if self.all.solid else "12":
                 yield [row[0] for _, row in k.data if row[1:2] == [dof]]
         elif k.name == "EQUATION":
             yield from ([who] for _, terms in equations(k) for who, _, _ in terms)
@@ -132,13 +148,13 @@ class Places:
 
     def _faces(self, scope: Scope, rows: list[tuple[int, list[str]]]) -> None:
         sides = self.sides(scope, rows)
-        key = frozenset(frozenset(s[:2]) for s in sides)
+        key = frozenset(frozenset(ends(s, self.all.solid)) for s in sides)
         if key not in self.faces:
             self.faces[key] = f"sides-of-line-{rows[0][0]}"
             self.deck.lines[self.faces[key]] = sides
 
     def sides(self, scope: Scope, rows: list[tuple[int, list[str]]]) -> list[Side]:
-        """Sides of the elements of rows of *DLOAD: element or set, P1 … P4.
+        """Sides of the elements of rows of *DLOAD: element or set, P1 … P4, in space P1 … P6.
 
         Raises
         ------
@@ -150,10 +166,10 @@ class Places:
         for line, row in rows:
             number = int(row[1][1:])
             for label in self.all.elements_of(line, row[0], scope):
-                cell = self.all.cells.get(label)
-                if cell is None or number > len(sides_of(cell)):
+                own = self.all.sides_of(label) if label in self.all.own else []
+                if number > len(own):
                     raise FileError.at(line, f"{row[1]!r} is no side of element {label % LABELS}")
-                out.append(sides_of(cell)[number - 1])
+                out.append(own[number - 1])
         return out
 
 
@@ -200,5 +216,5 @@ def faces_alike(k: Keyword) -> list[list[tuple[int, list[str]]]]:
 
 
 def is_face(load: str) -> bool:
-    """Whether a kind of *DLOAD is the pressure on a side, P1 … P4."""
-    return load.upper() in ("P1", "P2", "P3", "P4")
+    """Whether a kind of *DLOAD is the pressure on a side, P1 … P6."""
+    return load.upper() in ("P1", "P2", "P3", "P4", "P5", "P6")

@@ -15,11 +15,17 @@ from prensa.importers.deck import FileError, is_label
 
 OF_STEPS = ("AMPLITUDE", "STEP", "STATIC", "BOUNDARY", "CLOAD", "DLOAD", "DSLOAD")
 # Of the words for supports those that say nothing in the plane are empty; the antisymmetric ones hold what lies in it.
+HELD_IN_SPACE = {
+    "XSYMM": "xbc", "YSYMM": "yac", "ZSYMM": "zab", "XASYMM": "yza", "YASYMM": "xzb", "ZASYMM": "xyc", "ENCASTRE": "xyzabc",
+    "PINNED": "xyz",
+}  # fmt: skip
+"""Components x, y, z and rotations a, b, c about them."""
 HELD_BY = {
     "XSYMM": "x", "YSYMM": "y", "ZSYMM": "", "XASYMM": "y", "YASYMM": "x", "ZASYMM": "xyr", "ENCASTRE": "xyr", "PINNED": "xy",
 }  # fmt: skip
-KEY_OF = {"x": "x", "y": "y", "r": "rz"}
-FORCE_OF = {"x": "x", "y": "y", "r": "m"}
+KEY_OF = {"x": "x", "y": "y", "z": "z", "r": "rz", "a": "rx", "b": "ry", "c": "rz"}
+FORCE_OF = {"x": "x", "y": "y", "z": "z", "r": "m", "a": "mx", "b": "my", "c": "mz"}
+TURNS = "rabc"
 
 
 @dataclass
@@ -55,7 +61,7 @@ class Names(Protocol):
         """Whether a set has nodes of bodies."""
         ...
 
-    def along(self, line: int, who: str, scope: Scope, way: tuple[float, float]) -> bool:
+    def along(self, line: int, who: str, scope: Scope, way: tuple[float, ...]) -> bool:
         """Whether all sides of a surface are parallel to a direction."""
         ...
 
@@ -70,6 +76,8 @@ class Steps:
 
     def __init__(self, names: Names, loads: Loads, tools: list[str], components: str, without: Container[str]) -> None:
         self.names_of, self.loads, self.tools, self.components, self.without = names, loads, tools, components, without
+        self.solid = "z" in components
+        self.axes, self.held_by = ("xyz", HELD_IN_SPACE) if self.solid else ("xy", HELD_BY)
         self.remarks: list[str] = []
         self.large = False
         self.fixed: dict[str, dict[str, Any]] = {}
@@ -136,7 +144,7 @@ class Steps:
                 del self.held[what]
                 entry = step["fixed"].setdefault(name, {})
                 entry["free"] = True
-                for other in "xy":
+                for other in self.axes:
                     if (name, other) in self.held:
                         entry.setdefault(other, "held")
             else:
@@ -160,7 +168,7 @@ class Steps:
                 if (name, c) not in self.places and (name, c) not in self.pushed:
                     step["push"].setdefault(name, {})[FORCE_OF[c]] = 0.0
                     self.pushed[name, c] = 0.0
-                    how = "turn" if c == "r" else f"move along {c}"
+                    how = "turn" if c == "r" else f"turn about {KEY_OF[c][1]}" if c in TURNS else f"move along {c}"
                     self.remarks.append(f"{name} is free to {how}, since the deck prescribes nothing there")
 
     def _begin(self, k: Keyword, scope: Scope) -> None:
@@ -247,21 +255,22 @@ class Steps:
         for f in following:
             if f.c in dofs:
                 f.driven = True
-                if f.c == "r" and value:
+                if f.c in TURNS and value:
                     raise FileError.at(line, "sides that turn with a node are not read; press them with a rigid body")
-                for name in self.names_of.support(f.line, f.who, f.scope, [f.who]) if f.c != "r" else ():
+                for name in self.names_of.support(f.line, f.who, f.scope, [f.who]) if f.c not in TURNS else ():
                     self._side(k, name, f.c, f.factor * value)
-        in_plane = dofs.replace("r", "")
-        if in_plane and (not following or any(self.names_of.in_body(line, who, scope) for who in group)):
+        moved = [c for c in dofs if c not in TURNS]
+        if moved and (not following or any(self.names_of.in_body(line, who, scope) for who in group)):
             for name in self.names_of.support(line, words[0], scope, group):
-                for c in in_plane:
+                for c in moved:
                     self._side(k, name, c, value)
 
     def _components(self, k: Keyword, line: int, words: list[str], turning: bool) -> tuple[str, float]:
-        """Components x, y and r (rotation in the plane) of a row of *BOUNDARY, and its value."""
+        """Components x, y and r (rotation in the plane), or those of space, of a row of *BOUNDARY, and its value."""
         named = words[1].upper() if len(words) > 1 else ""
-        if named in HELD_BY:
-            return ("r" if "r" in HELD_BY[named] else "") if turning else HELD_BY[named], 0.0
+        if named in self.held_by:
+            held = self.held_by[named]
+            return "".join(c for c in held if c in TURNS) if turning else held, 0.0
         first = _whole(line, named or "1")
         last = _whole(line, words[2]) if len(words) > 2 and words[2] else first
         if {0, 8, 9, 11}.intersection(range(first, last + 1)) and not (last > first > 0):
@@ -269,8 +278,14 @@ class Steps:
                 raise FileError.at(line, f"degree of freedom {first} is no displacement, and would change the answer; "
                                    "a temperature may be left out: --without temperature")  # fmt: skip
             return "", 0.0
-        known = ((3, "r"),) if turning else ((1, "x"), (2, "y"), (6, "r"))
-        return "".join(c for n, c in known if first <= n <= last), k.number(words, 3, 0.0)
+        known = self._degrees(turning)
+        return "".join(c for n, c in known.items() if first <= n <= last), k.number(words, 3, 0.0)
+
+    def _degrees(self, turning: bool) -> dict[int, str]:
+        """Components by their numbers, of the ``ROT NODE`` of a tool those of its rotation."""
+        if self.solid:
+            return dict(enumerate("abc" if turning else "xyzabc", 1))
+        return {3: "r"} if turning else {1: "x", 2: "y", 6: "r"}
 
     def _tool(self, k: Keyword, tool: str, c: str, value: float, velocity: bool) -> None:
         self.stale.get("BOUNDARY", set()).discard((tool, c))
@@ -319,11 +334,12 @@ class Steps:
             found, remain = self.names_of.tools_at(line, words[0], scope)
             number, value = _whole(line, words[1] if len(words) > 1 else ""), k.number(words, 2)
             if remain:
-                if number not in (1, 2) or found:
-                    raise FileError.at(line, "of forces on nodes of bodies those along 1 and 2 are read, without tools beside")
+                if not 1 <= number <= len(self.axes) or found:
+                    which = "1, 2 and 3" if self.solid else "1 and 2"
+                    raise FileError.at(line, f"of forces on nodes of bodies those along {which} are read, without tools beside")
                 others.append((line, words))
             for tool, turning in found:
-                c = ({3: "r"} if turning else {1: "x", 2: "y", 6: "r"}).get(number)
+                c = self._degrees(turning).get(number)
                 if c is None and value:
                     raise FileError.at(line, f"a force along degree of freedom {number} of a rigid body is not in the plane")
                 if c is not None:
@@ -350,12 +366,13 @@ class Steps:
                 for name in names:
                     self.loads.press(k, self._step, name, value, self._table(k, value))
             elif kind in ("TRVEC", "TRSHR"):
-                way = (k.number(words, 3, 0.0), k.number(words, 4, 0.0))
+                way = tuple(k.number(words, 3 + i, 0.0) for i in range(len(self.axes)))
                 turning = k.parameters.get("FOLLOWER", "YES").upper() != "NO" and self.large
                 along = kind == "TRVEC" or self.names_of.along(line, words[0], scope, way)
-                if turning or not along or k.number(words, 5, 0.0) or not any(way):
+                if turning or not along or (k.number(words, 5, 0.0) and not self.solid) or not any(way):
+                    plane = "" if self.solid else " in the plane"
                     raise FileError.at(
-                        line, f"a traction {kind} is read along a direction in the plane, with NLGEOM=NO or FOLLOWER=NO; "
+                        line, f"a traction {kind} is read along a direction{plane}, with NLGEOM=NO or FOLLOWER=NO; "
                         "a shear (TRSHR) on straight sides, along them"
                     )  # fmt: skip
                 for name in names:
@@ -404,9 +421,9 @@ def _whole(line: int, word: str) -> int:
 
 
 def _short(fixed: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """'x', 'y' and 'xy' in the place of held components."""
+    """'x', 'y', 'xy' … in the place of held components."""
     return {
-        name: "".join(sorted(entry)) if set(entry) <= {"x", "y"} and all(value == "held" for value in entry.values()) else entry
+        name: "".join(sorted(entry)) if set(entry) <= set("xyz") and all(v == "held" for v in entry.values()) else entry
         for name, entry in fixed.items()
         if entry
     }

@@ -18,10 +18,13 @@ CASE_OPENING = """\
 """
 
 
-def case_text(deck: Path, folder: Path, without: Sequence[str] = ()) -> tuple[str, list[str]]:
+def case_text(
+    deck: Path, folder: Path, without: Sequence[str] = (), files: dict[str, str] | None = None
+) -> tuple[str, list[str]]:  # fmt: skip
     """YAML of the case that a deck describes, to stand in a folder, and remarks about what was passed over.
 
     without: what is to be left out although the answer depends on it, names of `prensa.importers.abaqus_words.LEFT_OUT`.
+    files: receives names and texts of the files that have to stand beside the case; a deck that needs some is refused without.
 
     Raises
     ------
@@ -37,7 +40,7 @@ def case_text(deck: Path, folder: Path, without: Sequence[str] = ()) -> tuple[st
     except OSError as error:
         raise PrensaError(f"{deck} cannot be read: {error.strerror}") from None
     try:
-        case, remarks = case_of(text, Path(os.path.relpath(deck, folder)).as_posix(), frozenset(without))
+        case, remarks = case_of(text, Path(os.path.relpath(deck, folder)).as_posix(), frozenset(without), files)
     except FileError as error:
         raise PrensaError(f"{deck}: {error}") from None
     writer: Any = YAML(typ="safe", pure=True)

@@ -46,6 +46,8 @@ SOLID_KINDS = (
     SolidKind("pyramids of 13 nodes", 19, "pyramid13", "13", 13, remedy=_BETTER_KIND),
     SolidKind("pyramids of 14 nodes", 14, "pyramid14", "14", 14, remedy=_BETTER_KIND),
 )  # fmt: skip
+MIDDLES = {frozenset(ends): 4 + k for k, ends in enumerate(((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)))}
+"""Places of the nodes in the middle of the sides of a tetrahedron of ten nodes."""
 OF_GMSH = {kind.gmsh: kind for kind in SOLID_KINDS}
 OF_ABAQUS = {kind.abaqus: kind for kind in SOLID_KINDS}
 OF_VTK = {kind.vtk: kind for kind in SOLID_KINDS}

@@ -8,9 +8,14 @@ from __future__ import annotations
 
 import math
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from prensa.importers import stl
 from prensa.importers.deck import FileError
 
 STEP_ENDINGS = (".step", ".stp")
@@ -30,15 +35,7 @@ def meshed(path: Path, size: float, around: float, hexahedra: bool = False) -> t
     """
     if not (math.isfinite(size) and size > 0.0):
         raise FileError(f"the size of its elements is {size:g}; give a length above 0, in mm")
-    if not path.is_file():
-        raise FileError("there is no such file")
-    gmsh = _gmsh()
-    gmsh.initialize(readConfigFiles=False, interruptible=False)
-    try:
-        gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.option.setNumber("General.NumThreads", 1)
-        gmsh.model.occ.importShapes(str(path))
-        gmsh.model.occ.synchronize()
+    with _model(path) as gmsh:
         if not (solids := gmsh.model.getEntities(3)):
             raise FileError("there is no solid body in it; export solids, not surfaces")
         # a quarter of a regular tetrahedron has the volume of a cube of the size
@@ -58,6 +55,54 @@ def meshed(path: Path, size: float, around: float, hexahedra: bool = False) -> t
             made = Path(folder) / "body.msh"
             gmsh.write(str(made))
             return made.read_text(encoding="utf-8"), {t: gmsh.model.occ.getMass(3, t) for _, t in solids}
+
+
+def tessellated(path: Path, size: float | None, around: float) -> str:
+    """Text of an STL file of the faces of a STEP file, in millimetres; of a closed body the normals look outwards.
+
+    ``size``: the largest side of its triangles, if there is one; ``around``: how many a full turn of a curved face has at least.
+
+    Raises
+    ------
+    FileError
+        If gmsh is not installed, the file cannot be read, or its faces bound no tool.
+
+    """
+    if size is not None and not (math.isfinite(size) and size > 0.0):
+        raise FileError(f"the size of its triangles is {size:g}; give a length above 0, in mm")
+    with _model(path) as gmsh:
+        if not gmsh.model.getEntities(2):
+            raise FileError("there is no face in it; export the body or the side that is the tool")
+        if size is not None:
+            gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+        gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", around)
+        gmsh.model.mesh.generate(2)
+        labels, places, _ = gmsh.model.mesh.getNodes()
+        number = {int(n): k for k, n in enumerate(labels)}
+        nodes = gmsh.model.mesh.getElementsByType(2)[1]
+    triangles = np.array([number[int(n)] for n in nodes], dtype=np.int64).reshape(-1, 3)
+    used, triangles = np.unique(triangles, return_inverse=True)
+    try:
+        surface = stl.joined(path.name, places.reshape(-1, 3)[used], triangles.reshape(-1, 3))
+    except ValueError as error:
+        raise FileError(str(error)) from None
+    return stl.text(surface.reversed() if surface.closed and surface.volume < 0.0 else surface, path.stem)
+
+
+@contextmanager
+def _model(path: Path) -> Iterator[Any]:
+    """The module gmsh with the shapes of a file, for as long as they are needed."""
+    if not path.is_file():
+        raise FileError("there is no such file")
+    gmsh = _gmsh()
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("General.NumThreads", 1)
+        gmsh.model.occ.importShapes(str(path))
+        gmsh.model.occ.synchronize()
+        yield gmsh
     except FileError:
         raise
     except Exception as error:  # gmsh raises no other kind

@@ -19,7 +19,8 @@ class Surface:
 
     ``points`` (n, 3); ``triangles`` (m, 3), counter-clockwise seen from outside. ``edges`` (k, 2): pairs of points; ``sides``
     (k, 2): the two triangles at each edge, the second −1 at an open border. ``turned``: triangles that looked the other way than
-    most of their neighbours; ``left_out``: those without an area; ``parts``: pieces that share no edge.
+    most of their neighbours; ``left_out``: those without an area; ``doubled``: those that were there twice; ``parts``: pieces
+    that share no edge.
     """
 
     points: Array
@@ -28,6 +29,7 @@ class Surface:
     sides: Index
     turned: int
     left_out: int
+    doubled: int
     parts: int
 
     @property
@@ -44,8 +46,9 @@ class Surface:
     def reversed(self) -> Surface:
         """With all normals the other way."""
         return Surface(
-            self.points, self.triangles[:, ::-1].copy(), self.edges, self.sides, self.turned, self.left_out, self.parts
-        )
+            self.points, self.triangles[:, ::-1].copy(), self.edges, self.sides, self.turned, self.left_out, self.doubled,
+            self.parts,
+        )  # fmt: skip
 
 
 @lru_cache(maxsize=8)
@@ -71,10 +74,30 @@ def read(path: str, digest: str) -> Surface:
         raise ValueError(f"{name!r} has no triangles; is it an STL file of a surface or body?")
     if not np.isfinite(points).all():
         raise ValueError(f"{name!r} has coordinates that are no finite numbers; export it again")
-    return _joined(name, points, triangles.astype(np.int64))
+    return joined(name, points, triangles.astype(np.int64))
 
 
-def _joined(name: str, points: Array, triangles: Index) -> Surface:
+def text(s: Surface, name: str) -> str:
+    """The surface as an STL file in text."""
+    rows = [f"solid {name}"]
+    for corners in s.points[s.triangles]:
+        normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+        normal = normal / np.linalg.norm(normal)
+        rows.append(f"facet normal {' '.join(f'{c:.9g}' for c in normal)}\nouter loop")
+        rows += (f"vertex {' '.join(f'{c:.12g}' for c in x)}" for x in corners)
+        rows.append("endloop\nendfacet")
+    return "\n".join([*rows, f"endsolid {name}", ""])
+
+
+def joined(name: str, points: Array, triangles: Index) -> Surface:
+    """The surface of triangles (m, 3) on points (n, 3), those at one place joined, turned to look one way.
+
+    Raises
+    ------
+    ValueError
+        If they have no area, more than two meet in an edge, or they cannot be turned to look one way.
+
+    """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
@@ -92,10 +115,12 @@ def _joined(name: str, points: Array, triangles: Index) -> Surface:
     left_out, triangles = int((~good).sum()), triangles[good]
     if not len(triangles):
         raise ValueError(f"the triangles of {name!r} have no area; export it again")
+    single = np.sort(np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)[1])
+    doubled, triangles = len(triangles) - len(single), triangles[single]
     edges, sides, way = _edges(name, points, triangles)
     flip, parts = _orientation(name, points, len(triangles), edges, sides, way)
     triangles = np.where(flip[:, None], triangles[:, ::-1], triangles)
-    return Surface(points, triangles, edges, sides, int(flip.sum()), left_out, parts)
+    return Surface(points, triangles, edges, sides, int(flip.sum()), left_out, doubled, parts)
 
 
 def _edges(name: str, points: Array, triangles: Index) -> tuple[Index, Index, Flags]:

@@ -1,7 +1,8 @@
 """Loads on faces of bodies in space: dead tractions and follower pressure with its exact tangent.
 
-A face has four nodes or six, seen from outside counter-clockwise; forces are f_a = ∫ N_a t dΓ, with x(ξ, η) bilinear or quadratic.
-The area vector is x_ξ × x_η dξ dη, so that the points integrate a pressure and its tangent exactly on any face, warped ones included.
+A face has four nodes or six, seen from outside counter-clockwise; forces are f_a = ∫ N_a t dΓ, with x(ξ, η) bilinear or
+quadratic. The area vector is x_ξ × x_η dξ dη, so that the points integrate a pressure and its tangent exactly on any face,
+warped ones included.
 """
 
 from __future__ import annotations

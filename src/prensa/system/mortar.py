@@ -23,7 +23,7 @@ PROJECTIONS = 20  # most steps for the foot of a point on an edge
 
 @dataclass(frozen=True)
 class Side:
-    """One side of a tie: edges (k, 2|3), in space faces (k, 4), in global node numbers."""
+    """One side of a tie: edges (k, 2|3), in space faces (k, 4|6), in global node numbers."""
 
     name: str
     edges: Index
@@ -124,6 +124,8 @@ def _extended(nodes: int, kept: Index) -> Array:
     E = np.eye(nodes)[kept]
     if nodes == 4:
         return _extended_over_face(E, kept)
+    if nodes == 6:
+        return _extended_over_triangle(E, kept)
     for lost in set(range(nodes)) - set(kept.tolist()):
         if len(kept) == 1:
             E[0, lost] = 1.0
@@ -142,6 +144,21 @@ def _extended_over_face(E: Array, kept: Index) -> Array:
         beside = [row[n] for n in ((k + 1) % 4, (k + 3) % 4) if n in row]
         if len(lost) == 1:
             E[beside, k], E[row[(k + 2) % 4], k] = 1.0, -1.0
+        elif beside:
+            E[beside, k] = 1.0 / len(beside)
+        else:
+            E[0, k] = 1.0
+    return E
+
+
+def _extended_over_triangle(E: Array, kept: Index) -> Array:
+    """The same of a triangle of six nodes, of which only those in the middle of the sides are kept."""
+    row = {int(k): i for i, k in enumerate(kept)}
+    for k in sorted(set(range(6)) - set(kept.tolist())):
+        beside = [row[n] for n in ((3 + k, 3 + (k + 2) % 3) if k < 3 else (3, 4, 5)) if n in row]
+        across = row.get(3 + (k + 1) % 3)
+        if k < 3 and len(kept) == 3:
+            E[beside, k], E[across, k] = 1.0, -1.0
         elif beside:
             E[beside, k] = 1.0 / len(beside)
         else:

@@ -2,13 +2,16 @@
 
 Each slave face is cut along the edges of the master faces that lie over it, in its middle plane; the pieces are convex polygons,
 over the triangles of which all integrals are summed by one quadrature, so that biorthogonality holds for the sums themselves.
+
+Shape functions of the corners of faces of six nodes have no area, and so no dual ones: of such a slave side the nodes in the
+middle of the sides have the conditions, and its corners lie where the master side takes them. An even stress passes all the same.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from prensa.mesh.faces import area_vectors, multilinear
+from prensa.mesh.faces import area_vectors, shapes
 from prensa.mesh.mesh import MeshError
 from prensa.precision import DRAWN, NEGLIGIBLE, ROUND_OFF
 from prensa.system.mortar import APART, Integrals, Side
@@ -25,35 +28,62 @@ def face_integrals(X: Array, slave: Side, master: Side, apart: float = APART) ->
     Raises
     ------
     MeshError
-        If the slave side does not lie on the master side all over, and for tetrahedra.
+        If the slave side does not lie on the master side all over.
 
     """
-    if 6 in (slave.edges.shape[1], master.edges.shape[1]):
-        raise MeshError(f"tie of {slave.name} to {master.name}: tetrahedra cannot be tied yet; use bricks, or nodes in common")
     x, y = X[slave.edges], X[master.edges]
-    face, other = _overlapping(x, y, apart)
+    a, b = x.shape[1], y.shape[1]
+    own, others = _corners(a), _corners(b)
+    middle = x[:, :own].mean(axis=1)
+    face, other = _overlapping(x[:, :own], y[:, :others], apart)
     frames = _frames(x)
-    flat = _in_plane(x, x.mean(axis=1), frames)
-    over, nodes = _in_plane(y[other], x.mean(axis=1)[face], frames[face]), master.edges[other]
-    away = _area(over) < 0.0  # the other side looks the other way
-    over, nodes = np.where(away[:, None, None], over[:, ::-1], over), np.where(away[:, None], nodes[:, ::-1], nodes)
-    points, weights, pair = _quadrature(*_clipped(flat[face], over))
-    N = multilinear(_inverse(flat[face[pair]], points), 4)[0]
-    Nm = multilinear(_inverse(over[pair], points), 4)[0]
+    flat = _in_plane(x, middle, frames)
+    over, nodes = _in_plane(y[other], middle[face], frames[face]), master.edges[other]
+    away = _area(over[:, :others]) < 0.0  # the other side looks the other way
+    back = [2, 1, 0, 4, 3, 5] if b == 6 else [3, 2, 1, 0]
+    over, nodes = np.where(away[:, None, None], over[:, back], over), np.where(away[:, None], nodes[:, back], nodes)
+    points, weights, pair = _quadrature(*_clipped(flat[face, :own], over[:, :others]))
+    N = shapes(_inverse(flat[face[pair]], points), a)[0]
+    Nm = shapes(_inverse(over[pair], points), b)[0]
     between = np.einsum("pa,pad->pd", N, x[face[pair]]) - np.einsum("pa,pad->pd", Nm, X[nodes[pair]])
     gap = np.abs(np.einsum("pd,pd->p", between, frames[face[pair], 2]))
-    weights = np.where(gap <= apart * np.sqrt(_area(flat))[face[pair]], weights, 0.0)
+    areas = _area(flat[:, :own])
+    weights = np.where(gap <= apart * np.sqrt(areas)[face[pair]], weights, 0.0)
     owner = face[pair]
-    single, mass = np.zeros((len(x), 4)), np.zeros((len(x), 4, 4))
+    single, mass = np.zeros((len(x), a)), np.zeros((len(x), a, a))
     np.add.at(single, owner, weights[:, None] * N)
     np.add.at(mass, owner, np.einsum("p,pa,pb->pab", weights, N, N))
-    _refuse_uncovered(slave, master, x, single.sum(axis=1) / _area(flat))
-    values = np.einsum("p,pa,pb->pba", weights, N, Nm).reshape(-1, 4)
-    return Integrals(slave.edges, single, mass, np.repeat(owner, 4), nodes[pair].ravel(), values)
+    _refuse_uncovered(slave, master, x, single.sum(axis=1) / areas)
+    values = np.einsum("p,pa,pb->pba", weights, N, Nm).reshape(-1, a)
+    return Integrals(slave.edges, single, mass, np.repeat(owner, b), nodes[pair].ravel(), values)
+
+
+def on_faces(X: Array, nodes: Index, master: Side) -> tuple[Index, Array]:
+    """Nodes (k, b) of the faces of a side on which ``nodes`` (k,) of X (n, 3) lie, and their shape functions there (k, b)."""
+    from scipy.spatial import cKDTree
+
+    y = X[master.edges]
+    b, corners = y.shape[1], y[:, : _corners(y.shape[1])]
+    middle, frames = corners.mean(axis=1), _frames(y)
+    radius = np.linalg.norm(corners - middle[:, None], axis=2).max()
+    found = cKDTree(middle).query_ball_point(X[nodes], (1.0 + APART) * radius)
+    node = np.repeat(np.arange(len(nodes)), [len(f) for f in found])
+    face = np.fromiter((j for f in found for j in f), dtype=np.int64, count=len(node))
+    points = _in_plane(X[nodes[node]][:, None], middle[face], frames[face])[:, 0]
+    at = _inverse(_in_plane(y[face], middle[face], frames[face]), points)
+    outside = np.maximum(-at.min(axis=1), at.sum(axis=1) - 1.0) if b == 6 else np.abs(at).max(axis=1) - 1.0
+    order = np.lexsort((np.where(np.isfinite(outside), outside, np.inf), node))
+    first = order[np.unique(node[order], return_index=True)[1]]
+    return master.edges[face[first]], shapes(at[first], b)[0]
+
+
+def _corners(nodes: int) -> int:
+    """How many of the nodes of a face are its corners: they come first."""
+    return 3 if nodes == 6 else 4
 
 
 def _refuse_uncovered(slave: Side, master: Side, x: Array, covered: Array) -> None:
-    """Raise for slave faces x (k, 4, 3) that lie on the master side in part only: shares ``covered`` (k,)."""
+    """Raise for slave faces x (k, a, 3) that lie on the master side in part only: shares ``covered`` (k,)."""
     worst = int(np.argmin(covered))
     if covered[worst] < 1.0 - DRAWN:
         here = ", ".join(f"{c:.6g}" for c in x[worst].mean(axis=0))
@@ -66,7 +96,7 @@ def _refuse_uncovered(slave: Side, master: Side, x: Array, covered: Array) -> No
 
 
 def _overlapping(x: Array, y: Array, apart: float) -> tuple[Index, Index]:
-    """Pairs (k,) of a slave face x (n, 4, 3) and a master face y (m, 4, 3) whose spheres come near each other."""
+    """Pairs (k,) of slave faces x (n, c, 3) and master faces y (m, d, 3), by their corners, whose spheres come near each other."""
     from scipy.spatial import cKDTree
 
     at, middle = x.mean(axis=1), y.mean(axis=1)
@@ -78,7 +108,7 @@ def _overlapping(x: Array, y: Array, apart: float) -> tuple[Index, Index]:
 
 
 def _frames(x: Array) -> Array:
-    """Two axes in the middle plane of each face x (k, 4, 3), and its normal: rows of (k, 3, 3)."""
+    """Two axes in the middle plane of each face x (k, a, 3), and its normal: rows of (k, 3, 3)."""
     normal = area_vectors(x)[1].sum(axis=0)
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     along = x[:, 1] - x[:, 0]
@@ -99,13 +129,13 @@ def _area(polygon: Array) -> Array:
 
 
 def _clipped(subject: Array, by: Array) -> tuple[Array, Flags]:
-    """Convex polygons (k, 4, 2) clipped by others (k, 4, 2), all counter-clockwise: vertices (k, a, 2), and which there are.
+    """Convex polygons (k, c, 2) clipped by others (k, d, 2), all counter-clockwise: vertices (k, a, 2), and which there are.
 
     Sutherland and Hodgman 1974; of all pairs at once, edge after edge.
     """
     polygon, there = subject, np.ones(subject.shape[:2], dtype=bool)
-    for edge in range(4):
-        a, b = by[:, edge], by[:, (edge + 1) % 4]
+    for edge in range(by.shape[1]):
+        a, b = by[:, edge], by[:, (edge + 1) % by.shape[1]]
         inwards = np.stack([a[:, 1] - b[:, 1], b[:, 0] - a[:, 0]], axis=1)
         depth = np.einsum("kad,kd->ka", polygon - a[:, None], inwards)
         follower = _following(there)
@@ -146,13 +176,14 @@ def _quadrature(polygon: Array, there: Flags) -> tuple[Array, Array, Index]:
     return points.reshape(-1, 2), (double[:, None] * w).ravel(), np.repeat(pair, len(w))
 
 
-def _inverse(corners: Array, points: Array) -> Array:
-    """Natural coordinates (p, 2) of points (p, 2) in quadrilaterals (p, 4, 2); Newton's method from the middle."""
-    at = np.zeros_like(points)
+def _inverse(nodes: Array, points: Array) -> Array:
+    """Natural coordinates (p, 2) of points (p, 2) in faces of nodes (p, a, 2) in a plane; Newton's method from the middle."""
+    a = nodes.shape[1]
+    at = np.full_like(points, 1.0 / 3.0 if a == 6 else 0.0)
     for _ in range(20):
-        N, dN = multilinear(at, 4)
+        N, dN = shapes(at, a)
         step = np.linalg.solve(
-            np.einsum("pai,pad->pdi", dN, corners), (points - np.einsum("pa,pad->pd", N, corners))[..., None]
+            np.einsum("pai,pad->pdi", dN, nodes), (points - np.einsum("pa,pad->pd", N, nodes))[..., None]
         )[..., 0]
         at = at + step
         if np.abs(step).max(initial=0.0) <= ROUND_OFF:

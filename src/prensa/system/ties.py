@@ -18,7 +18,7 @@ from prensa.model.interference import Interference, interference_of
 from prensa.precision import DRAWN
 from prensa.system.inclined import Inclined, held_along_normals, inclined_of
 from prensa.system.mortar import APART, Integrals, Side, combinations, integrals
-from prensa.system.mortar_faces import face_integrals
+from prensa.system.mortar_faces import face_integrals, on_faces
 from prensa.system.tie_gaps import normals, overlaps
 from prensa.types import Array, Flags, Index
 
@@ -142,12 +142,19 @@ def _following(
     into: list[Array] = []
     for s, m, given in pairs:
         between, joined = _between(X, s, m, given, revolved), 0
+        corners = np.unique(s.edges[:, :3]) if s.edges.shape[1] == 6 else np.zeros(0, dtype=np.int64)
+        on = on_faces(X, corners, m) if len(corners) else (np.zeros((0, 1), dtype=np.int64), np.zeros((0, 1)))
         if given is not None:
             into.append(np.zeros(X.shape))
         for axis, component in enumerate(field.components):
             free = ~held[:, axis] & ~taken[:, axis]
             free[m.nodes] = False  # a corner that another tie has made one with the master side
+            placed = free[corners]
+            free[corners] = False
             r, c, v = combinations(between, free)
+            if placed.any():
+                r = np.concatenate([r, np.repeat(corners[placed], on[0].shape[1])])
+                c, v = np.concatenate([c, on[0][placed].ravel()]), np.concatenate([v, on[1][placed].ravel()])
             joined += len(r)
             # a body in space of one layer may be held across it at all of its nodes: one direction is enough there
             if (axis == 2 and not joined) if field.width == 3 else not len(r):

@@ -8,10 +8,10 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from prensa.geometry.outline import block
+from prensa.geometry.sections import section_axes
 from prensa.model.fields import Direction
 from prensa.precision import NEGLIGIBLE
 from prensa.tools.analytic import Analytic, Closest
-from prensa.tools.swept import section_axes
 from prensa.tools.tool import ToolShape
 from prensa.types import Array, Index
 

@@ -27,6 +27,9 @@ __all__ = ["Stl"]
 
 
 def _found(path: Any, info: Any) -> Any:
+    if isinstance(path, str) and path.lower().endswith((".step", ".stp")):
+        name = Path(path).stem
+        raise ValueError(f"{path!r} is a STEP file: make triangles of it, prensa import {path} --out {name}.stl, and name those")
     return found_file(path, info.context, "STL file") if isinstance(path, str) else path
 
 
@@ -117,6 +120,7 @@ class Stl(ToolShape):
         said = [
             f"{s.turned} triangles looked the other way than their neighbours, and are turned" if s.turned else "",
             f"{s.left_out} triangles without an area are left out" if s.left_out else "",
+            f"{s.doubled} triangles were there twice, and count once" if s.doubled else "",
         ]
         return tuple(f"{Path(self.file).name}: {words}" for words in said if words)
 

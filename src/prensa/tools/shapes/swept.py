@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
+from prensa.geometry.sections import section_axes
 from prensa.model.doors import union
 from prensa.model.fields import Direction
 from prensa.model.names import Finding
