@@ -24,7 +24,6 @@ from prensa.tools.swept import (
     half,
     joined,
     revolved_facets,
-    section_axes,
     swept_facets,
     thinned,
 )
