@@ -29,3 +29,13 @@ def sprung_back(record: Record) -> str:
         if left > AS_IT_WAS:
             return f"elastic body {name} is left with displacements of {left:.2e} of its size"
     return ""
+
+
+def released(record: Record) -> str:
+    """Without tools no support bears anything: what supports held against them has gone with them, their own balance apart."""
+    largest = max(float(np.abs(v).max()) for key, v in record.history.items() if key.endswith((".fx", ".fy", ".fz")))
+    x = {name: s.reaction for name, s in record.bodies[max(record.bodies)].items()}
+    for name, reaction in x.items():
+        if float(np.abs(reaction.sum(axis=0)).max()) > NOTHING_LEFT * largest:
+            return f"supports of {name} bear {np.abs(reaction.sum(axis=0)).max():.3g} in all after the tools have gone"
+    return ""

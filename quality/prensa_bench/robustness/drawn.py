@@ -20,11 +20,16 @@ Claim = Callable[["Record"], str]
 
 @dataclass(frozen=True)
 class Placed:
-    """A tool as the problem describes it, the same by formulas, and its reference point (2,) or (3,)."""
+    """A tool as the problem describes it, the same by formulas, and its reference point (2,) or (3,).
+
+    ``off`` (length), ``tilt`` (rad): by which distances and normals of the two may differ.
+    """
 
     tool: Any
     outline: Outline
     at: tuple[float, ...]
+    off: float = 0.0
+    tilt: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,8 @@ from prensa.types import Array, Index
 
 FIELDS_EVERY = 10  # increments between two files of fields, beside those at the ends of steps; all on meshes made anew
 
+STRESS_AND_STRAIN = ("stress_at_points", "plastic_strain_at_points")
+
 
 class OutOfTime(Exception):
     """The limit of processor time is spent."""
@@ -31,12 +33,17 @@ class OutOfTime(Exception):
 
 @dataclass(frozen=True)
 class Shape:
-    """A body at one increment: ``X``, ``x`` (n, d), ``cells`` (m, a), ``reaction`` (n, d); in space d = 3."""
+    """A body at one increment: ``X``, ``x`` (n, d), ``cells`` (m, a), ``reaction`` (n, d); in space d = 3.
+
+    ``stress`` (m, q, 6), ``plastic`` strain (m, q) at the integration points, in space.
+    """
 
     X: Array
     x: Array
     cells: Index
     reaction: Array
+    stress: Array | None = None
+    plastic: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -75,13 +82,18 @@ def solve_into(folder: Path, problem: pr.Problem, until: float, numerics: pr.Num
     system = discretise(problem)
     last = None
     with closing(History(folder, problem)) as tables:
-        fields = Fields(folder)
-        for last in pr.solve(system, numerics, monitor=ending(until)):
-            for name, contact in last.contacts.items():
-                write_contact(folder, name, last.number, contact)
-            tables.append(last)
-            if last.end_of_step or last.number % FIELDS_EVERY == 0 or problem.remesh != "off":
+        fields = Fields(folder, points=problem.space == "solid")
+        try:
+            for last in pr.solve(system, numerics, monitor=ending(until)):
+                for name, contact in last.contacts.items():
+                    write_contact(folder, name, last.number, contact)
+                tables.append(last)
+                if last.end_of_step or last.number % FIELDS_EVERY == 0 or problem.remesh != "off":
+                    fields.append(last)
+        except pr.PrensaError:
+            if last is not None:  # where it ended
                 fields.append(last)
+            raise
     if last is not None:
         text = checkpoint.case_text(pr.Case(problem))
         checkpoint.write_checkpoint(folder / checkpoint.CHECKPOINT, text, last.state)
@@ -144,5 +156,8 @@ def _shapes(path: Path, names: list[str], d: int) -> dict[str, Shape]:
         for k in np.unique(number):
             cells = block.data[number == k].astype(np.int64)
             own = np.arange(cells.min(), cells.max() + 1)
-            out[names[int(k)]] = Shape(x[own] - u[own], x[own], cells - own[0], r[own])
+            values = [mesh.cell_data_dict[n][block.type][number == k] for n in STRESS_AND_STRAIN if n in mesh.cell_data]
+            plastic = values[1].reshape(len(cells), -1) if values else None
+            stress = values[0].reshape(*plastic.shape, -1) if plastic is not None else None
+            out[names[int(k)]] = Shape(x[own] - u[own], x[own], cells - own[0], r[own], stress, plastic)
     return out

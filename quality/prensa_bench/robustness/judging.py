@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from prensa.errors import PrensaError
-from prensa_bench.robustness import checks, checks_in_space
+from prensa_bench.robustness import checks, checks_in_space, stops
 from prensa_bench.robustness.drawn import Drawn, Twin
 from prensa_bench.robustness.files import OutOfTime, Record, read, solve_into, solve_stages, totals
 from prensa_bench.robustness.increments import reason_of
@@ -37,7 +37,7 @@ def _verdict(d: Drawn, folder: Path, until: float) -> tuple[str, str, str]:
     except OutOfTime:
         return "time", f"not ended after {d.limit:g} s, {_how_far(folder / 'run')}", ""
     except PrensaError as error:
-        return "told", str(error), reason_of(error)
+        return _stopped(d, folder / "run", error)
     except Exception as error:
         return "wrong", f"crashed: {type(error).__name__}: {error}", "Crashed"
     judge = checks_in_space if d.problem.space == "solid" else checks
@@ -70,6 +70,20 @@ def _verdict(d: Drawn, folder: Path, until: float) -> tuple[str, str, str]:
         elif wrong := unlike(records[-1], other, twin):
             return "wrong", wrong, ""
     return "right", "", ""
+
+
+def _stopped(d: Drawn, folder: Path, error: PrensaError) -> tuple[str, str, str]:
+    """Of one stage in space: what came before is checked, and whether its files show the reason."""
+    reason, last = reason_of(error), folder / "0"
+    if d.problem.space != "solid" or len(d.stages) > 1 or not (last / "history.csv").is_file():
+        return "told", str(error), reason
+    record = read(last, d.problem)
+    if len(record.steps) == 0:
+        return "told", str(error), reason
+    if record.bodies and (wrong := checks_in_space.until_it_stopped(d, record)):
+        return "wrong", f"{wrong} (before it stopped: {error})", reason
+    found = stops.confirmed(d, record, reason)
+    return ("confirmed", f"{found}: {error}", reason) if found else ("told", str(error), reason)
 
 
 def _same_times(one: Record, other: Record) -> bool:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-VERDICTS = ("right", "told", "wrong", "time")
+VERDICTS = ("right", "confirmed", "told", "wrong", "time")
 
 
 @dataclass(frozen=True)
 class Outcome:
     """Result of a problem, with its cost.
 
-    ``status``: 'right'; 'told' (the solver or the check before it said that it cannot, ``reason`` is the type of what it
-    said); 'wrong' (an answer that does not hold what is asked of it); 'time' (not ended within its limit of processor
-    time). ``words``: what was said, or what is wrong.
+    ``status``: 'right'; 'confirmed' (stopped for a reason that the checks find in the files too); 'told' (the solver or the
+    check before it said that it cannot, ``reason`` is the type of what it said); 'wrong' (an answer that does not hold what
+    is asked of it); 'time' (not ended within its limit of processor time). ``words``: what was said, or what is wrong.
     """
 
     number: int

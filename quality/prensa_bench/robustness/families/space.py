@@ -1,4 +1,4 @@
-"""Bodies in space under tools in space: boxes, warped ones, cylinders and tubes; pressed, slid over, lifted, loaded again."""
+"""Bodies in space under tools in space: pressed, slid over, rolled, turned, pushed, tilted by them, and released at the end."""
 
 from __future__ import annotations
 
@@ -10,12 +10,22 @@ import numpy as np
 
 import prensa as pr
 from prensa.mesh.generate import mesh_of
-from prensa.types import Array
-from prensa_bench.robustness.claims import sprung_back
-from prensa_bench.robustness.drawn import Drawn, Placed, Twin, friction, metal, number
-from prensa_bench.robustness.solids import Place, ball, cone, plate, punch, roll
+from prensa_bench.robustness.bodies_in_space import Body, body_drawn, box
+from prensa_bench.robustness.claims import released, sprung_back
+from prensa_bench.robustness.drawn import AT_UNIT_STRAIN, Claim, Drawn, Metal, Placed, Twin, friction, metal, number
+from prensa_bench.robustness.stops import NEARLY, within
+from prensa_bench.robustness.tools_in_space import (
+    Place,
+    ball,
+    ball_of_triangles,
+    cone,
+    plate,
+    punch,
+    ribbed,
+    ribs_of_triangles,
+    roll,
+)
 
-BRICKS_ALONG = (3, 6)  # bricks along an axis, at least and less than
 FINER_BY = 1.5  # bricks of the second mesh for each of the first along an axis
 SAME_ON_FINER = 0.06  # of the two, under a plate
 SAME_TURNED = 1e-5  # of a problem that is turned about the upright axis
@@ -46,60 +56,55 @@ class Finer(Twin):
         return {a: np.asarray(history[f"{tool}.{a}"]) for a in FORCES_XYZ}
 
 
-@dataclass(frozen=True)
-class Body:
-    """A mesh, its supports, and half-widths and height of what it fills; ``box``: it is one, whose ``n`` may be another."""
-
-    mesh: Any
-    fixed: dict[str, Any]
-    wide: float
-    deep: float
-    high: float
-    box: bool = False
-
-
 def problem(rng: np.random.Generator) -> Drawn:
-    """A body on its bottom, on planes of symmetry or clamped, and a tool above it."""
+    """A body on its bottom, on planes of symmetry or clamped, and a tool above it; one in `ONE_IN` on a second mesh too."""
+    second = rng.random() < 1.0 / ONE_IN
     plastic = rng.random() < 0.6
     m = metal(rng, plastic)
     material = m.material
     if not plastic and rng.random() < 0.4:
         material = pr.NeoHooke(m.E, m.nu)
-    shape, body = [_box, _box, _warped, _cylinder, _tube][rng.integers(5)](rng)
-    narrow = () if shape.endswith("tube") else (_ball, _punch, _cone)  # they would go into its bore
-    tools = (_plate, _plate, _roll, *narrow)
-    name, tool, most, gap = tools[rng.integers(len(tools))](rng, body)
+    shape, body = box(rng) if second else body_drawn(rng)
+    name, tool, most, gap = _plate(rng, body) if second else _tool(rng, body)
     depth = gap + most * number(rng, 0.2, 1.0)
     mu = 0.0 if rng.random() < 0.2 else number(rng, 0.02, 0.5)
-    motion = str(rng.choice(["press", "slide", "lift", "again", *_ALSO.get(name, ())]))
-    contact = pr.Contact(("body.top",), "tool")
+    motion = _motion_drawn(rng, name, tool, body, mu, gap, second)
+    steps = _steps(rng, motion, depth, _force(rng, m, body, name), body, tool)
+    gone = motion != "lift" and rng.random() < 0.3
+    if gone:
+        steps = (*steps, _release(rng, body))
+    contact = pr.Contact(("body.top", *(body.sides if name.endswith("plate") else ())), "tool")
     p = pr.Problem(
         "space", space="solid", bodies={"body": pr.Body(body.mesh, material)}, tools={"tool": tool.tool}, contacts=(contact,),
-        friction=friction(mu), fixed=body.fixed, steps=_steps(rng, motion, depth, body, tool),
+        friction=friction(mu), fixed=body.fixed, steps=steps,
     )  # fmt: skip
-    kind = f"{shape}, {name}, {motion}, depth {depth / body.high:.2g} of the height, mu {mu:.2g}, {material.type}"
-    claims = (sprung_back,) if motion == "lift" and not plastic and mu == 0.0 else ()
+    away = ", released" if gone else ""
+    kind = f"{shape}, {name}, {motion}{away}, depth {depth / body.high:.2g} of the height, mu {mu:.2g}, {material.type}"
     E = 0.0 if material.type == "neo_hooke" else m.E  # its bulk modulus is that of small strains alone
-    return Drawn(
-        (p,), {"tool": tool}, {contact.name: mu}, E, m.nu, m.strength, claims, _twins(rng, p, body, name), limit=60.0, kind=kind
-    )  # fmt: skip
+    claims: tuple[Claim, ...] = (released,) if gone else ()
+    claims += (sprung_back,) if (gone or motion == "lift") and not plastic and mu == 0.0 else ()
+    twins = _twins(rng, p, body, second)
+    return Drawn((p,), {"tool": tool}, {contact.name: mu}, E, m.nu, m.strength, claims, twins, limit=60.0, kind=kind)
 
 
-def _twins(rng: np.random.Generator, p: pr.Problem, body: Body, tool: str) -> tuple[Twin, ...]:
-    """Of one in `ONE_IN` boxes under plates the finer one; of every other box under what looks the same, the turned one."""
-    if not body.box:
-        return ()
-    if tool == "plate" and rng.random() < 1.0 / ONE_IN * 5:  # one in five bodies under a plate is a box that is drawn here
+# -------------------------------------------------------------------------------------------------------------------- twins
+
+
+def _twins(rng: np.random.Generator, p: pr.Problem, body: Body, second: bool) -> tuple[Twin, ...]:
+    """The finer one of those that are solved on a second mesh; of every third other box the one that is turned."""
+    if second:
         n = tuple(round(FINER_BY * k) for k in body.mesh.n)
         finer = replace(p, bodies={"body": replace(p.bodies["body"], mesh=replace(body.mesh, n=n))})
         return (Finer(finer, tolerance=SAME_ON_FINER),)
-    turned = _turned(p, body)
-    return (QuarterTurn(turned, tolerance=SAME_TURNED),) if turned is not None and rng.random() < 0.3 else ()
+    turned = _turned(p, body) if body.box and rng.random() < 0.3 else None
+    return (QuarterTurn(turned, tolerance=SAME_TURNED),) if turned is not None else ()
 
 
 def _turned(p: pr.Problem, body: Body) -> pr.Problem | None:
-    """The problem turned by 90° about y; None where a tool is no ball, plate or roll."""
+    """The problem turned by 90° about y; None where a tool is no ball, plate or roll, or a step does more than move it."""
     tool = p.tools["tool"]
+    if any(s.push or s.fixed or s.remove_tools for s in p.steps):
+        return None
     given: dict[str, Any] = {"at": _quarter(tool.at)}
     if tool.type == "plane":
         given["normal"] = _quarter(tool.normal)
@@ -130,31 +135,63 @@ def _motion(m: Any) -> Any:
     return pr.Motion(**{axis: way for axis, way in turned.items() if way is not None})
 
 
-_ALSO = {"roll": ("roll",), "ball": ("roll", "twist"), "cone": ("twist",), "plate": ("twist",)}
-"""What tools do besides: they roll without slip, or turn about the upright axis."""
+# ------------------------------------------------------------------------------------------------------------------ motions
+
+_ROUND = ("roll", "ball", "ball of triangles")
 
 
-def _steps(rng: np.random.Generator, motion: str, depth: float, body: Body, tool: Placed) -> tuple[pr.Step, ...]:
-    """Pressing, and what follows; ways along x and z where the body is clamped, along planes of symmetry none."""
+def _motion_drawn(
+    rng: np.random.Generator, name: str, tool: Placed, body: Body, mu: float, gap: float, second: bool
+) -> str:  # fmt: skip
+    """What the tool does: narrow and round ones do more than the others, and so do those over bodies that are clamped."""
+    motions = ["press", "slide", "lift", "again", *([] if second else ["push", "push and slide"])]
+    if body.clamped and not second:
+        motions += ["roll"] * (name in _ROUND) + ["twist"] * (name != "roll")
+        motions += ["tilt"] * 5 * (not gap and _stands(body, tool))
+        motions += ["rolling"] * 3 * (name in _ROUND and mu > 0.05)
+    return str(rng.choice(motions))
+
+
+def _stands(body: Body, tool: Placed) -> bool:
+    """Whether a tool stands on nodes on all sides of its reference point, so that it may be left to tilt."""
+    made = mesh_of(body.mesh)
+    top = made.points[made.nodes("top")]
+    rest = top[np.abs(tool.outline(top - np.asarray(tool.at))[0]) < 1e-9 * body.high][:, [0, 2]]
+    return bool(len(rest) > 2 and within(rest, np.zeros(2)) > NEARLY * float(np.ptp(rest, axis=0).min()))
+
+
+def _force(rng: np.random.Generator, m: Metal, body: Body, name: str) -> float:
+    """What a tool is pushed with: some of what the metal under it bears, or a small strain of an elastic one."""
+    stress = number(rng, 0.2, 1.2) * m.strength / AT_UNIT_STRAIN or number(rng, 5e-4, 4e-3) * m.E
+    return stress * body.area * (1.0 if "plate" in name else 0.15)
+
+
+def _steps(
+    rng: np.random.Generator, motion: str, depth: float, force: float, body: Body, tool: Placed
+) -> tuple[pr.Step, ...]:  # fmt: skip
+    """Pressing, by a way or by a force, and what follows; ways along x and z where the body is clamped."""
+    down = {"tool": pr.Push(y=-force)}
+    if motion in ("push", "push and slide"):
+        slide = pr.Step("slide", push=down, move={"tool": _sideways(rng, depth)})
+        return (pr.Step("push", push=down), *([slide] if body.clamped and motion != "push" else []))
+    if motion == "tilt":
+        tilting = {"tool": pr.Push(y=-force, mx=0.0, mz=0.0)}
+        return pr.Step("push", push=tilting), pr.Step("less", push={"tool": pr.Push(y=-0.5 * force, mx=0.0, mz=0.0)})
+    if motion == "rolling":
+        along, R = _rolls(rng, tool)
+        spin = "mz" if along == "x" else "mx"
+        way = pr.Motion(**{along: number(rng, 0.5, 3.0) * depth})
+        return pr.Step("push", push=down), pr.Step("roll", push={"tool": pr.Push(y=-force, **{spin: 0.0})}, move={"tool": way})
     steps = [pr.Step("press", move={"tool": pr.Motion(y=-depth)})]
-    if body.fixed["body.bottom"] == "xyz" and motion == "twist":
+    if motion == "twist":
         steps.append(pr.Step("twist", move={"tool": pr.Motion(ry=number(rng, -0.3, 0.3))}))
-    if body.fixed["body.bottom"] == "xyz" and motion == "roll":
+    if motion == "roll":
+        along, R = _rolls(rng, tool)
         far = number(rng, 0.5, 3.0) * depth
-        shape: Any = tool.tool
-        along = str(rng.choice(["x", "z"])) if shape.type == "sphere" else "z" if shape.axis[0] else "x"
-        R = shape.radius if shape.type == "sphere" else shape.section.radius
         way = {"x": far, "rz": -far / R} if along == "x" else {"z": far, "rx": far / R}
         steps.append(pr.Step("roll", move={"tool": pr.Motion(**way)}))
-    ways: dict[str, float] = {}
-    if motion in ("slide", "again"):
-        far = number(rng, 0.3, 2.0) * depth
-        angle = number(rng, 0.0, 2.0 * np.pi)
-        ways = {"x": far * np.cos(angle), "z": far * np.sin(angle)}
-        if body.fixed["body.bottom"] != "xyz":
-            ways = {}
-        if ways:
-            steps.append(pr.Step("slide", move={"tool": pr.Motion(**ways)}))
+    if motion in ("slide", "again") and body.clamped:
+        steps.append(pr.Step("slide", move={"tool": _sideways(rng, depth)}))
     if motion in ("lift", "again"):
         steps.append(pr.Step("lift", move={"tool": pr.Motion(y=0.2 * depth)}))
     if motion == "again":
@@ -162,83 +199,42 @@ def _steps(rng: np.random.Generator, motion: str, depth: float, body: Body, tool
     return tuple(steps)
 
 
-# ------------------------------------------------------------------------------------------------------------------- bodies
+def _sideways(rng: np.random.Generator, depth: float) -> Any:
+    far, angle = number(rng, 0.3, 2.0) * depth, number(rng, 0.0, 2.0 * np.pi)
+    return pr.Motion(x=far * np.cos(angle), z=far * np.sin(angle))
 
 
-def _held(rng: np.random.Generator, quarter: bool) -> dict[str, Any]:
-    """On two planes of symmetry, on a smooth or a rough ground, or clamped."""
-    if quarter:
-        return {"body.bottom": "y" if rng.random() < 0.7 else "xyz", "body.left": "x", "body.back": "z"}
-    return {"body.bottom": "xyz"}
+def _rolls(rng: np.random.Generator, tool: Placed) -> tuple[str, float]:
+    """Axis along which a roll or a ball rolls, and its radius."""
+    shape: Any = tool.tool
+    if shape.type == "extruded":
+        return "z" if shape.axis[0] else "x", shape.section.radius
+    outline: Any = tool.outline
+    return str(rng.choice(["x", "z"])), outline.radius
 
 
-def _sizes(rng: np.random.Generator) -> tuple[Array, tuple[int, int, int]]:
-    size = rng.uniform(6.0, 14.0, 3)
-    n = tuple(int(k) for k in rng.integers(*BRICKS_ALONG, 3))
-    return size, (n[0], n[1], n[2])
-
-
-def _box(rng: np.random.Generator) -> tuple[str, Body]:
-    (sx, sy, sz), n = _sizes(rng)
-    quarter = rng.random() < 0.5
-    origin = (0.0, 0.0, 0.0) if quarter else (-sx / 2, 0.0, -sz / 2)
-    mesh = pr.Box(size=(sx, sy, sz), n=n, origin=origin)
-    return "quarter of a box" if quarter else "box", Body(mesh, _held(rng, quarter), sx / 2, sz / 2, sy, box=True)
-
-
-def _warped(rng: np.random.Generator) -> tuple[str, Body]:
-    """A box whose inner nodes are moved by up to 15 % of its bricks, and whose right side leans."""
-    (sx, sy, sz), n = _sizes(rng)
-    lean = number(rng, -0.2, 0.2)
-    mesh = mesh_of(pr.Box(size=(sx, sy, sz), n=n, origin=(-sx / 2, 0.0, -sz / 2)))
-    x = mesh.points.copy()
-    inner = ~np.isin(np.arange(len(x)), np.concatenate([f.ravel() for f in mesh.edges.values()]))
-    x[inner] += rng.uniform(-0.15, 0.15, (int(inner.sum()), 3)) * np.array([sx, sy, sz]) / n
-    x[:, 0] *= 1.0 + lean * x[:, 1] / sy
-    names = {name: tuple(mesh.nodes(name).tolist()) for name in mesh.edges}
-    bricks = pr.Bricks(tuple(map(tuple, x.tolist())), tuple(map(tuple, mesh.cells.tolist())), names)
-    return "warped box", Body(bricks, _held(rng, False), sx / 2, sz / 2, sy)
-
-
-def _cylinder(rng: np.random.Generator) -> tuple[str, Body]:
-    """Upright, its top the cap."""
-    R, H = number(rng, 4.0, 8.0), number(rng, 5.0, 12.0)
-    quarter = rng.random() < 0.5
-    part = "top-right" if quarter else "full"
-    section = pr.Disc(radius=R, n=(2 * int(rng.integers(1, 3)), int(rng.integers(2, 4))), part=part)
-    mesh = pr.Extrusion(section=section, axis="y", length=H, n=int(rng.integers(*BRICKS_ALONG)))
-    return ("quarter of a cylinder" if quarter else "cylinder"), _named(mesh, rng, R, H, quarter)
-
-
-def _tube(rng: np.random.Generator) -> tuple[str, Body]:
-    """A quarter of it, or the whole."""
-    R, H = number(rng, 5.0, 9.0), number(rng, 5.0, 10.0)
-    wall = number(rng, 0.3, 0.6) * R
-    quarter = rng.random() < 0.6
-    section = pr.Rectangle(size=(wall, H), origin=(R - wall, 0.0), n=(int(rng.integers(2, 4)), int(rng.integers(*BRICKS_ALONG))))
-    mesh = pr.Revolution(section=section, angle=np.pi / 2 if quarter else 2 * np.pi, n=5 if quarter else 16)
-    return ("quarter of a tube" if quarter else "tube"), _named(mesh, rng, R, H, quarter)
-
-
-def _named(mesh: Any, rng: np.random.Generator, R: float, H: float, quarter: bool) -> Body:
-    """Nodes, bricks and sides by place: the names of extruded and revolved sides are tried by other tests."""
-    made = mesh_of(mesh)
-    x, near = made.points, 1e-9 * max(R, H)
-    at = {"bottom": x[:, 1] < near, "top": x[:, 1] > H - near}
-    if quarter:
-        at |= {"left": x[:, 0] < near, "back": (x[:, 2] if x[:, 2].max() > near else -x[:, 2]) < near}
-    names = {name: tuple(np.flatnonzero(here).tolist()) for name, here in at.items()}
-    bricks = pr.Bricks(tuple(map(tuple, x.tolist())), tuple(map(tuple, made.cells.tolist())), names)
-    return Body(bricks, _held(rng, quarter), R, R, H)
+def _release(rng: np.random.Generator, body: Body) -> pr.Step:
+    """All tools are taken away; the body springs back on its supports, or on as few points as it takes without its ground."""
+    fixed = {"body.bottom": pr.Fixed(free=True)} if rng.random() < 0.5 else {}
+    return pr.Step("release", remove_tools=True, fixed=fixed)
 
 
 # -------------------------------------------------------------------------------------------------------------------- tools
 # those that are narrower than the body stand over its middle, or over the corner of its planes of symmetry
 
 
+def _tool(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
+    """A name, the tool, how deep it goes at most, and how far it begins above the body."""
+    narrow = () if body.bored else (_ball, _punch, _cone, _ball_of_triangles)  # they would go into its bore
+    swept = () if body.round else (_roll, _ribs, _ribs_of_triangles)  # those are no bodies of revolution
+    turned = () if body.bored else (_ribs,)
+    tools = (_plate, _plate, *swept, *narrow, *turned)
+    return tools[rng.integers(len(tools))](rng, body)
+
+
 def _plate(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
     """Level, or over clamped bodies tilted by up to 3° and above what is highest then."""
-    if body.fixed["body.bottom"] != "xyz" or "body.left" in body.fixed or rng.random() < 0.5:
+    if not body.clamped or rng.random() < 0.5:
         return "plate", plate((0.0, body.high, 0.0), (0.0, -1.0, 0.0)), 0.3 * body.high, 0.0
     a, b = rng.uniform(-0.05, 0.05, 2)
     up = 1.2 * (abs(a) * body.wide + abs(b) * body.deep)  # the right side of a warped box leans out by 20 % at most
@@ -250,6 +246,13 @@ def _ball(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, flo
     return "ball", ball((0.0, body.high + R, 0.0), R), min(0.12 * body.high, 0.1 * R), 0.0
 
 
+def _ball_of_triangles(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
+    """With triangles that see the centre under 8.6° or 17°."""
+    R, level = number(rng, 0.8, 3.0) * min(body.wide, body.deep), int(rng.integers(2, 4))
+    tool = ball_of_triangles((0.0, body.high + R, 0.0), R, level)
+    return "ball of triangles", tool, min(0.12 * body.high, 0.1 * R), 0.0
+
+
 def _roll(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
     R = number(rng, 0.8, 3.0) * min(body.wide, body.deep)
     return "roll", roll((0.0, body.high + R, 0.0), R, str(rng.choice(["x", "z"]))), min(0.12 * body.high, 0.1 * R), 0.0
@@ -259,7 +262,7 @@ def _punch(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, fl
     """Round or a bar, with a fillet of an element about."""
     least = min(body.wide, body.deep)
     width = number(rng, 0.8, 1.4) * least
-    fillet, axis = number(rng, 0.2, 0.4) * width, str(rng.choice(["x", "y", "z"]))
+    fillet, axis = number(rng, 0.2, 0.4) * width, "y" if body.round else str(rng.choice(["x", "y", "z"]))
     return "punch", punch((0.0, body.high, 0.0), width, fillet, axis), 0.08 * body.high, 0.0
 
 
@@ -269,3 +272,29 @@ def _cone(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, flo
     nose = number(rng, 0.5, 1.5) * least
     up = nose * (np.sqrt(1.0 + slope**2) - 1.0)  # of the nose above the tip
     return "cone", cone((0.0, body.high - up, 0.0), slope, 5.0 * least, nose), min(0.1 * body.high, 0.1 * nose), 0.0
+
+
+def _profile(rng: np.random.Generator, body: Body) -> tuple[str, tuple[tuple[float, float], ...], float]:
+    """A rib or a groove of flats and slopes, and a fillet for its convex and concave corners."""
+    least = min(body.wide, body.deep)
+    inner = number(rng, 0.3, 0.6) * least
+    outer, rise = inner + number(rng, 0.3, 0.6) * least, number(rng, 0.1, 0.3) * least
+    far = 5.0 * max(body.wide, body.deep) + outer
+    groove = rng.random() < 0.4
+    high, low = (0.0, rise) if groove else (rise, 0.0)
+    points = ((-far, high), (-outer, high), (-inner, low), (inner, low), (outer, high), (far, high))
+    return "groove" if groove else "rib", points, number(rng, 0.5, 1.0) * 0.3 * least
+
+
+def _ribs(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
+    """Along x or z, or round."""
+    name, points, fillet = _profile(rng, body)
+    ways = ["y"] if body.round else ["x", "z"] if body.bored else ["x", "y", "z"]
+    return name, ribbed((0.0, body.high, 0.0), points, fillet, str(rng.choice(ways))), 0.08 * body.high, 0.0
+
+
+def _ribs_of_triangles(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
+    """Along z, wider than the body."""
+    name, points, fillet = _profile(rng, body)
+    tool = ribs_of_triangles((0.0, body.high, 0.0), points, fillet, 3.0 * max(body.wide, body.deep))
+    return f"{name} of triangles", tool, 0.08 * body.high, 0.0

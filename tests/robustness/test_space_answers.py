@@ -1,0 +1,165 @@
+"""The checks of answers in space: their geometry against the tools, wrong answers found, reasons of stops seen in the files."""
+
+from __future__ import annotations
+
+import copy
+import re
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.mesh.generate import mesh_of
+from prensa_bench.robustness import checks_in_space as checks
+from prensa_bench.robustness import stops, tools_in_space
+from prensa_bench.robustness.claims import released
+from prensa_bench.robustness.drawn import Drawn
+from prensa_bench.robustness.families import drawn
+from prensa_bench.robustness.files import Record, read, solve_into
+
+RIB = ((-20.0, 3.0), (-6.0, 3.0), (-3.0, 0.0), (3.0, 0.0), (6.0, 3.0), (20.0, 3.0))
+AT = (1.0, 2.0, -1.0)
+TOOLS = {
+    "ball": tools_in_space.ball(AT, 3.0),
+    "roll": tools_in_space.roll(AT, 3.0, "x"),
+    "rib": tools_in_space.ribbed(AT, RIB, 1.5, "x"),
+    "round rib": tools_in_space.ribbed(AT, RIB, 1.5, "y"),
+    "punch": tools_in_space.punch(AT, 4.0, 0.5, "z"),
+    "cone": tools_in_space.cone(AT, 0.3, 20.0, 2.0),
+    "ball of triangles": tools_in_space.ball_of_triangles(AT, 3.0, 3),
+    "rib of triangles": tools_in_space.ribs_of_triangles(AT, RIB, 1.5, 20.0),
+}
+
+
+@pytest.mark.parametrize("name", TOOLS)
+def test_two_geometries_agree_in_space(name):
+    """Distances and normals by the formulas of the checks are those of the solver's tools, as nearly as triangles allow."""
+    tool = TOOLS[name]
+    x = np.random.default_rng(3).uniform(-4.0, 4.0, (600, 3))
+    x[:, 1] -= 0.5
+    gap, n = tool.outline(x)
+    told = tool.tool.shape(np.array([0.0, -1.0, 0.0])).closest(x)
+    near = (np.abs(gap) < 0.3) & (np.abs(told.g) < 0.3)
+    assert near.sum() > 20
+    assert np.abs(gap - told.g)[near].max() <= 1e-9 + tool.off
+    assert np.linalg.norm(n - told.n, axis=1)[near].max() <= 1e-7 + tool.tilt
+
+
+def pressed() -> Drawn:
+    """A small elastic-plastic box of wedges and bricks under a ball: pushed, turned about two axes and moved along, released."""
+    tool = tools_in_space.ball((0.0, 33.0, 0.0), 30.0)
+    section = pr.Rectangle(size=(3.0, 3.0), n=(2, 2))
+    made = mesh_of(pr.Revolution(section=section, angle=2.0 * np.pi, n=6, core="wedges"))
+    y = made.points[:, 1]
+    names = {"bottom": tuple(np.flatnonzero(y < 1e-9).tolist()), "top": tuple(np.flatnonzero(y > 3.0 - 1e-9).tolist())}
+    mesh = pr.Bricks(tuple(map(tuple, made.points.tolist())), tuple(map(tuple, made.cells.tolist())), names)
+    p = pr.Problem(
+        "pressed", space="solid", bodies={"body": pr.Body(mesh, pr.J2(1e4, 0.3, pr.Linear(20.0, 100.0)))},
+        tools={"tool": tool.tool}, contacts=(pr.Contact(("body.top",), "tool"),), friction=pr.Coulomb(0.3),
+        fixed={"body.bottom": "xyz"}, steps=(
+            pr.Step("push", push={"tool": pr.Push(y=-500.0)}, increments=3),
+            pr.Step("turn", push={"tool": pr.Push(y=-500.0)}, move={"tool": pr.Motion(rx=0.01)}, increments=2),
+            pr.Step("slide", push={"tool": pr.Push(y=-500.0)}, move={"tool": pr.Motion(rx=0.01, rz=-0.01, x=0.05)}, increments=3),
+            pr.Step("release", remove_tools=True, increments=2),
+        ),
+    )  # fmt: skip
+    return Drawn((p,), {"tool": tool}, {"body.top-tool": 0.3}, 1e4, 0.3, 60.0, (released,))
+
+
+@cache
+def solved() -> tuple[Drawn, Record]:
+    with tempfile.TemporaryDirectory() as folder:
+        d = pressed()
+        solve_into(Path(folder), d.problem, np.inf)
+        return d, read(Path(folder), d.problem)
+
+
+def test_a_right_answer_in_space_passes():
+    """Nothing is found in the answer that the wrong ones are made of; there is pressure, friction and flow in it."""
+    d, record = solved()
+    assert checks.wrong_with(d, [record]) == ""
+    assert record.history["energy.plastic"][-1] > 0 < record.history["energy.friction"][-1]
+
+
+def scaled(r: Record, column: str, by: float, row: int = -4) -> None:
+    r.history[column][row] *= by
+
+
+def table(r: Record, column: str, by: float) -> None:
+    r.contacts["body.top-tool"][int(r.history["increment"][-4])][column] *= by
+
+
+def body(r: Record, step: int = -2):
+    """The body at the end of a step."""
+    return r.bodies[sorted(r.bodies)[step]]["body"]
+
+
+SPOILT = {
+    "a tool elsewhere": (checks.outlines, lambda r: scaled(r, "tool.uy", 1.5), "gap is|inside the tool"),
+    "suction": (checks.outlines, lambda r: table(r, "pressure", -1.0), "negative pressure"),
+    "a node in the tool": (checks.outlines, lambda r: table(r, "y", 1.01), "gap is|inside the tool"),
+    "turned another way": (checks.turned, lambda r: scaled(r, "tool.ox", 1.1), "off its rotations"),
+    "more friction": (checks.cone, lambda r: table(r, "force_x", 3.0), "above its bound|off its"),
+    "shear": (checks.cone, lambda r: table(r, "shear", 1.1), "off its shear"),
+    "pressures": (checks.cone, lambda r: table(r, "pressure", 1.01), "off its pressure"),
+    "a force of a tool": (checks.balance, lambda r: scaled(r, "tool.fz", 1.1), "forces at the nodes miss"),
+    "a support": (checks.balance, lambda r: scaled(r, "fixed.body.bottom.fy", 1.001), "out of balance"),
+    "a moment": (checks.moments, lambda r: r.history["tool.mz"].__iadd__(1.0), "moments at the nodes miss"),
+    "reactions": (checks.moments, lambda r: body(r).reaction.__imul__(1.0 + 0.01 * body(r).x[:, :1]), "supports differ"),
+    "a place not reached": (checks.driven, lambda r: scaled(r, "tool.ux", 0.99, r.steps.index("release") - 1), "was asked"),
+    "a force not reached": (checks.driven, lambda r: scaled(r, "tool.fy", 0.99, 2), "was asked"),
+    "plastic work that falls": (checks.energy, lambda r: scaled(r, "energy.plastic", 0.9), "plastic work falls"),
+    "work from nowhere": (checks.energy, lambda r: scaled(r, "energy.external", 1.01), "off forces times paths"),
+    "dissipated, and from where": (checks.energy, lambda r: scaled(r, "energy.friction", 1.5, -1), "off the work"),
+    "a brick inside out": (checks.elements, lambda r: body(r).x.__setitem__(20, body(r).x[0] - 9.0), "has no volume"),
+    "a stress above yield": (checks.yielding, lambda r: body(r).stress.__imul__(1.05), "above its flow stress"),
+    "hardening lost": (checks.yielding, lambda r: body(r, -1).plastic.__imul__(0.5), "has fallen|flow stress"),
+    "a body that has swollen": (checks.volume, lambda r: body(r).x.__imul__(1.005), "volume of body"),
+    "a force that stays": (lambda d, r: released(r), lambda r: body(r, -1).reaction.__iadd__(1.0), "after the tools have gone"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", SPOILT)
+def test_a_wrong_answer_in_space_is_found(what):
+    """An answer in which one number is wrong is refused by the check that is there for it."""
+    d, record = solved()
+    spoilt = copy.deepcopy(record)
+    check, spoil, words = SPOILT[what]
+    assert check(d, record) == ""
+    spoil(spoilt)
+    assert re.search(words, check(d, spoilt)), check(d, spoilt)
+
+
+def test_reasons_of_stops_are_those_of_the_files():
+    """A force that no longer rises, one beside what a tool rests on, a brick that is flat: seen where they are, else not."""
+    d, record = solved()
+    before = copy.deepcopy(record)
+    for rows in (before.steps, *before.history.values()):  # as if the run had stopped in its first step
+        if isinstance(rows, list):
+            del rows[3:]
+    before = Record(before.problem, {k: v[:3] for k, v in before.history.items()}, before.steps, before.contacts, before.bodies)
+    before.history["tool.fy"][:], before.history["tool.uy"][:] = (100.0, 200.0, 300.0), (-1.0, -2.1, -3.3)
+    assert stops.limit_load(d, before) == ""
+    before.history["tool.uy"][2] = -20.0
+    assert "stiffness of tool has fallen" in stops.limit_load(d, before)
+    assert stops.confirmed(d, before, "LimitPoint.Unstable") and not stops.confirmed(d, before, "Stagnated")
+    assert stops.tipping(d, before) == ""
+    before.history["tool.mz"][2] += 3.0 * before.history["tool.fy"][2]
+    assert "acts" in stops.tipping(d, before)
+    assert stops.folded(d, record) == ""
+    flat = copy.deepcopy(record)
+    cell = body(flat, -1).cells[1]
+    body(flat, -1).x[cell[4:]] = body(flat, -1).x[cell[:4]]
+    assert "corner of a brick" in stops.folded(d, flat)
+
+
+def test_the_family_draws_what_it_is_to_draw():
+    """Wedges, sectors, tools of triangles, profiles, pushed and tilted ones, releases; one in ten on a second mesh."""
+    kinds = [drawn("space", 7, k) for k in range(60)]
+    words = " ".join(d.kind for d in kinds)
+    for what in ("wedges", "sector", "of triangles", "rib", "push", "tilt", "rolling", "twist", "released"):
+        assert what in words
+    assert 2 <= sum(type(t).__name__ == "Finer" for d in kinds for t in d.twins) <= 12
