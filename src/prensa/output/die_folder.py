@@ -74,6 +74,7 @@ def write_map(run: RunResult, tool: str, law: Archard, out: Path | None = None) 
         found.save(folder / f"map.{kind}")
     made = {"tool": tool, "relative": law.k is None} | found.summary
     if law.depth is not None:
-        made |= {"permitted": law.depth, "parts": law.depth / made["wear"] if made["wear"] > 0.0 else None}
+        deepest = float(found.wear.max())
+        made |= {"permitted": law.depth, "parts": law.depth / deepest if deepest > 0.0 else None}
     write_text(folder / MAP_SUMMARY, json.dumps(made, indent=1) + "\n")
     return folder, made

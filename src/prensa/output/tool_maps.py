@@ -109,8 +109,8 @@ def tool_map(increments: Iterable[Increment], problem: Problem, tool: str) -> To
     margin = float(np.ptp(pressed[0].x, axis=1).max())
     low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
     made = surface(problem.tools[tool], state, low, high, beyond=0.0)
-    found = _collected(pressed, made.points, margin, 0.5 * float((high - low).max()) / TRACED)
-    return ToolMap(tool, made.points, made.triangles, *found, sum(p.work for p in pressed))
+    pressure, shear, sliding, wear = _collected(pressed, made.points, margin, 0.5 * float((high - low).max()) / TRACED)
+    return ToolMap(tool, made.points, made.triangles, pressure, shear, sliding, wear, sum(p.work for p in pressed))
 
 
 class _Faces:
