@@ -760,11 +760,19 @@ def die(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:  # fmt: skip
-    """Load the section of a tool, elastic, with the contact forces of a run: stresses, deflection, loads and wear."""
+    """Load the section of a tool, elastic, with the contact forces of a run; in space map loads and wear over its surface."""
     with Voice(quiet, verbose, json, folder=folder) as voice:
         from prensa.cli import dies
 
         run = _results_of(folder, voice)
+        if run.increments.problem.space == "solid":
+            dies.refuse_section(thickness, mesh, span)
+            from prensa.output.die_folder import write_map
+
+            made, summary = write_map(run, tool, dies.law_of(k, hardness, depth, run, tool), out)
+            voice.confirm(str(made))
+            voice.give({"folder": made, **summary})
+            return
         asked = dies.asked(thickness, modulus, nu, span, size, fix or (), back_pressure, ring, mesh)
         moment: int | str = int(at) if at.isdecimal() else at
         from prensa.output.die_folder import write_die

@@ -52,6 +52,12 @@ def law_of(k: float | None, hardness: float | None, depth: float | None, run: Ru
     return Archard(k=k, hardness=hardness, depth=depth)
 
 
+def refuse_section(thickness: float, mesh: Path | None, span: str | None) -> None:
+    """Raise PrensaError for options of a section, of a tool in space."""
+    if thickness or mesh is not None or span is not None:
+        raise PrensaError("stresses of dies are of sections: leave out --thickness, --mesh and --span for a map of the loads")
+
+
 def lines_of(summary: dict[str, Any], problem: Problem) -> Iterator[str]:
     """What is said of a die."""
     length, stress = length_unit(problem), pressure_unit(problem)

@@ -92,10 +92,10 @@ def tool_loads(increments: Iterable[Increment], problem: Problem, tool: str, int
         known = ", ".join(map(repr, problem.tools)) or "none"
         raise PrensaError(f"unknown tool {tool!r}{suggest(tool, problem.tools)}; tools: {known}")
     if problem.space == "solid":
-        raise PrensaError("loads along a tool's outline are of sections: plane or axisymmetric problems")
+        raise PrensaError("loads along a tool's outline are of sections; of a tool in space take its map, 'result.tool_map'")
     placed = next(t for t in discretise(problem).tools if t.name == tool)
     rows, state = [], None
-    for increment, seconds in _lasting(increments):
+    for increment, seconds in lasting(increments):
         touches = [
             t
             for c in increment.contacts.values()
@@ -109,7 +109,8 @@ def tool_loads(increments: Iterable[Increment], problem: Problem, tool: str, int
     return _collected(problem, tool, placed, state, rows, _borders(placed, found, intervals))
 
 
-def _lasting(increments: Iterable[Increment]) -> Iterator[tuple[Increment, float]]:
+def lasting(increments: Iterable[Increment]) -> Iterator[tuple[Increment, float]]:
+    """Increments, each with the seconds that it took."""
     before = 0.0
     for increment in increments:
         yield increment, increment.seconds - before

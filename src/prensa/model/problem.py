@@ -690,7 +690,7 @@ class Case:
         if self.problem.space != "solid" and {"back", "front"} & set(self.output.mirror):
             raise ValueError("'output.mirror' cannot name 'back' or 'front' in the plane: they are sides in 'space: solid'")
         if self.problem.space == "solid" and self.output.wear:
-            raise ValueError("'output.wear' is along outlines of tools, which tools in space do not have: leave it out")
+            raise ValueError("'output.wear' is along outlines, which tools in space do not have: leave it out, take 'prensa die'")
         for tool in self.output.wear:
             if tool not in self.problem.tools:
                 known = ", ".join(map(repr, self.problem.tools)) or "none"

@@ -14,6 +14,7 @@ from prensa.output import plot
 from prensa.output.dies import (
     DIE_SUMMARY,
     FOLDER,
+    MAP_SUMMARY,
     face_columns,
     figures,
     summary_of,
@@ -52,4 +53,28 @@ def write_die(
             plot.save(figure, temporary, format="png")
     made = {**summary_of(found), "wear": wear_summary(worn, law.depth)}
     write_text(folder / DIE_SUMMARY, json.dumps(made, indent=1) + "\n")
+    return folder, made
+
+
+def write_map(run: RunResult, tool: str, law: Archard, out: Path | None = None) -> tuple[Path, dict[str, Any]]:
+    """Leave the loads and the wear of a tool in space over its surface in a folder; returns it and the summary.
+
+    Raises
+    ------
+    PrensaError
+        As of `RunResult.tool_map`, or if the folder cannot be made.
+
+    """
+    found = run.tool_map(tool).worn(law)
+    folder = out or run.directory / f"{FOLDER}{file_name(tool)}"
+    if folder.exists() and not folder.is_dir():
+        raise PrensaError(f"{folder}: this is a file; name a folder for the die")
+    folder.mkdir(parents=True, exist_ok=True)
+    for kind in ("csv", "vtu"):
+        found.save(folder / f"map.{kind}")
+    made = {"tool": tool, "relative": law.k is None} | found.summary
+    if law.depth is not None:
+        deepest = float(found.wear.max())
+        made |= {"permitted": law.depth, "parts": law.depth / deepest if deepest > 0.0 else None}
+    write_text(folder / MAP_SUMMARY, json.dumps(made, indent=1) + "\n")
     return folder, made

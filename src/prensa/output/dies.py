@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from prensa.output.stored import Stored
 
 FOLDER = "die-"
-DIE_SUMMARY = "die.json"
+DIE_SUMMARY, MAP_SUMMARY = "die.json", "map.json"
 
 
 def write_loads(path: Path, worn: Wear) -> Path:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from prensa.dies.loads import ToolLoads
     from prensa.dies.stress import Die, DieStress
     from prensa.output.along import Profile
+    from prensa.output.tool_maps import ToolMap
 
 FILM_DPI = 110  # pixels an inch of a film unless others are asked for
 MOST_PICTURES = 60  # of an animation unless more are asked for: each takes a quarter of a second
@@ -108,6 +109,15 @@ class RunResult(Shown):
         from prensa.dies.loads import tool_loads
 
         return tool_loads(self.increments, self.increments.problem, tool, intervals)
+
+    def tool_map(self, tool: str) -> ToolMap:
+        """Largest pressure and shear, sliding and wear over the surface of a tool in space, in the tool's own axes.
+
+        ``save`` writes a surface for ParaView (``.vtu``) or a table (``.csv``).
+        """
+        from prensa.output.tool_maps import tool_map
+
+        return tool_map(self.increments, self.increments.problem, tool)
 
     def die(self, tool: str, die: Die, at: int | str = "largest force") -> DieStress:
         """The section of a tool as an elastic body under the forces of an increment, as in `at`: see `prensa.die_stress`."""

@@ -232,7 +232,7 @@ def _outer(faces: Index) -> Flags:
 def _tools(
     increment: Increment, problem: Problem, copies: Sequence[tuple[Image, float]], cut: tuple[int, float] | None, eye: Array
 ) -> _Faces | None:  # fmt: skip
-    """Surfaces of the tools near the bodies, cut like these, where they are not removed; ``values`` are nothing."""
+    """Surfaces of the tools near the bodies, cut like these, if they are not removed; ``values``: how high their chords are."""
     if any(step.name == increment.step and tools_removed(problem, k) for k, step in enumerate(problem.steps)):
         return None
     own = _ends(np.vstack([b.x for b in increment.bodies.values()]))
@@ -241,12 +241,14 @@ def _tools(
         state = increment.tools[name]
         if not np.isfinite(state.at).all():
             continue  # it was not placed
-        made = surface(tool, state, *frame_box(own[None], [state], margin), beyond=0.1)
+        made = surface(tool, state, *frame_box(own[None], [state], margin), beyond=0.2)
+        t = made.triangles
+        way = np.roll(made.points[t], -1, axis=1) - made.points[t]
+        chords = 0.25 * np.abs(np.einsum("tci,tci->tc", way, made.normals[t]))  # R θ²/2 from an end, R θ²/8 in the middle
         for image, _ in copies:
             x = image.of(made.at(state))
             off = np.full(len(x), -1.0) if cut is None else (x[:, cut[0]] - cut[1]) * (-1.0 if eye[cut[0]] < 0.0 else 1.0)
-            t = made.triangles
-            parts.append(_Faces(x[t], np.zeros(t.shape), np.zeros(t.shape, bool), off[t]))
+            parts.append(_Faces(x[t], chords, np.zeros(t.shape, bool), off[t]))
     return _Faces(*(np.concatenate(arrays) for arrays in zip(*parts))) if parts else None
 
 
@@ -274,7 +276,7 @@ def _paint(
         depth = np.full(pixels * pixels, -np.inf)
         depth[found.pixel] = found.depth
         touching = _TOUCHING * float(np.ptp(faces.x.reshape(-1, 3), axis=0).max())
-        near = front.depth > depth[front.pixel] + touching
+        near = front.depth > depth[front.pixel] + touching + glass.values[front.triangle].sum(axis=1)
         at, share = front.pixel[near], _GLASS[3]
         tone = np.array(_GLASS[:3]) * _lit(glass.x, angles)[front.triangle[near], None]
         shown[at] = np.concatenate([share * tone + (1.0 - share) * shown[at, :3], np.ones((len(at), 1))], axis=1)
@@ -332,6 +334,7 @@ def _frame(axes: Any, box: Array, problem: Problem, angles: tuple[float, float])
     for axis, along, length in zip((axes.xaxis, axes.yaxis, axes.zaxis), eye, seen / seen.max()):
         axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
         axis.set_major_locator(MaxNLocator(max(round(4.0 * float(length)), 1)))
+        axis.labelpad = 8.0  # names beside the numbers of a tilted axis
         if abs(along) > END_ON:
             axis.set_ticks([])
             axis.set_label_text("")
