@@ -357,6 +357,49 @@ def upsetting_cracks(run: Run) -> Iterator[Row]:
     yield row("damage at the equator, from the stretch of its surface", stretched, run["equator"], 0.03)
 
 
+@example("Forging in a closed die", quick=True)
+def die_filling(run: Run) -> Iterator[Row]:
+    """Missing volume beside the die's, drawn and integrated here, less that of the billet as it was, and as it is pressed."""
+    height = 17.0 - 8.79
+    ring = math.pi * (100.0 * 3.0 - (10.0**3 - 7.0**3) / 3.0)  # cut off by the chamfer: ∫ 10² - (7 + y)² dy
+    # fillets of radius 1 where the outline turns by 45 degrees, each near its own radius
+    rounded = 2.0 * math.pi * (10.0 + 7.0) * (math.tan(math.radians(22.5)) - math.radians(22.5))
+    die, billet = math.pi * 100.0 * height - ring - rounded, math.pi * 6.5**2 * 17.0
+    yield row("missing volume (mm³), within 0.2 % of the billet", die - run["volume"], run["missing"], 0.002 * billet, "absolute")
+    yield beside("missing volume (mm³), of a billet that pressure does not make smaller", die - billet, run["missing"])
+    yield row("share of the die that is filled (%)", 100.0 * run["volume"] / die, 100.0 * run["fill"], 0.2, "absolute")
+
+
+@example("Upsetting on a crank press", quick=True)
+def crank_press(run: Run) -> Iterator[Row]:
+    """The elementary formula of the force, and the torque as the slope of the way of crank and rod makes it of that."""
+    height, radius = 10.0, 10.0 * math.sqrt(1.5)
+    stress = 250.0 + 500.0 * math.log(1.5) ** 0.3
+    force = math.pi * radius**2 * stress * (1.0 + 2.0 * 0.1 * radius / (3.0 * height))
+    yield row("force (kN) at dead centre, elementary formula", 1e-3 * force, 1e-3 * abs(run["force"]), 0.06)
+    way, crank, rod = 5.0, 80.0, 400.0
+
+    def slope(left: float) -> float:
+        """Way over turn, ``left`` before dead centre."""
+        turns = np.linspace(0.0, 0.6, 6001)
+        ways = crank * (1.0 - np.cos(turns)) + rod - np.sqrt(rod**2 - (crank * np.sin(turns)) ** 2)
+        return float(np.interp(left, ways, np.gradient(ways, turns)))
+
+    k = int(np.argmax(run.table["used"]))
+    torque, used = abs(run.table["force"][k]) * slope(way + run.table["stroke"][k]), 5.0 * run.table["used"][k]
+    yield row("torque (kN m) where the press is used most, from the slope of crank and rod", 1e-6 * torque, used, 2e-3)
+
+
+@example("Which strokes and frictions are safe", told=("beyond its tests it is extrapolated",))
+def forging_window(run: Run) -> Iterator[Row]:
+    """One run of the window: the elementary formula, and the damage of its equator beside flow without friction."""
+    height, strain = 21.0, math.log(30.0 / 21.0)
+    radius = 10.0 * math.sqrt(30.0 / height)
+    force = math.pi * radius**2 * 965.0 * strain**0.14 * (1.0 + 2.0 * 0.1 * radius / (3.0 * height))
+    yield row("force (kN), elementary formula", 1e-3 * force, 450.0 * run["used"], 0.03)
+    yield row("damage at the equator, none without friction", 0.0, run["equator"], 0.0, "at least")
+
+
 @example("Indentation and unloading", box=(-15.0, 15.0, -15.0, 6.0))
 def indentation(run: Run) -> Iterator[Row]:
     """Hardness and the slope of unloading."""

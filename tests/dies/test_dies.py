@@ -133,6 +133,17 @@ def test_wear_is_a_measure_of_a_run_read_back(run):
     assert 0.0 < stored[0].measure("die.wear") < stored[1].measure("die.wear")
 
 
+@pytest.mark.parametrize("where", ["measures", "until"])
+def test_the_stress_of_a_die_is_no_measure_of_a_run(where):
+    """It is refused before anything is solved, with the verb that has it."""
+    until = pr.Until(measure={"die.die_stress": 500.0})
+    step = pr.Step("press", move={"die": pr.Motion(y=-0.4)}, increments=2, until=until if where == "until" else None)
+    with pytest.raises(pr.PrensaError, match="prensa die DIR --tool die"):
+        problem = upsetting(steps=(step,), measures={"stress": "die.die_stress"} if where == "measures" else {})
+        next(iter(pr.solve(problem)))
+        pr.run(pr.Case(problem), quiet=True)
+
+
 def test_wear_needs_both_numbers(last):
     """Wear is relative without numbers, in proportion to k/H with them, and says when it cannot say."""
     loads = pr.tool_loads([last[0]], last[1], "die")

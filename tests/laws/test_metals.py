@@ -87,6 +87,11 @@ def test_every_metal_states_its_source_and_a_range_that_can_be_derived(name):
         assert (high - low) / (2 * h) == pytest.approx((low + high) / 2, rel=0.08)  # of two digits
 
 
+def test_every_metal_says_on_what_terms_its_numbers_are_here() -> None:
+    """Numbers are facts: whose the source is, and that nothing else of it is copied."""
+    assert all(m.licence.startswith("constants are facts") and "is copied" in m.licence for m in library().values())
+
+
 def test_there_are_twenty_metals_and_their_names_are_unique():
     """No name, of another standard either, stands for two metals."""
     names = [n.casefold() for k, m in library().items() for n in {k, *m.also}]

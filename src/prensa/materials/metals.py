@@ -42,7 +42,8 @@ class MetalFile:
     """A metal in a file: elastic constants, flow curve, range and source, stresses in MPa where they state no unit.
 
     ``what``: the metal in words, with its condition; ``also``: its other names; ``elastic``: source of E and nu; ``see``: address
-    of the source, or of a public copy of its numbers; ``note``: what else there is to know, such as what was derived.
+    of the source, or of a public copy of its numbers; ``note``: what else there is to know, such as what was derived;
+    ``licence``: on what terms its numbers are here.
     """
 
     E: Annotated[Pressure, Field(gt=0)]
@@ -57,6 +58,7 @@ class MetalFile:
     elastic: str = ""
     see: str = ""
     note: str = ""
+    licence: str = ""
 
 
 class UnknownMetalError(ValueError):

@@ -286,6 +286,11 @@ class _Reader:
             raise MeasureError(f"tool {tool!r} has no press; give it one, such as 'press: 400 kN'")
         if quantity == "work":
             raise MeasureError(f"the work of {tool!r} is not counted; give it a press with an 'energy', or an 'until' with one")
+        if quantity in ("die_stress", "mises"):
+            raise MeasureError(
+                f"tools are rigid in a run, so no stress of {tool!r} is known in it; afterwards 'prensa die DIR --tool {tool} "
+                "--thickness T' has that of any increment, in die.json and the report"
+            )
         if quantity == "wear":
             return _Part(energy_unit(p), _worn(tool))
         kind, _, axis = quantity.partition(".")

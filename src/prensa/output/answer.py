@@ -75,11 +75,13 @@ def lines(table: Table, case: Case, summary: Mapping[str, Any]) -> list[str]:
     out += map(sentence, peaks(table, case))
     damages = damage.stated(summary["damage"]) if "damage" in summary else damage.damages(table, case.problem)
     out += damage.sentences(damages, case.problem, partial(shown, both=False))
+    # what is found by itself before what the case measures, of which there may be more than the first screen of a phone holds
+    out += [_filled(body, found, summary, length_unit(case.problem)) for body, found in summary.get("fill", {}).items()]
+    out += [_worn(tool, found, case.problem) for tool, found in summary.get("wear", {}).items()]
     for name, measure in summary.get("measures", {}).items():
         last = measure["last"]
         out.append(f"{name}: {'no value' if last is None else shown(last, measure['unit'])}")
-    out += [_filled(body, found, summary) for body, found in summary.get("fill", {}).items()]
-    return out + [_worn(tool, found, case.problem) for tool, found in summary.get("wear", {}).items()]
+    return out
 
 
 def _worn(tool: str, found: Mapping[str, Any], problem: Problem) -> str:
@@ -95,12 +97,12 @@ def _worn(tool: str, found: Mapping[str, Any], problem: Problem) -> str:
     return f"wear of {tool}: {_number(found['depth'])} {unit} a part {place}{parts}"
 
 
-def _filled(body: str, found: Mapping[str, Any], summary: Mapping[str, Any]) -> str:
+def _filled(body: str, found: Mapping[str, Any], summary: Mapping[str, Any], length: str = "") -> str:
     """How far a die is filled, in words: volumes of what is missing and where the largest part of it is."""
     unit, places = found["unit"], found["places"]
     of = "" if len(summary["bodies"]) == 1 else f" around {body}"
     most = "" if not places else (
-        f"{', most' if len(places) > 1 else ''} at ({places[0]['x']:.4g}, {places[0]['y']:.4g})"
+        f"{', most' if len(places) > 1 else ''} at ({places[0]['x']:.4g}, {places[0]['y']:.4g}){f' {length}' if length else ''}"
         + (f": {shown(places[0]['volume'], unit)}" if len(places) > 1 else "")
     )  # fmt: skip
     if found["fill"] is not None:

@@ -33,7 +33,7 @@ def lines_of(metals: Metals, whole: bool) -> Iterator[str]:
         yield f"  E {file.E / 1e3:g} GPa, nu {file.nu:g}" + (f": {file.elastic}" if file.elastic else "")
         yield f"  flow: {brief(file.flow)}, stresses in MPa"
         yield f"  {metal.words().removeprefix(f'{name} ')}"
-        yield from (f"  {text}" for text in (file.see, file.note) if text)
+        yield from (f"  {text}" for text in (file.see, file.note, file.licence) if text)
 
 
 def summary_of(metals: Metals) -> dict[str, Any]:
