@@ -77,7 +77,8 @@ def test_a_solid_of_a_step_file_is_filled_with_tetrahedra_and_pressed(tmp_path: 
 
 def test_the_faces_of_a_step_file_are_a_tool(tmp_path: Path) -> None:
     """Closed, its normals outwards, the curved sides within 1e-3 of the radius; a file without faces is an error."""
-    part, out = drawn(tmp_path / "rod.step", lambda occ: occ.addCylinder(0.0, 0.0, 0.0, 0.0, 20.0, 0.0, 5.0)), tmp_path / "rod.stl"
+    out = tmp_path / "rod.stl"
+    part = drawn(tmp_path / "rod.step", lambda occ: occ.addCylinder(0.0, 0.0, 0.0, 0.0, 20.0, 0.0, 5.0))
     assert called(str(part), "--out", str(out)).exit_code == 0
     shape = pr.Stl(str(out)).shape(np.array([0.0, -1.0, 0.0]))
     assert shape.surface.closed and shape.surface.volume == pytest.approx(500.0 * np.pi, rel=0.01)

@@ -96,7 +96,7 @@ def _refuse_uncovered(slave: Side, master: Side, x: Array, covered: Array) -> No
 
 
 def _overlapping(x: Array, y: Array, apart: float) -> tuple[Index, Index]:
-    """Pairs (k,) of slave faces x (n, c, 3) and master faces y (m, d, 3), by their corners, whose spheres come near each other."""
+    """Pairs (k,) of slave faces x (n, c, 3) and master faces y (m, d, 3), by their corners, whose spheres come near another."""
     from scipy.spatial import cKDTree
 
     at, middle = x.mean(axis=1), y.mean(axis=1)
