@@ -140,6 +140,60 @@ def test_analytical_surfaces_press_as_native_tools_do(tmp_path: Path, tool: str,
     assert (ours.x, ours.y, ours.z) == pytest.approx((theirs.x, theirs.y, theirs.z), rel=1e-6, abs=1e-6 * theirs.y)
 
 
+def test_surfaces_of_parts_go_with_their_instances(tmp_path: Path) -> None:
+    """Without points a, b and c they stand along the axes of the part; an instance that is turned turns them."""
+    block = "*PART, NAME=Block\n" + box((2.0, 1.0, 2.0), (1, 1, 1)) + "*END PART\n"
+    part = "*PART, NAME=Ball\n*NODE, NSET=R\n1, 0., 0., 0.\n*SURFACE, TYPE=REVOLUTION, NAME=BALL\nSTART, 1.5, 0.\n" \
+        "CIRCL, 0., -1.5, 0., 0.\n*RIGID BODY, ANALYTICAL SURFACE=BALL, REF NODE=R\n*END PART\n"  # fmt: skip
+    placed = "*ASSEMBLY, NAME=A\n*INSTANCE, NAME=Block-1, PART=Block\n*END INSTANCE\n*INSTANCE, NAME=Ball-1, PART=Ball\n{}" \
+        "*END INSTANCE\n*END ASSEMBLY\n" + ELASTIC  # fmt: skip
+    pair = CONTACT.format("Ball-1.BALL").replace("STOP", "Block-1.STOP")
+    end = pair + "*BOUNDARY\nBlock-1.BOTTOM, 1, 3\n" + step("*BOUNDARY\nBall-1.R, 2, 2, -0.1\n")
+    here = case_of(block + part + placed.format("1., 2.5, 1.\n") + end, "d.inp")[0]["tools"]["Ball"]
+    flat = box((2.0, 1.0, 2.0), (1, 1, 1)) + ELASTIC + "*BOUNDARY\nBOTTOM, 1, 3\n" + SPHERE + CONTACT.format("BALL")
+    assert here == case_of(flat + step(PRESSED), "d.inp")[0]["tools"]["BALL"]
+    assert here["axis"] == [0.0, 1.0, 0.0] and here["at"] == [1.0, 2.5, 1.0]
+    about_z = placed.format("1., 2.5, 1.\n1., 2.5, 1., 1., 2.5, 2., 90.\n")
+    turned = case_of(block + part + about_z + end, "d.inp")[0]["tools"]["Ball"]
+    assert turned["axis"] == pytest.approx([-1.0, 0.0, 0.0], abs=1e-12)
+    roll = part.replace("REVOLUTION", "CYLINDER")
+    made = case_of(block + roll + placed.format("1., 2.5, 1.\n") + end, "d.inp")[0]["tools"]["Ball"]
+    assert made["type"] == "extruded" and made["axis"] == [0.0, 0.0, -1.0]
+
+
+@pytest.mark.parametrize("kind", ["CYLINDER", "REVOLUTION"])
+@pytest.mark.parametrize("seed", range(3))
+def test_profiles_stand_where_the_deck_has_them(kind: str, seed: int) -> None:
+    """Points of an uneven profile in any direction of space lie on the tool, and the body beside it outside."""
+    rng = np.random.default_rng(seed)
+    frame = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    ex, generator = frame[0], frame[1]
+    ey = np.cross(-generator, ex)
+    a = np.array([1.0, 4.0, 1.0]) if kind == "CYLINDER" else np.array([1.0, 0.5, 1.0]) + 3.0 * ex
+    corners = np.array([(0.5, 0.3), (1.2, 0.0), (2.0, 0.4), (2.0, 1.5)])
+    rows = "\n".join(f"{'START' if k == 0 else 'LINE'}, {x}, {y}" for k, (x, y) in enumerate(corners))
+    points = [a, a + ex, *([a + generator] if kind == "CYLINDER" else [])]
+    places = [", ".join(f"{c:.15g}" for c in p) for p in points]
+    head = f"{places[0]}, {places[1]}\n" + "".join(f"{p}\n" for p in places[2:])
+    surface = f"*SURFACE, TYPE={kind}, NAME=Q\n{head}{rows}\n*RIGID BODY, ANALYTICAL SURFACE=Q, REF NODE=9001\n"
+    reference = a + (0.7 * ex if kind == "REVOLUTION" else [0.3, -0.2, 0.5])
+    node = "*NODE\n9001, " + ", ".join(f"{c:.15g}" for c in reference) + "\n"
+    text = box((2.0, 1.0, 2.0), (1, 1, 1)) + ELASTIC + "*BOUNDARY\nBOTTOM, 1, 3\n" + node + surface + CONTACT.format("Q")
+    described = case_of(text + step("*BOUNDARY\n9001, 1, 6\n"), "d.inp")[0]["tools"]["Q"]
+    swept = pr.Extruded if kind == "CYLINDER" else pr.Revolved
+    tool = swept(pr.Profile(points=tuple(map(tuple, described["section"]["points"]))), tuple(described["axis"]))
+    along = corners[:-1] + 0.4 * np.diff(corners, axis=0)
+    if kind == "CYLINDER":
+        on = a + along @ np.stack([ex, ey]) + rng.normal(size=(3, 1)) * generator
+    else:
+        other = np.cross(ex, generator)
+        t = rng.uniform(0.0, 6.0, (3, 1))
+        on = a + along[:, 1:] * ex + along[:, :1] * (np.cos(t) * generator + np.sin(t) * other)
+    shape = tool.shape(np.array([0.0, -1.0, 0.0]))
+    assert np.abs(shape.closest(on - reference).g).max() < 1e-9
+    assert shape.closest(np.array([[1.0, 0.5, 1.0]]) - reference).g[0] > 0.0
+
+
 PLATE = """*NODE
 8001, -1., 1., -1.
 8002, 3., 1., -1.

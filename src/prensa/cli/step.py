@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from prensa.mesh.mesh import Mesh
 
 STEP_CASE = """\
-# From {part}, meshed by gmsh; change what is pressed, and by how much. Sides and pictures of them: prensa check --picture
+# From {part}, meshed by gmsh; change what is pressed, and by how much. 'prensa check' lists the names of sides.
 name: {name}
 units: {{length: mm, force: N}}
 space: solid
