@@ -270,7 +270,7 @@ def exponents(rows: list[Row], least: int = 90_000) -> Iterator[str]:
         for shape in SHAPES:
             for material in MATERIALS:
                 same = (kind, shape, material)
-                found = [r for r in rows if (r["kind"], r["shape"], r["material"]) == same and "setup" in r]
+                found = [r for r in rows if (r["kind"], r["shape"], r["material"]) == same and r.get("residual", math.inf) < 1.0]
                 size = {r["unknowns"]: r["setup"] + r["solution"] for r in found if r["unknowns"] > least}
                 if len(size) > 1:
                     x, y = np.log(list(size)), np.log(list(size.values()))

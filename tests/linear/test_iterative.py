@@ -112,6 +112,43 @@ def test_runs_are_those_of_the_direct_solver(shape):
         assert other.statistics.krylov > 0
 
 
+def test_steps_are_solved_as_far_as_newton_uses_them(monkeypatch):
+    """What GMRES may leave is a tenth of the relative residual, between 1e-7 and 1e-4; the true residual is no more than that."""
+    asked, step = [], iterative.Iterative.step
+
+    def watched(self, values, b, share, changed=None):
+        x = step(self, values, b, share, changed)
+        r = self._tangent(values) @ (x / self._scaled(np.ones_like(b))) - self._scaled(b)
+        asked.append((share, np.linalg.norm(r) / np.linalg.norm(self._scaled(b))))
+        return x
+
+    monkeypatch.setattr(iterative.Iterative, "step", watched)
+    list(pr.solve(billet(n=3), pr.Numerics(solver="ldlt")))
+    policy, shares = Policy(), [share for share, _ in asked]
+    assert all(policy.min_forcing <= share <= policy.max_forcing for share in shares) and len(set(shares)) > 1
+    assert all(left <= 2.0 * share for share, left in asked)
+
+
+def test_contact_steps_in_space_are_for_few_points(monkeypatch):
+    """By GMRES each point of a contact step costs a solution: more points than a few are left to Newton's iteration."""
+    columns, responses = [], Reduced.responses
+
+    def counted(self, loads, of):
+        columns.append((self.factorisation.iterates, loads.shape[0]))
+        return responses(self, loads, of)
+
+    monkeypatch.setattr(Reduced, "responses", counted)
+    hard = replace(billet(n=3).steps[0], move={"t": pr.Motion(y=-0.6)}, increments=1)
+    forces = []
+    for solver in ("superlu", "ldlt"):
+        columns.clear()
+        *_, last = pr.solve(replace(billet(n=3), steps=(hard,)), pr.Numerics(solver=solver), policy=Policy(few_candidates=8))
+        forces.append(last.force("t").y)
+        many = max((count for _, count in columns), default=0)
+        assert many > 8 if solver == "superlu" else many <= 8
+    assert forces[1] == pytest.approx(forces[0], rel=0.01)
+
+
 def test_a_useless_p_ends_in_lu(monkeypatch, caplog):
     """With a P that has nothing to do with A no answer is wrong: LU of A takes over, and the log says so, once as a warning."""
     problem = billet(n=3)

@@ -31,14 +31,16 @@ def threads_of(numerics: model.Numerics, unknowns: int, policy: Policy = DEFAULT
     return 1 if unknowns < policy.threads_from_dofs else _free_threads(policy)
 
 
-def threads_with_follower(numerics: model.Numerics, unknowns: int, policy: Policy = DEFAULT) -> tuple[int, bool]:
+def threads_with_follower(
+    numerics: model.Numerics, unknowns: int, policy: Policy = DEFAULT, spatial: bool = False
+) -> tuple[int, bool]:  # fmt: skip
     """Threads for a run with derivatives, and whether one more is to find these while the run goes on.
 
     That is one of those asked for, or that are free. Not of small problems, where the two would wait for Python's lock; not of
     those whose factors of two increments would need too much memory; nor where a solver's later factors take the place of those
-    that are at hand.
+    that are at hand; nor in space (``spatial``), where a hierarchy of multigrid has room for one thread.
     """
-    if unknowns < policy.pipeline_from_dofs or not may_be_detached(available(numerics.solver), unknowns, policy):
+    if spatial or unknowns < policy.pipeline_from_dofs or not may_be_detached(available(numerics.solver), unknowns, policy):
         return threads_of(numerics, unknowns, policy), False
     threads = _free_threads(policy) if numerics.threads == "auto" else numerics.threads
     # The follower takes one of the threads, of which small problems had only one for themselves.

@@ -10,7 +10,7 @@ from prensa import analysis
 from prensa.analysis import belongs, report_preflight
 from prensa.checks.after.passages import Passages
 from prensa.errors import ArgumentError, take
-from prensa.linear.threads import threads_of, threads_with_follower
+from prensa.linear.threads import threads_with_follower
 from prensa.model import problem as model
 from prensa.model.body_contacts import DERIVATIVES
 from prensa.model.feed import ends_early
@@ -85,9 +85,7 @@ def solve(
         system = system_of(start, system)
     policy, timer, messages, begin = policy or Policy(), timer or Timer(), Messages(system, monitor), start or system.initial()
     numerics = numerics or model.Numerics()
-    threads, follows = threads_with_follower(numerics, system.ndof, policy)
-    if follows and system.dofs.dimension == 3:  # cycles of multigrid have room for one thread
-        threads, follows = threads_of(numerics, system.ndof, policy), False
+    threads, follows = threads_with_follower(numerics, system.ndof, policy, system.dofs.dimension == 3)
     directions = [Direction.of(system, path, policy.parameter_step_ratio, policy, begin) for path in derivatives]
     stepping = Differentiated(system, replace(numerics, threads=threads), policy, messages, timer, directions)
     stepping.passages = passages or stepping.passages
