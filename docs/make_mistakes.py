@@ -12,7 +12,7 @@ from pathlib import Path
 PAGE = Path(__file__).parent / "guide" / "mistakes.md"
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "robustness"))
 
-from seeded import CASE, SEEDED, said, the_line  # noqa: E402
+from seeded import CASE, IN_SPACE, SEEDED, said, the_line  # noqa: E402
 
 OPENING = f"""\
 # Mistakes and their messages
@@ -34,7 +34,8 @@ def page() -> str:
     """The whole page."""
     parts = [OPENING]
     for area, items in SEEDED.items():
-        parts.append(f"## {area.capitalize()}\n\n| mistake | answer |\n|---|---|\n" + "".join(_row(s) for s in items))
+        case = f"The rows of this table change this case:\n\n```yaml\n{IN_SPACE}```\n\n" if items[0].case == IN_SPACE else ""
+        parts.append(f"## {area.capitalize()}\n\n{case}| mistake | answer |\n|---|---|\n" + "".join(_row(s) for s in items))
     return "\n".join(parts)
 
 

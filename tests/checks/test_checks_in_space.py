@@ -122,3 +122,44 @@ def test_metal_that_loses_volume_in_space_is_noticed():
     u[: system.X.size] = (-0.2 * system.X * [0.0, 1.0, 0.0]).ravel()
     look.look(u, [b.undeformed for b in system.blocks])
     assert look.squeezed == {"b": pytest.approx(0.2)}
+
+
+def test_a_surface_with_an_edge_has_no_normal_of_its_own():
+    """On the undeformed surface; of the sides of an element apart there is nothing to say, nor where the faces turn gently."""
+    both = block(pr.Sphere(radius=9.0, at=(0.0, 13.0, 0.0)), pr.Motion(y=-0.1), contact_geometry="reference", kinematics="small",
+                 contacts=(pr.Contact(("b.top", "b.right"), "t"),))  # fmt: skip
+    (found,) = [f for f in preflight(pr.discretise(both)) if f.path == "contacts.0.surface"]
+    assert found.fatal and "'b.top+b.right' does not have at its edge at (4, 4," in found.message
+    round_ = pr.Body(pr.Cylinder(radius=4.0, height=4.0, n=(2, 2, 12)), STEEL)
+    side = pr.Plane(normal=(-1.0, 0.0, 0.0), at=(4.0, 0.0, 0.0))
+    top = block(side, pr.Motion(x=-0.1), contact_geometry="reference", kinematics="small",
+                bodies={"b": round_}, contacts=(pr.Contact(("b.outer",), "t"),))  # fmt: skip
+    assert [f for f in preflight(pr.discretise(top)) if f.path.endswith("surface")] == []
+
+
+def test_stock_that_is_fed_to_no_roll_or_against_it_is_named():
+    """A bar fed beneath a roll that turns with it, one that turns against it, and one that it never reaches."""
+    roll = pr.Extruded(section=pr.Circle(radius=10.0), axis=(0.0, 0.0, 1.0), at=(8.0, 13.7, 0.0))
+    for turn, way, words in ((0.3, 3.0, ""), (-0.3, 3.0, "reverse the sign of 'rz', which is positive right-handed about z"),
+                             (0.3, 0.5, "does not bring 'b' into contact")):  # fmt: skip
+        step = pr.Step("feed", feed={"b.left": pr.Feed(x=way)}, by={"t": pr.Motion(rz=turn)})
+        p = block(roll, contacts=(pr.Contact(("b.top", "b.right"), "t"),), fixed={"b.bottom": "yz"}, steps=(step,))
+        found = " ".join(f.message for f in preflight(pr.discretise(p)) if ".feed." in f.path or ".by." in f.path)
+        assert words in found and bool(words) == bool(found), found
+
+
+@pytest.mark.parametrize(("radius", "depth", "aside"), [(2.2, 0.3, 0.4), (6.0, 0.1, 0.25)])
+def test_the_force_that_is_missed_between_the_nodes_of_faces_is_estimated(radius, depth, aside, caplog):
+    """Balls on a few nodes: what the limit of that mesh and one twice as fine has more, within a third of it."""
+    forces, said = [], []
+    for finer in (1, 2):
+        n = (5 * finer, 3 * finer, 5 * finer)
+        body = pr.Body(pr.Box((5.0, 3.0, 5.0), n, (-2.5, 0.0, -2.5)), pr.Elastic(1000.0, 0.3))
+        tool = pr.Sphere(radius=radius, at=(aside, 3.0 + radius, 0.5 * aside))
+        steps = (pr.Step("press", move={"t": pr.Motion(y=-depth)}, increments=1),)
+        *_, last = pr.solve(block(tool, bodies={"b": body}, steps=steps))
+        forces.append(last.force("t").y)
+        said = said if finer > 1 else re.findall(r"by an estimated (\d+) %", caplog.text)
+    missed = 1.0 - forces[0] / (forces[1] + (forces[1] - forces[0]) / 3.0)  # an error that goes with the square of the edges
+    assert missed > 0.1
+    assert 0.67 * missed < float(said[0]) / 100.0 < 1.33 * missed

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from typer.testing import CliRunner
 
 from prensa.cli import app
+from prensa.verify.stl import icosphere, write
 
 CASE = """\
 name: flattening
@@ -26,6 +27,24 @@ fixed: {strip.bottom: y, strip.left: x}
 steps:
   - {name: press, move: {die: {y: -0.2}}, increments: 4}
 """
+
+IN_SPACE = """\
+name: coining
+space: solid
+bodies:
+  block:
+    mesh: {type: box, size: [10, 5, 10], n: [5, 3, 5]}
+    material: {type: j2, E: 210e3, nu: 0.3, flow: {type: swift, K: 600, e0: 0.01, n: 0.2}}
+tools:
+  roll: {type: extruded, section: {type: circle, radius: 20}, axis: [0, 0, 1], touching: block.top, at: [0, 0, 0]}
+contacts:
+  - {surface: block.top, against: roll, friction: {type: coulomb, mu: 0.1}}
+fixed: {block.bottom: y, block.left: x, block.back: z}
+steps:
+  - {name: press, move: {roll: {y: -0.5}}, increments: 5}
+"""
+ROLL = "type: extruded, section: {type: circle, radius: 20}, axis: [0, 0, 1], touching: block.top, at: [0, 0, 0]"
+BRICKS = "type: box, size: [10, 5, 10], n: [5, 3, 5]"
 
 ELASTIC = ("type: j2, E: 70e3, nu: 0.3, flow: {type: voce, s0: 60, Q: 120, b: 8}", "type: elastic, E: 1e3, nu: 0.3")
 POINTS = "mesh: {type: rectangle, size: [4, 2], n: [8, 4]}"
@@ -60,7 +79,7 @@ class Seeded(NamedTuple):
     """``what`` in words, ``changes`` (old, new) of the case, ``place`` line:column or '' (a run's), ``words`` it must say.
 
     ``verb``: with which the mistake is met, ``check``, ``run`` or that of a study with its ``options``; ``warns``: it is a
-    warning, not an error.
+    warning, not an error. ``case``: the good one.
     """
 
     what: str
@@ -70,6 +89,7 @@ class Seeded(NamedTuple):
     warns: bool = False
     verb: str = "check"
     options: tuple[str, ...] = ()
+    case: str = CASE
 
 
 def mesh(points: str, cells: str, top: str = "[2, 3]") -> tuple[str, str]:
@@ -582,6 +602,27 @@ SEEDED = {
             "", ("without its contacts body 'strip' can move along x and y and to turn", "support the body"), False, "run",
         ),
     ],
+    "three dimensions": [
+        Seeded(what, changes, place, words, warns, case=IN_SPACE)
+        for what, changes, place, words, warns in (
+            ("body in metres, case in millimetres", (("[10, 5, 10]", "[0.01, 0.005, 0.01]"),), "5:5", ("measures 0.01 mm", "is the unit right?"), True),
+            ("tool in metres, case in millimetres", (("radius: 20", "radius: 0.02"),), "8:50", ("radius 0.02 is less than one element", "refine the surface"), True),
+            ("normals of an STL file inside out", ((ROLL, "type: stl, file: ball.stl, touching: block.top, at: [0, 0, 0]"),), "8:3", ("inside out", "'reverse: true'"), False),
+            ("body inside the tool", (("touching: block.top, at: [0, 0, 0]", "at: [0, 24, 0]"),), "8:3", ("starts 1 inside 'block.top'", "move the tool by (0, 1, 0) mm"), False),
+            ("plane of symmetry left out", ((", block.back: z", ""), (", friction: {type: coulomb, mu: 0.1}", "")), "4:3", ("free to move along z", "like 'block.back: z'"), False),
+            ("plane of symmetry left out, with friction", ((", block.back: z", ""),), "4:3", ("only friction holds it along z", "'block.back: z'"), True),
+            ("tool that never touches", (("touching: block.top, at: [0, 0, 0]", "at: [0, 26, 0]"),), "10:5", ("never touches 'block.top'", "never comes nearer than 0.5"), True),
+            ("side of another name", (("block.back: z", "block.rear: z"),), "11:41", ("unknown boundary 'rear'", "'back', 'front'"), False),
+            ("axis of a roll towards the body", (("axis: [0, 0, 1]", "axis: [0, 1, 0]"),), "8:3", ("never meets 'block.top'", "'axis' points at the boundary"), False),
+            ("plane that looks away from the body", ((ROLL, "type: plane, normal: [0, 1, 0], at: [0, 5, 0]"),), "8:23", ("stands behind the surface", "reverse 'normal'"), False),
+            ("body without a support beneath", (("block.bottom: y, ", ""),), "4:3", ("free to move along -y", "'fixed'"), True),
+            ("thickness of a body in space", (("space: solid", "space: solid\nthickness: 10"),), "3:1", ("have no thickness",), False),
+            ("mesh of the plane", ((BRICKS, "type: rectangle, size: [10, 5], n: [5, 3]"),), "5:5", ("'rectangle' is a mesh of the plane", "'extruded'"), False),
+            ("tool of the plane", ((ROLL, "type: circle, radius: 20, touching: block.top, at: [0, 0, 0]"),), "8:3", ("is a tool of the plane", "type: extruded"), False),
+            ("new meshes in space", (("steps:", "remesh: auto\nsteps:"),), "12:1", ("'remesh' is not there in space yet",), False),
+            ("far too fine a mesh", (("n: [5, 3, 5]", "n: [500, 250, 500]"),), "5:5", ("6.25e+07 elements", "take fewer"), False),
+        )
+    ],
     "studies": [
         Seeded(f"{what}: `{' '.join((verb, *options))}`", (), "", words, verb=verb, options=options)
         for what, verb, options, words in (
@@ -602,7 +643,7 @@ SEEDED = {
 
 def case_of(seeded: Seeded) -> str:
     """The good case with the mistake in it."""
-    text = CASE
+    text = seeded.case
     for old, new in seeded.changes:
         assert old in text, old
         text = text.replace(old, new, 1)
@@ -611,6 +652,9 @@ def case_of(seeded: Seeded) -> str:
 
 def said(seeded: Seeded, folder: Path) -> tuple[int, list[str]]:
     """Exit code, and the lines reported for a seeded mistake, the file called ``case.yaml``."""
+    if "ball.stl" in case_of(seeded):
+        points, triangles = icosphere(20.0, 1)
+        write(folder / "ball.stl", points, triangles[:, ::-1])
     path = folder / "case.yaml"
     path.write_text(case_of(seeded), encoding="utf-8")
     options = [

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from seeded import CASE, SEEDED, said, the_line
+from seeded import CASE, IN_SPACE, SEEDED, said, the_line
 
 import prensa as pr
 from prensa.checks.before.preflight import preflight, staircase
@@ -40,7 +40,7 @@ def test_the_page_of_mistakes_is_up_to_date(tmp_path):
         if seeded.what not in _SAID:  # tests may be spread over several processes
             _SAID[seeded.what] = the_line(seeded, said(seeded, tmp_path)[1])
     page = (ROOT / "docs" / "guide" / "mistakes.md").read_text(encoding="utf-8")
-    assert f"```yaml\n{CASE}```" in page
+    assert f"```yaml\n{CASE}```" in page and f"```yaml\n{IN_SPACE}```" in page
     rows = dict(re.findall(r"^\| (.*?) \| `(.*)` \|$", page, flags=re.MULTILINE))
     assert list(rows) == [s.what for s in ALL]
     for seeded in ALL:
@@ -66,8 +66,9 @@ def test_an_example_raises_no_alarm(path):
 
 
 def test_the_good_case_raises_no_alarm():
-    """The case that the mistakes are made in has none."""
+    """The cases that the mistakes are made in have none."""
     assert alarms(loads(CASE).problem) == []
+    assert alarms(loads(IN_SPACE).problem) == []
 
 
 def test_rigid_body_motions_are_counted_in_little_memory():

@@ -153,7 +153,7 @@ def _remeshing(p: Any) -> Iterator[Finding]:
         yield _not_remeshed("no body flows plastically, and meshes of elastic ones do not become distorted; leave it out")
     for name, body in flowing.items():
         element = body.element_in(p.space)
-        if element != "t6":
+        if element != "t6" and p.space != "solid":  # refused in space by its table
             path: tuple[str | int, ...] = ("bodies", name, *(["element"] if body.element is not None else []))
             yield Finding(path, f"'remesh' makes triangles, and {element!r} is not suited to plastic flow; use 'element: t6'")
     for k, contact in enumerate(p.contacts):

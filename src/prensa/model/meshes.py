@@ -20,7 +20,7 @@ MOST_ELEMENTS = 5_000_000  # of a body: some thirty gigabytes, refused before th
 def _bounded(count: float) -> None:
     if count > MOST_ELEMENTS:
         raise ValueError(
-            f"{float(min(count, 1e300)):.3g} elements; a body has {MOST_ELEMENTS:,} at most".replace(",", " ")
+            f"{float(min(count, 1e300)):.3g} elements; a body has {MOST_ELEMENTS:,} at most".replace(",", " ") + "; take fewer"
         )
 
 
@@ -399,6 +399,11 @@ class Box:
     ratio: Annotated[Number, Field(ge=1)] = 8.0
     type: Literal["box"] = "box"
 
+    @model_validator(mode="after")
+    def _check(self) -> Box:
+        _bounded(math.prod(self.n))
+        return self
+
 
 @described
 class Bricks:
@@ -434,6 +439,12 @@ Section = Annotated[
 """Meshes of the plane, of quadrilaterals where they are sections of bodies in space."""
 
 
+def _elements_of(section: object) -> int:
+    """Elements of a section that counts them along two directions, which a disc has four times and more; 1 of others."""
+    n = getattr(section, "n", None)
+    return math.prod(n) if isinstance(n, tuple) else 1
+
+
 @described
 class Extrusion:
     """Bricks over a ``section`` of the plane, ``n`` layers of them over a ``length`` along ``axis``, from ``start`` on.
@@ -451,6 +462,11 @@ class Extrusion:
     grade: Literal["base", "cap"] | None = None
     ratio: Annotated[Number, Field(ge=1)] = 8.0
     type: Literal["extruded"] = "extruded"
+
+    @model_validator(mode="after")
+    def _check(self) -> Extrusion:
+        _bounded(self.n * _elements_of(self.section))
+        return self
 
 
 def _turns(angle: float, n: int) -> None:
@@ -488,6 +504,7 @@ class Revolution:
     @model_validator(mode="after")
     def _check(self) -> Revolution:
         _turns(self.angle, self.n)
+        _bounded(self.n * _elements_of(self.section))
         return self
 
 

@@ -99,7 +99,8 @@ def _bodies(p: Any, dimension: int) -> Iterator[Finding]:
             continue
         if (body.mesh.type in BRICKS) != (dimension == 3) and body.mesh.type != "file":
             kinds = ", ".join(map(repr, (*BRICKS, "file")))
-            words = f"bodies in space have a mesh of type {kinds}" if dimension == 3 else "bricks need 'space: solid'"
+            swept = f"{body.mesh.type!r} is a mesh of the plane: take it as the 'section' of an 'extruded' or a 'revolved' one"
+            words = f"bodies in space have a mesh of type {kinds}; {swept}" if dimension == 3 else "bricks need 'space: solid'"
             yield Finding(("bodies", name, "mesh"), words)
         if body.element is not None:
             element: Any = DOORS["element"].find(body.element)
@@ -116,7 +117,8 @@ def _tools(p: Any, dimension: int) -> Iterator[Finding]:
         if tool is None:
             continue
         if dimension not in tool.dimensions:
-            words = "has no shape in space yet" if dimension == 3 else "is a tool of 'space: solid'"
+            swept = f"{{type: extruded, section: {{type: {tool.type}, …}}, axis: [0, 0, 1]}}, or 'revolved'"
+            words = f"is a tool of the plane; in space write {swept}" if dimension == 3 else "is a tool of 'space: solid'"
             yield Finding(("tools", name), f"{tool.type!r} {words}")
             continue
         for key in ("at", tool.direction_key):

@@ -80,6 +80,15 @@ def against(points: Array, edges: Index, mean: Array, way: Array | None) -> Arra
     return mean if straight or way is None or -(way @ mean) < FACING else -way
 
 
+def _endwise(d: ToolShape, outward: Array) -> str:
+    """What to say of a tool whose axis points at the boundary, where it has no end."""
+    axis = np.array(getattr(d, "axis", np.zeros(len(outward))), dtype=np.float64)
+    length = float(np.linalg.norm(axis))
+    if d.type != "extruded" or abs(axis @ outward) < (1.0 - NEGLIGIBLE) * length:
+        return ""
+    return ": its 'axis' points at the boundary, and along it the tool has no end that could press"
+
+
 def place(
     name: str, d: ToolShape, meshes: dict[str, Mesh], rounding: float = 0.0, way: Array | None = None
 ) -> PlacedTool:  # fmt: skip
@@ -127,15 +136,15 @@ def place(
     gaps = shape.along(points - start, outward, 10.0 * reach)
     if not np.isfinite(gaps).any():
         raise ToolError(
-            f"tools.{name}: moving along {(-outward).tolist()} the {d.type} never meets {target!r}; "
-            f"change 'at' (its position across that direction) or its direction{d.hint()}"
+            f"tools.{name}: moving along {(0.0 - outward).tolist()} the {d.type} tool never meets {target!r}; "
+            f"change 'at' (its position across that direction) or its direction{_endwise(d, outward)}{d.hint()}"
         )
     where = start - gaps.min() * outward
     inside = float(-shape.closest(points - where).g.min())
     if inside > DRAWN * size:
         k = int(np.argmin(shape.closest(points - where).g))
         raise ToolError(
-            f"tools.{name}: moved along {(-outward).tolist()} until it touches {target!r}, the {d.type} has the node at "
+            f"tools.{name}: moved along {(0.0 - outward).tolist()} until it touches {target!r}, the {d.type} has the node at "
             f"({', '.join(f'{v:g}' for v in points[k])}) inside by {inside:.3g}: the boundary does not fit into it; change its "
             + (f"shape or 'at'{d.hint()}" if d.hint() else UNFIT)
         )

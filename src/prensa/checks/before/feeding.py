@@ -12,6 +12,7 @@ from prensa.contact.surface import Surface
 from prensa.errors import Finding
 from prensa.linear.rigid_modes import CLOSED
 from prensa.model.feed import Feed, ends_early
+from prensa.model.fields import motions_in
 from prensa.system.planning import plan_step
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
@@ -51,14 +52,17 @@ def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) ->
     for s in against:
         gap, velocity = _meeting(system, s, plan, feed, u)
         nearest[s.against] = gap
-        along, size = velocity["xy".index(feed.axis)] * np.sign(feed.way), float(np.hypot(*velocity))
+        along, size = velocity["xyz".index(feed.axis)] * np.sign(feed.way), float(np.linalg.norm(velocity))
         if along < -TOWARDS * size:
             tool = s.against
             key = "by" if tool in system.problem.steps[plan.number].by else "move"
+            motion = getattr(system.problem.steps[plan.number], key)[tool]
+            turn = next((r for r in motions_in(system.problem.space) if r[0] == "r" and getattr(motion, r) is not None), "rz")
+            positive = "counter-clockwise" if system.dofs.dimension == 2 else f"right-handed about {turn[1]}"
             yield Finding(
-                f"steps.{plan.number}.{key}.{tool}.rz",
+                f"steps.{plan.number}.{key}.{tool}.{turn}",
                 f"where {body!r} meets tool {tool!r}, the surface of the tool moves against the feed of {boundary!r}: it "
-                "pushes the stock out; reverse the sign of 'rz', which is positive counter-clockwise, or that of the feed",
+                f"pushes the stock out; reverse the sign of {turn!r}, which is positive {positive}, or that of the feed",
             )
     least = min((s.points.depth.min() for s in against), default=0.0)
     if nearest and min(nearest.values()) > CLOSED * least and not _come(system, against):
@@ -71,21 +75,22 @@ def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) ->
 
 
 def _meeting(system: System, s: Surface, plan: StepPlan, feed: Feed, u: Array) -> tuple[float, Array]:
-    """Least gap on the way, and the way (2,) on which the tool's turn takes its surface where the body meets it first."""
-    shift, nearest, at, master = np.zeros(2), np.inf, u.copy(), system.tool_masters[s.against]
+    """Least gap on the way, and the way (d,) on which the tool's turn takes its surface where the body meets it first."""
+    d = system.dofs.dimension
+    shift, nearest, at, master = np.zeros(d), np.inf, u.copy(), system.tool_masters[s.against]
     x, least = system.X[s.points.nodes], CLOSED * float(s.points.depth.min())
     start, now = master.place(u), u.copy()
     now[plan.fixed] = plan.values(plan.t1)
-    turn = float((master.place(now) - start)[2])
+    turn = (master.place(now) - start)[d : 2 * d if d == 3 else d + 1]
     for share in np.linspace(0.0, 1.0, PLACES):
         at[plan.fixed] = plan.values(plan.t0 + share * (plan.t1 - plan.t0))
-        shift["xy".index(feed.axis)] = share * feed.way
+        shift["xyz".index(feed.axis)] = share * feed.way
         pairs = master.seen(x + shift, at)
         nearest = min(nearest, float(pairs.g.min()))
         if nearest <= least:
             k = int(np.argmin(pairs.g))
-            return nearest, np.asarray(turn * (pairs.arm[k] @ TURNED))
-    return nearest, np.zeros(2)
+            return nearest, np.asarray(turn * (pairs.arm[k] @ TURNED) if d == 2 else np.cross(turn, pairs.arm[k]))
+    return nearest, np.zeros(d)
 
 
 def _come(system: System, against: list[Surface]) -> bool:
@@ -93,6 +98,6 @@ def _come(system: System, against: list[Surface]) -> bool:
     names = {s.against for s in against}
     for step in system.problem.steps:
         moved = [m for given in (step.move, step.by) for name, m in given.items() if name in names]
-        if names & set(step.push) or any(m.x is not None or m.y is not None for m in moved):
+        if names & set(step.push) or any(getattr(m, a) is not None for m in moved for a in "xyz"):
             return True
     return False

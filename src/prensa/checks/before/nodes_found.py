@@ -20,7 +20,7 @@ def few_nodes_met(system: System, s: Surface) -> str:
         known &= bool(m.known[number])
         gap = system.nodes_seen(s, m.u).g
         most = max(most, int(np.count_nonzero(np.where(np.isfinite(gap), gap, 0.0) < 0.0)))
-    if most >= 4:  # three elements across
+    if most >= 4 ** (system.dofs.dimension - 1):  # three elements across, in space both ways
         return ""
     if most <= 1:
         return f"it {'presses' if known else 'begins'} on one node{' at most' if known else ''}"

@@ -49,8 +49,8 @@ CHECKS: tuple[Check[System], ...] = (
     tool_paths, rigid_motions, joint_motions, tied_gaps, measured_places, closed_dies,
 )  # fmt: skip
 """In the order in which they are reported."""
-OF_THE_PLANE: tuple[Check[System], ...] = (tool_sizes, surface_corners, feeding, tied_gaps)
-"""Those of them that know nothing of bodies in space."""
+OF_THE_PLANE: tuple[Check[System], ...] = (tied_gaps,)
+"""Those of them that know nothing of bodies in space; ties there are refused where their sides lie apart."""
 AFTER: dict[Check[System], tuple[Check[System], ...]] = {tools_inside: AT_REST, tool_paths: (*AT_REST, tools_inside)}
 """Check → those after which it has nothing to say if one of them refuses the problem."""
 

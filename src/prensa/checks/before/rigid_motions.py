@@ -63,6 +63,8 @@ def rigid_motions(system: System) -> Iterator[Finding]:
                     "only friction holds it along y against the tools that press it: until they touch it, its position is "
                     "undefined; hold a point of it ('fixed'), or let a tool touch it there",
                 )
+            if not number and name not in reported and system.dofs.dimension == 3:
+                yield from _symmetry(system, name, frame, plan, held)
         values = at_start.copy()
         values[plan.fixed] = plan.values(plan.t1)
         at_start = values
@@ -97,6 +99,31 @@ def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
     return rubs and any(-sign not in bearing for sign in driven)
 
 
+def _symmetry(system: System, body: str, frame: Frame, plan: StepPlan, held: Array) -> Iterator[Finding]:
+    """Flat sides that only friction holds along their normal and in whose plane a tool stands: planes of symmetry, it seems.
+
+    The reference points of planes say nothing of where they stand.
+    """
+    normal = contact_rows(system, body, frame, plan, touching=False, rubs=False)
+    left = free_motions(system, np.concatenate([held, normal]))
+    tools = [system.tool_masters[s.against].tool for s in system.tool_contacts if s.body == body]
+    at = [tool.at for tool in tools if not tool.shape.half_space]
+    mesh = system.meshes[body]
+    for side, faces in mesh.edges.items():
+        x = mesh.points[np.unique(faces)]
+        axis = int(np.argmin(np.ptp(x, axis=0)))
+        free = left[:, :3] @ np.eye(3)[axis] if len(left) else np.zeros(0)
+        level = float(x[0, axis])
+        here = any(abs(float(p[axis]) - level) < NO_DIFFERENCE * frame.size for p in at)
+        if here and np.ptp(x[:, axis]) < NO_DIFFERENCE * frame.size and (np.abs(free) > NO_DIFFERENCE).any():
+            name, plane = "xyz"[axis], f"'{body}.{side}'"
+            yield Finding(
+                f"bodies.{body}",
+                f"only friction holds it along {name}, and a tool stands in the plane {name} = {level:.4g} of its side {plane}: "
+                f"if that is a plane of symmetry, 'fixed' lacks '{body}.{side}: {name}'",
+            )
+
+
 def _example(system: System, body: str, frame: Frame, plan: StepPlan, rows: Array) -> str:
     """A support of a body in space that takes away most of what is free, as it is written; '' in the plane."""
     if system.dofs.dimension == 2:
@@ -126,8 +153,12 @@ def loaded(system: System, bodies: Collection[str], number: int) -> bool:
     return any(name.partition(".")[0] in bodies for owner in owners for name in (*owner.loads, *owner.body_force))
 
 
-def contact_rows(system: System, body: str, frame: Frame, plan: StepPlan, touching: bool) -> Array:
+def contact_rows(
+    system: System, body: str, frame: Frame, plan: StepPlan, touching: bool, rubs: bool = True
+) -> Array:  # fmt: skip
     """Rows (k, 3|6) of the contacts of a body, normals and with friction tangents: of all, or of those that touch at first.
+
+    ``rubs``: whether friction counts.
 
     Tools that are pushed are brought to touch before the solve.
     """
@@ -146,7 +177,7 @@ def contact_rows(system: System, body: str, frame: Frame, plan: StepPlan, touchi
         if touching and not pushed:
             seen = pairs.g <= CLOSED * float(s.points.depth.min())
         rows.append(rows_of(frame, x[seen], pairs.n[seen]))
-        if not system.frictionless(law):
+        if rubs and not system.frictionless(law):
             solid = system.dofs.dimension == 3
             rows.append(along_all(frame, x[seen]) if solid else rows_of(frame, x[seen], pairs.n[seen] @ TURNED))
     return np.concatenate(rows)

@@ -8,9 +8,11 @@ import numpy as np
 
 from prensa.checks.before.nodes_found import few_nodes_met
 from prensa.checks.thresholds import NOTABLE_DEPTH
+from prensa.contact.faces import FacePoints
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
 from prensa.materials.flow_curve import stress_at
+from prensa.mesh.bricks import around_faces
 from prensa.system.element_sizes import least_size
 from prensa.system.system import System
 
@@ -20,29 +22,40 @@ STIFFEST_BETA = 1e4
 
 def tool_sizes(system: System) -> Iterator[Finding]:
     """Tools that find no node to press on, or one, and contacts of a stiffness that is no use."""
+    solid = system.dofs.dimension == 3  # there a run looks between nodes, and says how much is missed
     for i, s in enumerate(system.tool_contacts):
         tool = system.tool_masters[s.against].tool
-        ends = system.X[s.points.edges]
-        h = min(float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).min()), least_size(system, s.body))
+        h = min(_shortest(system, s), least_size(system, s.body))
         size, key = tool.description.face()
         if tool.description.tip():
             yield from _tip(system, s, h)
         # what a sharp face covers is cut out of edges, unless one lies under both of its corners
-        elif size < (1 if s.sharp else 2) * h and (finds := few_nodes_met(system, s)):
-            what, least = "radius" if key == "radius" else "face", "one element" if s.sharp else "two elements"
+        elif size < (1 if s.sharp or solid else 2) * h and (finds := few_nodes_met(system, s)):
+            what, least = "radius" if key.endswith("radius") else "face", "one element" if s.sharp or solid else "two elements"
             yield Finding(
                 f"tools.{tool.name}.{key}",
                 f"the {what} {size:.4g} is less than {least} of {'+'.join(s.description.surface)!r}, the smallest of "
                 f"which is {h:.4g} long: {finds}; refine the surface there to {0.25 * size:.2g}",
-                Severity.REFUSE if size < 0.5 * h else Severity.WARN,
+                Severity.REFUSE if size < 0.5 * h and not solid else Severity.WARN,
             )
-        yield from _corners(system, s)
+        if not solid:  # what lies between nodes in space is looked for in the run
+            yield from _corners(system, s)
         k_n = getattr(s.description.enforcement, "k_n", None)
         beta = s.description.enforcement.beta_of(s.unit)
         if beta > STIFFEST_BETA or (beta < 1 and _gives_way(system, s, beta)):
             which = f"k_n = {k_n:.3g}, beta = {beta:.2g}" if k_n is not None else f"beta = {beta:.2g}"
             result = "iterations suffer and pressures oscillate" if beta > 1 else "the tool penetrates by whole elements"
             yield Finding(f"contacts.{i}.enforcement", f"{which}: {result}; leave it out (beta = 100)")
+
+
+def _shortest(system: System, s: Surface) -> float:
+    """The shortest edge of a surface, of its faces in space."""
+    if not isinstance(s.points, FacePoints):
+        ends = system.X[s.points.edges]
+        return float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).min())
+    corners = system.X[around_faces(s.points.faces)]
+    length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    return float(length[length > 0.0].min())  # wedges name a node twice
 
 
 def _gives_way(system: System, s: Surface, beta: float) -> bool:

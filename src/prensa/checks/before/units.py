@@ -41,8 +41,10 @@ def lengths(system: System) -> Iterator[Finding]:
     yield from _long_bodies(system)
     size = system.length
     for name, tool in system.problem.tools.items():
-        for key in ("radius", "width", "outer", "fillet"):
-            given = getattr(tool, key, None)
+        sizes = ("radius", "width", "outer", "fillet")
+        for key in (*sizes, *(f"section.{k}" for k in sizes if hasattr(tool, "section"))):
+            of, _, own = key.rpartition(".")
+            given = getattr(getattr(tool, of) if of else tool, own, None)
             values = given if isinstance(given, tuple) else (given,)  # a fillet of each corner
             value = next((v for v in values if v and not size / 500 <= v <= 500 * size), None)
             if value is not None:

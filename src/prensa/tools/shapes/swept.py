@@ -75,7 +75,8 @@ class _SweptShape(ToolShape, abstract=True):
 
     def face(self) -> tuple[float, str]:
         """That of the section."""
-        return self.section.face()
+        size, key = self.section.face()
+        return size, f"section.{key}" if key else ""
 
     def details(self, shape: Tool, direction: Array) -> str:
         """What is swept, and how."""
