@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
+import numpy as np
 from side_by_side import join
 
 import prensa as pr
@@ -24,7 +25,8 @@ def main() -> None:
         figures = [ball.plot("plastic_strain", at="drag", section="z", dpi=200), ball.plot("pressure", at="drag", dpi=200),
                    billet.plot("mises", dpi=200)]  # fmt: skip
         join(figures, HEIGHT, 200, DOCS / "guide" / "pictures" / "space.png", margin=0.05)
-        hook = runs["snap_hook"].plot("mises", at="largest force", size=(6.4, 4.8), dpi=150)
+        over_the_nose = int(np.argmax(np.abs(runs["snap_hook"].history["bar.fy"]))) + 1
+        hook = runs["snap_hook"].plot("mises", at=over_the_nose, size=(6.4, 4.8), dpi=150)
         hook.savefig(DOCS / "guide" / "pictures" / "snap_hook.png", dpi=150, bbox_inches="tight")
 
 
