@@ -76,7 +76,8 @@ Compare = Callable[[Run], Iterable[Row]]
 class Example:
     """A case file with ``changes``, what is compared, and whether it is of those that run in seconds, or for minutes.
 
-    ``box``: part of the plane (x from, to, y from, to) that its picture shows; None for all. ``told``: parts of the warnings
+    ``box``: part of the plane (x from, to, y from, to) that its picture shows; None for all. ``section``: across which axis, in
+    space, its picture is cut in the middle. ``told``: parts of the warnings
     that it is meant to give; any other is a failing row.
     """
 
@@ -87,6 +88,7 @@ class Example:
     quick: bool = False
     long: bool = False
     box: tuple[float, float, float, float] | None = None
+    section: str = ""
     told: tuple[str, ...] = ()
 
 
@@ -422,6 +424,57 @@ def square_head(run: Run) -> Iterator[Row]:
     yield beside("force (kN) at the end, most of the walls covered", math.nan, 4e-3 * run["force"])
 
 
+@example("Square cup", long=True, section="z")
+def square_cup(run: Run) -> Iterator[Row]:
+    """Statics, what a strip that does not stretch is drawn in, and that the corner follows less; forces of the whole cup.
+
+    The strip lies on the edges of punch, radius 8, and die, radius 5 and 15 mm beside it, and is straight between them.
+    """
+    thickness, depth, beside_it = 0.78, 15.0, 15.0
+    radii, drop = 13.0 + thickness, depth - thickness - 13.0
+    way = math.hypot(beside_it, drop)
+    turn = math.atan2(drop, beside_it) + math.asin(radii / way)
+    drawn = radii * turn + math.sqrt(way**2 - radii**2) - beside_it
+    yield row("force of the die (kN), punch and holder", 4e-3 * (run["force"] + run["holder"]), -4e-3 * run["die"], 1e-6)
+    yield row("draw-in of the middle of a side (mm), a strip that does not stretch", drawn, -run["side"], 0.0, "at most")
+    yield row("draw-in of the corner (mm), that of the sides", -run["side"], -run["corner"], 0.0, "at most")
+    yield row("volume (mm³), that of the blank", 0.78 * 75.0**2, run["volume"], 0.002)
+    yield beside("force of the punch (kN)", math.nan, 4e-3 * run["force"])
+    yield beside("largest thinning (%)", math.nan, 100.0 * run["thinning"])
+    yield beside("largest thickening (%)", math.nan, 100.0 * run["thickening"])
+
+
+@example("Tube bending")
+def tube_bending(run: Run) -> Iterator[Row]:
+    """Legs as tangents of former and roller; force and springback by the plastic moment M of a round thin tube in pure bending.
+
+    Behind the former M falls linearly to nothing at the roller, whose force it is by the length of the leg.
+    """
+    radius, wall, centre = 9.25, 1.5, 60.0
+
+    def pull(angle: float) -> float:
+        return 500.0 * (0.01 + math.log1p(radius * math.sin(angle) / centre)) ** 0.2 * math.sin(angle)
+
+    angles = np.linspace(0.0, 0.5 * math.pi, 201)
+    moment = 4.0 * radius**2 * wall * float(np.trapezoid([pull(a) for a in angles], angles))
+    across, down = 80.0, 40.0 - 59.9 - 29.9
+    leg = math.sqrt(across**2 + down**2 - 89.8**2)
+    bent = 0.5 * math.pi - math.atan(leg / 89.8) + math.atan2(down, across)
+    back = moment / (200e3 * math.pi * radius**3 * wall) * (centre * bent + 0.5 * leg)
+
+    def angle(step: str) -> float:
+        return math.degrees(math.atan2(run.end("y2", step) - run.end("y1", step), run.end("x2", step) - run.end("x1", step)))
+
+    yield row("angle of a leg (deg), tangent of former and roller", math.degrees(bent), angle("bend"), 0.03)
+    force = 2e-3 * moment * math.cos(bent) / leg
+    yield row("force (kN), plastic moment over the leg", force, 4e-3 * run.end("force", "bend"), 0.15)
+    yield row("springback of a leg (deg), M/(E I)", math.degrees(back), angle("bend") - angle("release"), 0.2)
+    for name, side in (("outside", 1.0), ("inside", -1.0)):
+        expected = wall * math.exp(-0.5 * math.log1p(side * radius / centre))
+        yield row(f"wall {name} (mm), pure bending to {centre:g} mm", expected, run.end(name, "bend"), 0.05)
+    yield beside("height of the section (mm)", 20.0, run.end("top", "bend") - run.end("bottom", "bend"))
+
+
 def _ring(m: float, decrease: float) -> None:
     @example("Ring compression with a shear factor", "ring_shear_factor", (f"friction.m={m}",), quick=m == 0.1)
     def compare(run: Run) -> Iterator[Row]:
@@ -492,7 +545,7 @@ def solve(name: str, pictures: Path | None = None) -> Found:
     if pictures is not None and shown is not None and name == _pictured(chosen.case):
         pictures.mkdir(parents=True, exist_ok=True)
         mirror = case.output.mirror if problem.space == "solid" else ()
-        picture = plot.deformed(shown, problem, "plastic_strain", mirror=mirror, box=chosen.box)
+        picture = plot.deformed(shown, problem, "plastic_strain", mirror=mirror, box=chosen.box, section=chosen.section)
         with style.styled():
             picture.savefig(pictures / f"{chosen.case}.png", dpi=90, bbox_inches="tight")
     return name, rows, time.process_time() - began

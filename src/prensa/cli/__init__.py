@@ -697,13 +697,13 @@ def curve(
 ) -> None:  # fmt: skip
     """Write the force of a tool against its travel, or coordinates and fields along a line of a body, as a table."""
     with Voice(quiet, verbose, json, folder=folder) as voice:
-        from prensa.output.along import PROFILE
+        from prensa.output.along import LINE_TABLE
         from prensa.output.curve import CURVE
 
         run = _results_of(folder, voice)
         if along:
             found = run.profile(along, int(at) if at.isdecimal() else at)
-            target = found.save(out or folder / PROFILE, semicolons)
+            target = found.save(out or folder / LINE_TABLE, semicolons)
             voice.confirm(str(target))
             voice.give({"profile": target, "line": found.line})
             return

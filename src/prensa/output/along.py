@@ -20,7 +20,7 @@ from prensa.output.files import write_text
 from prensa.result.increment import BodyState, Increment, Shape
 from prensa.types import Array, Index
 
-PROFILE = "profile.csv"
+LINE_TABLE = "profile.csv"
 
 
 class Profile(NamedTuple):

@@ -334,7 +334,8 @@ def _frame(axes: Any, box: Array, problem: Problem, angles: tuple[float, float])
     for axis, along, length in zip((axes.xaxis, axes.yaxis, axes.zaxis), eye, seen / seen.max()):
         axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
         axis.set_major_locator(MaxNLocator(max(round(4.0 * float(length)), 1)))
-        axis.labelpad = 8.0  # names beside the numbers of a tilted axis
+        if axis is not axes.zaxis:
+            axis.labelpad = 13.0  # names beside the numbers of a tilted axis
         if abs(along) > END_ON:
             axis.set_ticks([])
             axis.set_label_text("")
