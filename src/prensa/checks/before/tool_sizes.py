@@ -11,7 +11,9 @@ from prensa.checks.thresholds import NOTABLE_DEPTH
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
 from prensa.materials.flow_curve import stress_at
+from prensa.model.remeshing import remeshing_of
 from prensa.system.element_sizes import least_size
+from prensa.system.finer_part import may_part
 from prensa.system.system import System
 
 STIFFEST_BETA = 1e4
@@ -35,6 +37,7 @@ def tool_sizes(system: System) -> Iterator[Finding]:
                 f"the {what} {size:.4g} is less than {least} of {'+'.join(s.description.surface)!r}, the smallest of "
                 f"which is {h:.4g} long: {finds}; refine the surface there to {0.25 * size:.2g}",
                 Severity.REFUSE if size < 0.5 * h else Severity.WARN,
+                seen_in_run=_computed(system, s),
             )
         yield from _corners(system, s)
         k_n = getattr(s.description.enforcement, "k_n", None)
@@ -43,6 +46,11 @@ def tool_sizes(system: System) -> Iterator[Finding]:
             which = f"k_n = {k_n:.3g}, beta = {beta:.2g}" if k_n is not None else f"beta = {beta:.2g}"
             result = "iterations suffer and pressures oscillate" if beta > 1 else "the tool penetrates by whole elements"
             yield Finding(f"contacts.{i}.enforcement", f"{which}: {result}; leave it out (beta = 100)")
+
+
+def _computed(system: System, s: Surface) -> bool:
+    """Whether a run computes a contact of few nodes on finer elements, and says what its force is off."""
+    return may_part(system, s) and remeshing_of(system.problem) is None
 
 
 def _gives_way(system: System, s: Surface, beta: float) -> bool:
@@ -100,4 +108,5 @@ def _tip(system: System, s: Surface, h: float) -> Iterator[Finding]:
             f"the end towards {surface!r} is as sharp as a radius of {size:.2g}, less than two elements, the smallest of which "
             f"is {h:.4g} long: {finds}; refine the surface there{rounded}",
             Severity.REFUSE if whole < h else Severity.WARN,
+            seen_in_run=_computed(system, s),
         )
