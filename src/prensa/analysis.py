@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 from prensa.checks.after.passages import Passages
 from prensa.checks.before.preflight import preflight
@@ -18,6 +19,7 @@ from prensa.model.remeshing import remeshing_of
 from prensa.policy import Policy
 from prensa.remeshing.driver import Remeshing
 from prensa.result.increment import Increment, Monitor
+from prensa.solver.finer_contact import missed_on_finer
 from prensa.solver.first_matrix import Ahead
 from prensa.solver.reporting import Messages
 from prensa.solver.time_stepping import TimeStepping
@@ -52,8 +54,7 @@ def solve(
     Raises
     ------
     PrensaError
-        For a description that cannot be discretised; `SolveError` when an increment does not converge after all
-        cut-backs.
+        For a description that cannot be discretised; `SolveError` when an increment does not converge after all cut-backs.
 
     """
     check_arguments(problem, numerics, start, monitor, timer, policy)
@@ -69,7 +70,7 @@ def solve(
         report_preflight(system)
     elif not belongs(start, system):
         system = system_of(start, system)
-    condense = to_be_condensed(system, numerics, policy)
+    condense, finer = to_be_condensed(system, numerics, policy), partial(missed_on_finer, numerics=numerics, policy=policy)
     timer, followed = timer or Timer(), passages or Passages(system)
     if passages is None and start is not None:
         followed.met.update(tool.name for tool in system.tools)  # before it, for all that is known
@@ -78,6 +79,7 @@ def solve(
     def stepping(system: System) -> TimeStepping:
         made = TimeStepping(system, numerics, policy, Messages(system, monitor), timer, condense)
         made.passages, made.remeshes = followed, remeshing_of(system.problem) is not None
+        made.checks.between_nodes.on_finer = finer
         made.ahead = ahead if ahead is not None and ahead.system is system else None
         made.prescribe(state, times, stops)
         made.guard = None if made.remeshes or system is not base else guard_of(system)
@@ -102,8 +104,11 @@ def report_preflight(system: System) -> None:
             log.info("tools.%s: %s", name, note)
     notices = preflight(system)
     refuse(notices)
-    for words in [*warnings_of(system.problem), *map(str, notices)]:
+    for words in [*warnings_of(system.problem), *(str(n) for n in notices if not n.seen_in_run)]:
         log.warning("%s", words)
+    for notice in notices:
+        if notice.seen_in_run:
+            log.info("%s", notice)
 
 
 def check_arguments(

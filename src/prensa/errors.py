@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
 
@@ -129,12 +129,13 @@ class Finding:
     """What a check has found.
 
     ``message``: what is wrong, by how much and where, and after that the remedy; ``path`` into the description (keys joined by
-    dots), empty where the finding belongs to no key.
+    dots), empty where the finding belongs to no key. ``seen_in_run``: a run finds out what comes of it, and warns of that.
     """
 
     path: str
     message: str
     severity: Severity = Severity.WARN
+    seen_in_run: bool = field(default=False, kw_only=True)
 
     @property
     def fatal(self) -> bool:

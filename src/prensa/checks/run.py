@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from prensa.checks.after.between_nodes import BetweenNodes
+from prensa.checks.after.between_nodes import BetweenNodes, OnFiner
 from prensa.checks.after.coarse_tools import CoarseTools
 from prensa.checks.after.corners_of_faces import corners_of_faces
 from prensa.checks.after.quality import PenaltyShare, hidden_forces, penetrations, soft_springs, untouched_tools
@@ -37,9 +37,15 @@ from prensa.system.system import System
 
 
 class RunChecks:
-    """The checks of a run of a system; ``validity``: that of the run up to here, where it goes on on another system."""
+    """The checks of a run of a system; ``validity``: that of the run up to here, where it goes on on another system.
 
-    def __init__(self, system: System, policy: Policy, validity: Validity | None = None) -> None:
+    ``on_finer``: who computes the surroundings of contacts on finer elements; None: nobody.
+    """
+
+    def __init__(
+        self, system: System, policy: Policy, validity: Validity | None = None, on_finer: OnFiner | None = None
+    ) -> None:
+        self.policy, self.between_nodes = policy, BetweenNodes(system, on_finer)
         corners = Corners(system)
         folding = Folding(system, policy, corners)
         self.validity = validity or Validity(system, policy)
@@ -56,7 +62,7 @@ class RunChecks:
         self.committed: list[Check[Committed]] = [self.validity]
         self.step_ends: list[Check[Committed]] = [
             partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), penalties,
-            BetweenNodes(system), CoarseTools(system), partial(corners_of_faces, system),
+            self.between_nodes, CoarseTools(system), partial(corners_of_faces, system),
         ]  # fmt: skip
         self.tools_leave: list[Check[Finished]] = [partial(untouched_tools, system)]
         self.run_ends: list[Check[Finished]] = [*self.tools_leave, self.validity.warnings, penalties.warnings]
@@ -64,6 +70,10 @@ class RunChecks:
         self.failed: list[Check[Failed]] = [
             self.validity.warnings, partial(tool_balance, system), partial(unilateral_support, system),
         ]  # fmt: skip
+
+    def of(self, system: System) -> RunChecks:
+        """Those of the rest of the run, which goes on on another system."""
+        return RunChecks(system, self.policy, self.validity, self.between_nodes.on_finer)
 
     def refusal(self, c: Context, result: NewtonResult) -> Failure | None:
         """Why a converged attempt at an increment is refused; None if it is not, or did not converge."""

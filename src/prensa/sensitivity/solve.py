@@ -22,6 +22,7 @@ from prensa.sensitivity.direct import Direction
 from prensa.sensitivity.follower import Follower
 from prensa.sensitivity.increments import Differentiation
 from prensa.solver.equilibrium import Equilibrium
+from prensa.solver.finer_contact import missed_on_finer
 from prensa.solver.reporting import Messages
 from prensa.solver.stabilisation import stabilised
 from prensa.solver.step_control import StepControl
@@ -88,9 +89,9 @@ def solve(
     threads, follows = threads_with_follower(numerics, system.ndof, policy, system.dofs.dimension == 3)
     directions = [Direction.of(system, path, policy.parameter_step_ratio, policy, begin) for path in derivatives]
     stepping = Differentiated(system, replace(numerics, threads=threads), policy, messages, timer, directions)
-    stepping.passages = passages or stepping.passages
+    stepping.checks.between_nodes.on_finer = partial(missed_on_finer, numerics=numerics, policy=policy)
     # Planes from the beginning would make another run than the one without derivatives.
-    stepping.guard = guard_of(system) if system is base else None
+    stepping.passages, stepping.guard = passages or stepping.passages, guard_of(system) if system is base else None
     stepping.planes = list(system.problem.tools)[len(base.problem.tools) :]
     stepping.prescribe(begin, times, stops)
     stepping.follower = Follower(messages, timer) if follows else None

@@ -15,7 +15,6 @@ import numpy as np
 
 from prensa.checks.after.passages import Passages, jump_of, passing_of
 from prensa.checks.check import Committed, Failed, Finished, Rejected, Solved, StepBegun
-from prensa.checks.run import RunChecks
 from prensa.errors import SolveError
 from prensa.linear.threads import ONE_OF_BLAS
 from prensa.measures import parse
@@ -127,7 +126,7 @@ class TimeStepping(IncrementSolver):
                         raise
                     self.messages.note(state, plan, str(nearing))
                     rest = self.with_planes()
-                    rest.checks = RunChecks(rest.system, self.policy, self.checks.validity)
+                    rest.checks = self.checks.of(rest.system)
                     begun = state if state.clock.time > plan.t0 else entered
                     yield from rest.run(extended(begun, self.system, rest.system))
                     return
@@ -148,7 +147,7 @@ class TimeStepping(IncrementSolver):
     def without_tools(self) -> TimeStepping:
         """The rest of the run, when the tools are gone."""
         rest = self.onto(self.system.without_tools())
-        rest.checks = RunChecks(rest.system, self.policy, self.checks.validity)
+        rest.checks = self.checks.of(rest.system)
         rest.passages, rest.remeshes, rest.last = self.passages, self.remeshes, self.last
         rest.times, rest.stops = self.times, self.stops
         return rest

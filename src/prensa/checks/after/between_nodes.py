@@ -1,17 +1,18 @@
-"""Edges of tools that are finer than the elements, and dip into a surface between its nodes."""
+"""Tools whose edges, fillets or faces are small against the elements: what contacts of few nodes miss of the force."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from prensa.checks.check import Committed, warning
 from prensa.checks.during.penetration import ON_EDGE
-from prensa.checks.thresholds import NOTABLE_DEPTH
+from prensa.checks.thresholds import NOTABLE_DEPTH, SLIGHT
 from prensa.contact.faces import FacePoints
 from prensa.contact.forces import ContactForces
+from prensa.contact.passage import WORTH_SAYING
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, coordinates
 from prensa.mesh.mesh import segments
@@ -28,6 +29,16 @@ class Dip(NamedTuple):
     length: float
 
 
+class OnFiner(Protocol):
+    """Who computes the surroundings of a contact on finer elements."""
+
+    def __call__(self, system: System, s: Surface, given: Committed, nodes: Index, layers: int) -> float | None:
+        """Share by which the force of a contact is too small there: around ``nodes``, so many layers of elements.
+
+        Negative of a force that is too large; None where it cannot be known.
+        """
+
+
 def _inside(dimension: int) -> tuple[Array, Array]:
     """Shape values (p, 2|4) of an edge or a face at places inside, and the parabola s (1 − s) (p, 1|2) along its sides."""
     s = ON_EDGE
@@ -41,62 +52,87 @@ def _inside(dimension: int) -> tuple[Array, Array]:
 class BetweenNodes:
     """The contacts of tools with edges, fillets or faces that are small against the elements: nodes know nothing of a dip.
 
-    One of a tenth of an edge is reported, and dips that together miss a tenth of the force (`missed`), once a contact.
+    Where few nodes carry a tool that lies deeper between them, or turns away there, what the force misses is computed on finer
+    elements (``on_finer``), and reported where it is notable. Elsewhere dips of a tenth of an edge are reported, and those that
+    together miss a tenth of the force (`missed`). All once a contact.
     """
 
-    def __init__(self, system: System) -> None:
-        self.system = system
+    def __init__(self, system: System, on_finer: OnFiner | None = None) -> None:
+        self.system, self.on_finer = system, on_finer
         # Meshes that are made anew follow their tools, and what one of them shows is soon gone.
         none = system.on_undeformed or remeshing_of(system.problem) is not None
-        self.contacts = [] if none else [(i, s) for i, s in enumerate(system.tool_contacts) if not (s.sharp or _curved(s))]
+        self.contacts = [] if none else [(i, s) for i, s in enumerate(system.tool_contacts) if not _curved(s)]
         self.pieces = {s.name: _pieces(s) for _, s in self.contacts}
         self.N, self.parabola = _inside(system.dofs.dimension)
-        self.nodal = {s.name for _, s in self.contacts if _by_nodes(s)}
+        self.nodal = {s.name for _, s in self.contacts if s.sharp or _by_nodes(s)}
         self.hollow = {s.name: _hollow(system.X[self.pieces[s.name]]) for _, s in self.contacts}
         self.reported: set[str] = set()
+        self.right: dict[str, float] = {}  # shares that dips seemed to miss where finer elements found the force right
 
     def __call__(self, given: Committed) -> Iterator[Finding]:
-        """The deepest dip of each contact at the end of a step: on the way edges come and go between nodes."""
+        """What there is to say of each contact at the end of a step: on the way edges come and go between nodes."""
         if self.system.gone:
             return
-        u, forces = given.state.u, given.evaluation.contacts
-        x = self.system.positions(u)
         for i, s in self.contacts:
+            f = given.evaluation.contacts[i]
             # one edge of many in contact carries no notable share of the force
-            if s.name in self.reported or NOTABLE_DEPTH * np.count_nonzero(forces[i].p > 0.0) > 1.0:
+            if s.name in self.reported or NOTABLE_DEPTH * np.count_nonzero(f.p > 0.0) > 1.0:
                 continue
-            words = self._dips(s, x, u) or self._falls_short(s, forces[i], x, u)
-            if words:
+            if words := self._of(s, f, given):
                 self.reported.add(s.name)
                 yield warning(words)
 
-    def _dips(self, s: Surface, x: Array, u: Array) -> str:
-        """What there is to say of the deepest dip of a contact, for nodes at x (n, 2) of degrees of freedom u (ndof,)."""
-        dip = self._deepest(s, x, u)
-        if dip is None:
-            return ""
+    def _of(self, s: Surface, f: ContactForces, given: Committed) -> str:
+        """What there is to say of the force f of a contact, at the end of the increment ``given``."""
+        u = given.state.u
+        x = self.system.positions(u)
+        # what a sharp corner covers is cut out of an edge, and no dip
+        dip = None if s.sharp else self.deepest(s, x, u)
+        missed = self.missed(s, f, x, u) if s.name in self.nodal and not s.sharp else 0.0
+        pressed = s.points.support[f.p > 0.0, 0]
+        share = None
+        if s.name in self.nodal and (missed > SLIGHT or self._turns(s, pressed, x, u) or (dip is not None and len(pressed))):
+            if missed <= self.right.get(s.name, -1.0):
+                return ""
+            nodes = pressed if dip is None else np.union1d(pressed, dip.nodes)
+            # what is as many elements away as an edge is small feels nothing of it
+            share = None if self.on_finer is None else self.on_finer(self.system, s, given, nodes, round(1.0 / NOTABLE_DEPTH))
+            if share is not None and abs(share) <= WORTH_SAYING:
+                self.right[s.name] = missed
+                return ""
+        pushed = any(dof in given.context.plan.push for dof in self.system.tool_masters[s.against].dofs.tolist())
+        if dip is not None:
+            return self.words(s, dip, x, _off(share, pushed))
+        # in space, of what the tool would bear whose depth is that of the nodes and δ more
+        short = missed / (1.0 + missed) if self.system.dofs.dimension == 3 else missed
+        off = short if share is None else share
+        return self._few(s, len(pressed), off, pushed) if share is not None or missed > NOTABLE_DEPTH else ""
+
+    def _turns(self, s: Surface, pressed: Index, x: Array, u: Array) -> bool:
+        """Whether a tool turns notably from a pressed node to the next one: its edge or fillet is between them or near."""
+        pieces = self.pieces[s.name]
+        beside = pieces[np.isin(pieces, pressed).any(axis=1)]
+        n = self.system.tool_masters[s.against].seen(x[beside].reshape(-1, x.shape[1]), u).n.reshape(*beside.shape, x.shape[1])
+        # a chord of a unit circle is the sine of what it turns by, where that is small
+        return bool((np.linalg.norm(n[:, 1:] - n[:, :1], axis=2) > NOTABLE_DEPTH).any())
+
+    def words(self, s: Surface, dip: Dip, x: Array, off: str) -> str:
+        """What there is to say of the deepest dip of a contact, for nodes at x (n, 2), and of what is ``off``."""
         *nodes, last = (dip.nodes - self.system.offsets[s.body]).tolist()
         at = coordinates(x[dip.nodes].mean(axis=0))
         return (
             f"tool {s.against!r} lies more than {NOTABLE_DEPTH * dip.length:.3g} inside {'+'.join(s.description.surface)!r} "
             f"between nodes {', '.join(map(str, nodes))} and {last}, at ({at}), and touches none as deep: its edge or fillet is "
-            "finer than the elements, and forces are too small; shorten the elements there, or enlarge the fillet"
+            f"finer than the elements, and {off}; shorten the elements there, or enlarge the fillet"
         )
 
-    def _falls_short(self, s: Surface, f: ContactForces, x: Array, u: Array) -> str:
-        """What there is to say of the force f of a contact, for nodes at x (n, 2) of degrees of freedom u (ndof,)."""
-        share = self.missed(s, f, x, u) if s.name in self.nodal else 0.0
-        if not share > NOTABLE_DEPTH:
-            return ""
-        if self.system.dofs.dimension == 3:
-            share /= 1.0 + share  # of what the tool would bear whose depth is that of the nodes and δ more
-        count = int(np.count_nonzero(f.p > 0.0))
+    def _few(self, s: Surface, count: int, share: float, pushed: bool) -> str:
+        """What there is to say of a contact of so many nodes that misses a share of its force; ``pushed``: which is given."""
         nodes = "1 node carries" if count == 1 else f"{count} nodes carry"
-        size = f", by an estimated {100.0 * share:.0f} %" if share < 1.0 else ""
+        deeper = "" if share < 0.0 else ", and it lies deeper between nodes than at them"
         return (
-            f"{nodes} all of tool {s.against!r} on {'+'.join(s.description.surface)!r}, and it lies deeper between nodes than at "
-            f"them: its face, fillet or radius is small against the elements, and forces are too small{size}; shorten the "
-            "elements there"
+            f"{nodes} all of tool {s.against!r} on {'+'.join(s.description.surface)!r}{deeper}: its face, fillet or radius is "
+            f"small against the elements, and {_off(share, pushed)}; shorten the elements there"
         )
 
     def missed(self, s: Surface, f: ContactForces, x: Array, u: Array) -> float:
@@ -134,7 +170,7 @@ class BetweenNodes:
         master = self.system.tool_masters[s.against]
         return np.asarray(master.shape.closest(master.local(x.reshape(-1, x.shape[-1]), u)).g).reshape(x.shape[:2])
 
-    def _deepest(self, s: Surface, x: Array, u: Array) -> Dip | None:
+    def deepest(self, s: Surface, x: Array, u: Array) -> Dip | None:
         """The deepest dip over the length of its piece, for nodes at x (n, d) of degrees of freedom u (ndof,)."""
         pieces = self.pieces[s.name]
         ends = x[pieces]
@@ -153,6 +189,14 @@ class BetweenNodes:
         gaps = self._gaps(s, self.N @ ends[near] + into[:, None], u).min(axis=1)
         k = int(np.argmin(gaps))
         return Dip(pieces[near[k]], float(length[near[k]])) if gaps[k] < 0.0 else None
+
+
+def _off(share: float | None, pushed: bool) -> str:
+    """By how much forces are off, of which a share is missing, negative of too large ones; of a tool that is pushed, its way."""
+    large = share is not None and share < 0.0
+    way, force = ("not deep enough", "too large") if large else ("too deep", "too small")
+    what = f"it goes {way}" if pushed else f"forces are {force}"
+    return what if share is None or share >= 1.0 else f"{what}, by an estimated {100.0 * abs(share):.0f} %"
 
 
 def _curved(s: Surface) -> bool:

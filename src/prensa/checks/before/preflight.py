@@ -9,6 +9,7 @@ from __future__ import annotations
 from prensa.checks.before.bending import stiff_in_bending
 from prensa.checks.before.bores import bores
 from prensa.checks.before.closed_dies import closed_dies
+from prensa.checks.before.edges_between_nodes import edges_between_nodes
 from prensa.checks.before.feeding import feeding
 from prensa.checks.before.file_units import file_units
 from prensa.checks.before.flow_curves import flow_curves
@@ -46,12 +47,16 @@ CHECKS: tuple[Check[System], ...] = (
     obsolete_keys, new_meshes, flow_curves, tables, lengths, pushes, mesh_shapes, stiff_in_bending, bores, table_starts,
     standstills, travels, small_strain, feeding, new_sizes, mounts, turns, off_centre, thick_sheets, file_units,
     *AT_REST, tools_inside,
-    tool_paths, rigid_motions, joint_motions, tied_gaps, measured_places, closed_dies,
+    tool_paths, edges_between_nodes, rigid_motions, joint_motions, tied_gaps, measured_places, closed_dies,
 )  # fmt: skip
 """In the order in which they are reported."""
 OF_THE_PLANE: tuple[Check[System], ...] = (tied_gaps,)
 """Those of them that know nothing of bodies in space; ties there are refused where their sides lie apart."""
-AFTER: dict[Check[System], tuple[Check[System], ...]] = {tools_inside: AT_REST, tool_paths: (*AT_REST, tools_inside)}
+AFTER: dict[Check[System], tuple[Check[System], ...]] = {
+    tools_inside: AT_REST,
+    tool_paths: (*AT_REST, tools_inside),
+    edges_between_nodes: (*AT_REST, tools_inside),
+}
 """Check → those after which it has nothing to say if one of them refuses the problem."""
 
 

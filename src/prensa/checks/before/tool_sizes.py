@@ -13,7 +13,9 @@ from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
 from prensa.materials.flow_curve import stress_at
 from prensa.mesh.bricks import around_faces
+from prensa.model.remeshing import remeshing_of
 from prensa.system.element_sizes import least_size
+from prensa.system.finer_part import may_part
 from prensa.system.system import System
 
 STIFFEST_BETA = 1e4
@@ -37,6 +39,7 @@ def tool_sizes(system: System) -> Iterator[Finding]:
                 f"the {what} {size:.4g} is less than {least} of {'+'.join(s.description.surface)!r}, the smallest of "
                 f"which is {h:.4g} long: {finds}; refine the surface there to {0.25 * size:.2g}",
                 Severity.REFUSE if size < 0.5 * h and not solid else Severity.WARN,
+                seen_in_run=_computed(system, s),
             )
         if not solid:  # what lies between nodes in space is looked for in the run
             yield from _corners(system, s)
@@ -56,6 +59,11 @@ def _shortest(system: System, s: Surface) -> float:
     corners = system.X[around_faces(s.points.faces)]
     length = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     return float(length[length > 0.0].min())  # wedges name a node twice
+
+
+def _computed(system: System, s: Surface) -> bool:
+    """Whether a run computes a contact of few nodes on finer elements, and says what its force is off."""
+    return may_part(system, s) and remeshing_of(system.problem) is None
 
 
 def _gives_way(system: System, s: Surface, beta: float) -> bool:
@@ -113,4 +121,5 @@ def _tip(system: System, s: Surface, h: float) -> Iterator[Finding]:
             f"the end towards {surface!r} is as sharp as a radius of {size:.2g}, less than two elements, the smallest of which "
             f"is {h:.4g} long: {finds}; refine the surface there{rounded}",
             Severity.REFUSE if whole < h else Severity.WARN,
+            seen_in_run=_computed(system, s),
         )

@@ -1,0 +1,154 @@
+"""Random problems of four kinds that were once wrong without a word, held against finer meshes, exact contact, or statics.
+
+*Bending*: clamped strips of one to eight elements across, and plates between planes down to half their height, against elements
+a quarter as long. *Confined*: bonded layers of rubber under a plate, whose force is that of exact contact. *Moved*: bodies whose
+support a later step moves, by a way, to a place, along a table, as a feed, straight or turned; the load does not change, so nor
+does what the support carries. Right is a force within a share of the reference; else the run has to name the cause.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import prensa as pr
+from prensa.checks.before.preflight import preflight
+from prensa.errors import PrensaError
+from prensa.result.increment import Increment
+from prensa.verify.table import heard
+
+Measure = Callable[[Increment], float]
+
+
+class Mark(NamedTuple):
+    """A ``problem``, one that is ``better`` or None where the answer is ``known``, what to ``measure``, and the share allowed."""
+
+    problem: pr.Problem
+    better: pr.Problem | None
+    measure: Measure
+    share: float
+    known: float = np.nan
+
+
+def draw(kind: str, seed: int, number: int) -> Mark:
+    """Problem *number* of a kind (a key of `MARKS`): the same for the same arguments."""
+    return MARKS[kind](np.random.default_rng([seed, number]))
+
+
+def _strip(rng: np.random.Generator) -> Mark:
+    """A clamped strip, moved at a corner of its end: a side held straight would be clamped by what its nodes are apart."""
+    layers, length = int(rng.integers(1, 9)), float(rng.uniform(10.0, 60.0))
+    aspect, way = float(rng.uniform(1.0, 4.0)), float(rng.uniform(0.005, 0.05)) * length
+    along = max(round(length * layers / aspect), 4)
+    space = str(rng.choice(["plane strain", "plane stress"]))
+    plastic = bool(rng.random() < 0.3)
+    solid = pr.J2(2e5, 0.3, pr.Linear(300.0, 1000.0)) if plastic else pr.Elastic(2e5, float(rng.uniform(0.0, 0.45)))
+
+    def problem(finer: int) -> pr.Problem:
+        mesh = pr.Rectangle((length, 1.0), n=(along * finer, layers * finer))
+        steps = [pr.Step("bend", fixed={"strip.bottom-right": pr.Fixed(y=-way)}, increments=8)]
+        return pr.Problem("strip", bodies={"strip": pr.Body(mesh, solid)}, fixed={"strip.left": "xy"}, steps=steps, space=space)
+
+    return Mark(problem(1), problem(4), lambda inc: float(inc.supports["strip.bottom-right"].y), 0.05)
+
+
+def _plate(rng: np.random.Generator) -> Mark:
+    """A plate between two planes, down to half its height."""
+    high, wide, mu = int(rng.integers(1, 9)), float(rng.uniform(4.0, 12.0)), float(rng.choice([0.0, 0.1, 0.3]))
+    along = max(round(wide * high / float(rng.uniform(1.0, 3.0))), 4)
+    plastic = bool(rng.random() < 0.5)
+    solid = pr.J2(7e4, 0.33, pr.Linear(100.0, 200.0)) if plastic else pr.NeoHooke(10.0, float(rng.uniform(0.0, 0.45)))
+
+    def problem(finer: int) -> pr.Problem:
+        mesh = pr.Rectangle((wide, 1.0), n=(along * finer, high * finer))
+        return pr.Problem(
+            "plate", bodies={"plate": pr.Body(mesh, solid)}, tools={"top": pr.Plane(touching="plate.top")},
+            friction=pr.Coulomb(mu), fixed={"plate.bottom": "y", "plate.left": "x"},
+            steps=[pr.Step("press", move={"top": pr.Motion(y=-0.5)})],
+        )  # fmt: skip
+
+    return Mark(problem(1), problem(2), lambda inc: float(inc.force("top").y), 0.05)
+
+
+def _bending(rng: np.random.Generator) -> Mark:
+    return _strip(rng) if rng.random() < 0.7 else _plate(rng)
+
+
+def _confined(rng: np.random.Generator) -> Mark:
+    """A layer bonded below under a plate that grips it."""
+    nu, aspect = 0.5 - float(np.exp(rng.uniform(np.log(1e-4), np.log(0.2)))), float(np.exp(rng.uniform(0.0, np.log(50.0))))
+    layers, depth = int(rng.integers(2, 7)), float(rng.uniform(0.002, 0.02))
+    along = max(round(aspect * layers / float(rng.uniform(1.0, 4.0))), 2)
+    solid = pr.NeoHooke(3.0, nu) if rng.random() < 0.5 else pr.Elastic(3.0, nu)
+
+    def problem(enforcement: pr.Penalty | pr.Exact) -> pr.Problem:
+        mesh = pr.Rectangle((aspect, 1.0), n=(along, layers))
+        return pr.Problem(
+            "layer", bodies={"layer": pr.Body(mesh, solid, "q4_fbar")}, tools={"plate": pr.Plane(touching="layer.top")},
+            contacts=(pr.Contact("layer.top", "plate", pr.Coulomb(2.0), enforcement),),
+            fixed={"layer.bottom": "xy", "layer.left": "x"},
+            steps=[pr.Step("press", move={"plate": pr.Motion(y=-depth)}, increments=2)],
+        )  # fmt: skip
+
+    return Mark(problem(pr.Penalty()), problem(pr.Exact()), lambda inc: float(inc.force("plate").y), 0.01)
+
+
+def _moved(rng: np.random.Generator) -> Mark:
+    """A bar loaded at one end, while the other is held, and then drawn away."""
+    turn = float(rng.choice([0.0, rng.uniform(-0.7, 0.7)]))
+    c, s = np.cos(turn), np.sin(turn)
+    corners = tuple((float(c * x - s * y), float(s * x + c * y)) for x, y in ((0, 0), (40, 0), (40, 10), (0, 10)))
+    mesh = pr.Patch(corners=corners, n=(int(rng.integers(4, 21)), int(rng.integers(2, 5))))
+    pull, way = float(rng.uniform(1.0, 20.0)), float(rng.uniform(-5.0, 5.0))
+    element = str(rng.choice(["q4", "q4_fbar", "q4_enhanced", "t6"]))
+    kind = str(rng.choice(["by", "to", "table", "feed"])) if turn == 0.0 else str(rng.choice(["by", "to", "table"]))
+    x, y = (way * float(c), way * float(s)) if turn else (way, None)
+    tables = (((1.0, 0.0), (1.4, x), (2.0, x)), None if y is None else ((1.0, 0.0), (2.0, y)))
+    motion: dict[str, Any] = {
+        "by": {"by": {"bar.left": pr.Motion(x=x, y=y)}},
+        "to": {"fixed": {"bar.left": pr.Fixed(x=x, y=y)}},
+        "table": {"fixed": {"bar.left": pr.Fixed(x=tables[0], y=tables[1])}},
+        "feed": {"feed": {"bar.left": pr.Feed(x=x)}},
+    }[kind]
+    steps = [
+        pr.Step("load", loads={"bar.right": pr.Load(traction=(pull * float(c), pull * float(s)))}, increments=2),
+        pr.Step("draw", increments=3, **motion),
+    ]
+    held = {"bar.left": "xy"} if turn else {"bar.left": "x", "bar.bottom-left": "y"}
+    problem = pr.Problem("bar", bodies={"bar": pr.Body(mesh, pr.Elastic(2000.0, 0.3), element)}, fixed=held, steps=steps)
+
+    def carried(inc: Increment) -> float:
+        """Against the load."""
+        force = inc.supports["bar.left"]
+        return -float(c * force.x + s * force.y) if turn else -float(force.x)
+
+    return Mark(problem, None, carried, 0.01, 10.0 * pull)
+
+
+MARKS: dict[str, Callable[[np.random.Generator], Mark]] = {"bending": _bending, "confined": _confined, "moved": _moved}
+
+
+def answer(problem: pr.Problem, measure: Measure) -> tuple[float, list[str]]:
+    """The measure at the end of a run, none where it failed, and what was said of it, in ``check`` too."""
+    value = np.nan
+    with heard() as said:
+        try:
+            said += [str(finding) for finding in preflight(pr.discretise(problem)) if not finding.seen_in_run]
+            *_, last = pr.solve(problem)
+            value = measure(last)
+        except PrensaError as error:
+            said.append(str(error))
+    return value, said
+
+
+def verdict(mark: Mark) -> tuple[str, float, list[str]]:
+    """'right', 'alarm' (right and warned of), 'told' or 'silent', the error, and what was said; 'none' without a reference."""
+    value, said = answer(mark.problem, mark.measure)
+    reference = mark.known if mark.better is None else answer(mark.better, mark.measure)[0]
+    if np.isnan(reference):
+        return "none", np.nan, said
+    error = value / reference - 1.0
+    right = bool(abs(error) <= mark.share)
+    return {(True, False): "right", (True, True): "alarm", (False, True): "told"}.get((right, bool(said)), "silent"), error, said
