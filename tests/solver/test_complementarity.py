@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from prensa.solver.contact_lcp import complementary
+from prensa.solver.complementarity import complementary
 
 
 def by_enumeration(L, R, b):

@@ -209,3 +209,31 @@ def test_nodes_round_a_corner_leave_no_equation_empty(space):
     assert found is not None
     body = eq.system.dofs.displacement.slice
     assert np.abs(found.step[body]).max() < 1e-12  # nothing touches yet, and nothing is held
+
+
+def test_a_ball_that_begins_to_turn_in_a_block_of_metal(monkeypatch):
+    """In space friction is decided with two tangents; steps begin with secants where flow turns: two cuts without either."""
+    from prensa.solver import newton as module
+
+    decided = []
+
+    def noted(*given, **more):
+        found = contact_step(*given, **more)
+        decided.append(found is not None and found.decided)
+        return found
+
+    monkeypatch.setattr(module, "contact_step", noted)
+    metal = pr.J2(E=100000.0, nu=0.3, flow=pr.Swift(K=400.0, e0=0.01, n=0.15))
+    problem = pr.Problem(
+        "ball", space="solid", bodies={"block": pr.Body(pr.Box(size=(8.0, 10.0, 7.0), n=(4, 6, 3)), metal)},
+        tools={"ball": pr.Sphere(12.0, touching="block.top", at=(4.5, 10.0, 3.0))}, fixed={"block.bottom": "xyz"},
+        contacts=(pr.Contact(("block.top",), "ball", friction=pr.Coulomb(0.3)),),
+        steps=(
+            pr.Step("press", move={"ball": pr.Motion(y=-0.3)}, increments=2),
+            pr.Step("turn", by={"ball": pr.Motion(ry=0.2)}, increments=2),
+            pr.Step("back", by={"ball": pr.Motion(ry=-0.2, x=0.1)}, increments=2),
+        ),
+    )  # fmt: skip
+    costs = [i.statistics for i in pr.solve(problem)]
+    assert any(decided)
+    assert sum(c.cutbacks for c in costs) == 0 and max(c.iterations for c in costs) <= 12

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.solver.contact_lcp import complementary
+from prensa.solver.complementarity import complementary
 from problems import pressed_block
 
 

@@ -33,7 +33,7 @@ def plane_and_space(element, layer, kinematics="finite"):
 
 @pytest.mark.parametrize(
     ("elements", "kinematics"),
-    [(("q4", "h8"), "finite"), (("q4_enhanced", "h8_enhanced"), "small")],
+    [(("q4", "h8"), "finite"), (("q4_enhanced", "h8_enhanced"), "small"), (("q4_enhanced", "h8_enhanced"), "finite")],
 )
 def test_one_layer_is_plane_strain(elements, kinematics):
     """Forces of a roll that presses and slides, per thickness, to 1e-8; plastic strains too."""

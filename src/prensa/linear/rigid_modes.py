@@ -63,6 +63,12 @@ def loose_bodies(system: System, plan: StepPlan) -> list[Loose]:
     return out
 
 
+def leaves_free(system: System, plan: StepPlan) -> bool:
+    """Whether the supports of a step leave a body free to move, contacts apart."""
+    frames = Frame.of_all(system).values()
+    return any(len(free_motions(system, support_rows(system, frame, plan))) > 0 for frame in frames)
+
+
 def _nodes(system: System, body: str) -> Index:
     """Nodes of a body and of those tied to it: they move as one."""
     return np.concatenate(

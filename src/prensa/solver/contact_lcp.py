@@ -5,15 +5,8 @@ are soft in bending and lie flat, or where all points slip and nothing holds a b
 one necessary, however short the increment. Here the bodies are linearised alone (Josephy 1979), and the conditions of the points
 stay inequalities; Newton's order stays, and how many points change does not matter. Each costs a substitution.
 
-A point has a pressure and perhaps a traction. Its trial value τ = λ − k g, or λ − k s, is that force f and what is beyond it,
-
-    τ = f + d,    p = f ≥ 0, k g = −d ≥ 0, p g = 0,    |t| ≤ b(p), d > 0 only at t = b, d < 0 only at t = −b
-
-(Klarbring 1986). The matrix at hand has a share a of the spring k of each. What its force changes besides that,
-
-    v = Δf − a Δτ = (1 − a) Δf − a Δd,
-
-acts on the bodies, which answer by A = ∂τ/∂v; with the trial values τ' after a step of the matrix alone, f + d = τ' + A v.
+What the points do on bodies that answer linearly is `prensa.solver.friction_cone`: their matrix has a share a of the contact
+stiffness of each, and what else their forces change acts on the bodies.
 
 There are two such matrices. Newton's own has a = 1 in closed points and 0 in open ones: with its factors `edge_step` decides the
 few points that its step changes. That of `contact_step` has all candidates on a foundation of a ≪ 1, closed or not, so that it is
@@ -22,6 +15,7 @@ regular where contact alone holds bodies; for an evaluation and a factorisation 
 
 from __future__ import annotations
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -30,9 +24,9 @@ from scipy.sparse import csr_matrix, vstack
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.surface import Surface
 from prensa.linear.factorisations import SingularError
-from prensa.policy import DEFAULT, Policy
 from prensa.precision import NEGLIGIBLE
 from prensa.solver.equilibrium import Equilibrium
+from prensa.solver.friction_cone import Unknowns, moved_by
 from prensa.solver.projection import linear_gaps
 from prensa.system.loads import Release
 from prensa.system.system import Evaluation
@@ -44,24 +38,6 @@ class ContactStep(NamedTuple):
 
     step: Array
     decided: bool
-
-
-class Unknowns(NamedTuple):
-    """m pressures, then l tractions, that a step decides.
-
-    forces (m + l, ndof): −∂r/∂v; slopes (m + l, ndof) of the trial values; ``trial`` values and forces f (m + l,) at the iterate;
-    ``spring`` (m + l,): share a of the contact stiffness that is in the matrix. rubs (l,): the pressure that bounds each
-    traction; bound, by_pressure (l,).
-    """
-
-    forces: csr_matrix
-    slopes: csr_matrix
-    trial: Array
-    f: Array
-    spring: Array
-    rubs: Index
-    bound: Array
-    by_pressure: Array
 
 
 # ------------------------------------------------------------------------------------------------ the two steps
@@ -135,9 +111,19 @@ def edge_step(eq: Equilibrium, e: Evaluation, lam: Array, step: Array) -> Array:
     return found
 
 
+def few(eq: Equilibrium) -> int:
+    """Candidates up to which a contact step costs no more than another iteration.
+
+    Each costs substitutions. A factorisation of f equations is worth about √f of them in the plane and f^(2/3) in space (George
+    1973: f^(3/2) and f² operations, f log f and f^(4/3) entries). Solutions by GMRES cost what they do there.
+    """
+    spatial = eq.system.dofs.dimension == 3 and not eq.reduced.factorisation.iterates
+    return int(eq.policy.few_candidates * (len(eq.reduced.free) ** (1 / 6) if spatial else 1))
+
+
 def affordable(eq: Equilibrium, e: Evaluation) -> bool:
     """Whether a contact step from the evaluation e costs no more than another iteration, so that Newton takes them anyway."""
-    return not e.contacts or int(_first(eq, e).sum()) <= eq.policy.few_candidates
+    return not e.contacts or int(_first(eq, e).sum()) <= few(eq)
 
 
 def may_be_decided(eq: Equilibrium, e: Evaluation) -> bool:
@@ -151,7 +137,7 @@ def max_candidates(eq: Equilibrium) -> int:
     By GMRES the response to each takes as long as a step of Newton's or a fraction of it, where factors of the matrix take one
     substitution; and of the surfaces of bodies in space many points are near a tool.
     """
-    return eq.policy.few_candidates if eq.reduced.factorisation.iterates else eq.policy.max_candidates
+    return few(eq) if eq.reduced.factorisation.iterates else eq.policy.max_candidates
 
 
 # ------------------------------------------------------------------------------------------------ which points
@@ -169,7 +155,7 @@ def _first(eq: Equilibrium, e: Evaluation) -> Flags:
     A flange lies near its binder everywhere and touches it nowhere but on a ridge.
     """
     near = _near(eq, e)
-    if near.sum() <= eq.policy.few_candidates:
+    if near.sum() <= few(eq):
         return near
     return near & (np.concatenate([f.p > 0 for f in e.contacts]) | eq.context.state.contact.closed)
 
@@ -180,10 +166,10 @@ def _rubbing(eq: Equilibrium, e: Evaluation, at: Flags) -> Flags | None:
     for s, f, law in zip(eq.context.surfaces, e.contacts, eq.context.laws):
         if law is None or law.frictionless or f.bound is None:
             continue
-        if s.exact or law.hardens or f.t.shape[1] != 1 or eq.context.picard_friction:
+        if s.exact or law.hardens or eq.context.picard_friction:
             return None
         rubbing[s.rows] = at[s.rows]
-    most = max_candidates(eq) if held_by_friction(eq, e) else eq.policy.few_candidates
+    most = max_candidates(eq) if held_by_friction(eq, e) else few(eq)
     return rubbing if rubbing.sum() <= most else None
 
 
@@ -233,39 +219,15 @@ def _decided(eq: Equilibrium, e: Evaluation, lam: Array, alone: Array, at: Flags
     points = _unknowns(eq, e, lam, at, rubs)
     with eq.report.timed("factorisation and solve"):
         response = eq.reduced.responses(points.forces, points.slopes)
-        v = _forces(eq.policy, points, points.trial + points.slopes @ alone, response)
+        v = moved_by(eq.policy, points, points.trial + points.slopes @ alone, response)
         return None if v is None else alone + eq.reduced.solve_with_factors(points.forces.T @ v)
-
-
-def _forces(policy: Policy, k: Unknowns, after: Array, A: Array) -> Array | None:
-    """V (m + l,) of the solution, None if there is none; after (m + l,) trial values by the matrix alone, A (m + l, m + l)."""
-    l, a = len(k.rubs), k.spring
-    m, one = len(a) - l, np.eye(len(a))
-    d = k.trial - k.f
-    F, D = one - A * (1.0 - a), one + A * a  # F f + D d is known
-    known = after - A @ ((1.0 - a) * k.f - a * d)
-    # x = (p, b + t, b − t), y = (k g, d⁻, d⁺), and the bound: (b + t) + (b − t) = 2 b(p)
-    L, R = np.zeros((2, m + 2 * l, m + 2 * l))
-    L[: m + l] = np.hstack([-D[:, :m], -D[:, m:], D[:, m:]])
-    R[: m + l] = -np.hstack([F[:, :m], 0.5 * F[:, m:], -0.5 * F[:, m:]])
-    row = m + l + np.arange(l)
-    R[row, k.rubs] = 2.0 * k.by_pressure
-    R[row, row - l] = R[row, row] = -1.0
-    bound = 2.0 * (k.bound - k.by_pressure * k.f[k.rubs])
-    first = np.append(k.trial[:m] > 0, np.ones(2 * l, dtype=bool))
-    found = complementary(L, R, np.append(known, bound), first, policy)
-    if found is None:
-        return None
-    x, y = found
-    f = np.append(x[:m], 0.5 * (x[m : m + l] - x[m + l :]))
-    beyond = np.append(-y[:m], y[m + l :] - y[m : m + l])
-    return (1.0 - a) * (f - k.f) - a * (beyond - d)
 
 
 def _unknowns(eq: Equilibrium, e: Evaluation, lam: Array, at: Flags, rubs: Flags) -> Unknowns:
     """Of the points ``at`` (points,), with tractions where they rub; arguments as of `_decided`."""
     c, n = eq.context, eq.system.ndof
-    normal, tangential, bounds, first = [], [], [], 0
+    normal, bounds, first = [], [], 0
+    along: list[list[tuple[csr_matrix, csr_matrix, Array, Array, Array]]] = [[] for _ in range(lam.shape[1] - 1)]
     for s, f, scale, was in zip(c.surfaces, e.contacts, c.scales, c.committed):
         here = np.flatnonzero(at[s.rows])
         dofs, trial = s.coupled[here], (lam[s.rows, 0] - scale.k_n * f.g)[here]
@@ -274,18 +236,20 @@ def _unknowns(eq: Equilibrium, e: Evaluation, lam: Array, at: Flags, rubs: Flags
         sliding = np.flatnonzero(rubs[s.rows][here])
         if len(sliding) and f.bound is not None:
             here, dofs = here[sliding], dofs[sliding]
-            forces = f.stencils.act(f.area[:, None] * f.stencils.e[:, 0])[here]
-            slopes = (-scale.k_t[:, None] * f.stencils.ds[:, 0])[here]
-            trial = (lam[s.rows, 1] - scale.k_t * (f.s - was.coordinate)[:, 0])[here]
-            tangential.append((_rows(forces, dofs, n), _rows(slopes, dofs, n), trial, f.t[here, 0], f.dt[here, 0, 1]))
+            for i, component in enumerate(along):
+                forces = f.stencils.act(f.area[:, None] * f.stencils.e[:, i])[here]
+                slopes = (-scale.k_t[:, None] * f.stencils.ds[:, i])[here]
+                trial = (lam[s.rows, 1 + i] - scale.k_t * (f.s - was.coordinate)[:, i])[here]
+                component.append((_rows(forces, dofs, n), _rows(slopes, dofs, n), trial, f.t[here, i], f.dt[here, i, 1 + i]))
             bounds.append((first + sliding, *f.bound[here].T))
         first += len(normal[-1][2])
-    rows, columns, *values = zip(*normal, *tangential)
+    rows, columns, *values = zip(*normal, *itertools.chain(*along))
     nothing = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0)
+    trial, f_now, spring = (np.concatenate(v) for v in values)
+    rubbed, bound, by_pressure = (np.concatenate(v) for v in zip(nothing, *bounds))
     return Unknowns(
-        vstack(rows, format="csr"), vstack(columns, format="csr"), *(np.concatenate(v) for v in values),
-        *(np.concatenate(v) for v in zip(nothing, *bounds)),
-    )  # fmt: skip
+        vstack(rows, format="csr"), vstack(columns, format="csr"), trial, f_now, spring, rubbed, bound, by_pressure, len(along)
+    )
 
 
 def _by_pressure(s: Surface, f: ContactForces, scale: Scale, at: Index) -> tuple[Array, Array]:
@@ -311,71 +275,3 @@ def _rows(values: Array, dofs: Index, ndof: int) -> csr_matrix:
     """Rows (m, ndof) with values (m, k) at dofs (m, k)."""
     m, k = dofs.shape
     return csr_matrix((values.ravel(), dofs.ravel(), np.arange(0, m * k + 1, k)), (m, ndof))
-
-
-# ------------------------------------------------------------------------------------------------ its solution
-
-
-def complementary(
-    L: Array, R: Array, b: Array, first: Flags | None = None, policy: Policy = DEFAULT
-) -> tuple[Array, Array] | None:  # fmt: skip
-    """x, y (n,) ≥ 0 with L y − R x = b and x y = 0 in every pair; None if none is found. L, R (n, n).
-
-    A horizontal linear complementarity problem. ``first`` (n,): pairs of which x is taken to begin with, y of the others. From
-    there Lemke's method goes on, which wants neither symmetry nor a positive matrix, and once more from where round-off ends it.
-    Pairs are scaled: those of a loose end are orders of magnitude smaller than others. Points without pressure would make ratios
-    tie; a small force on every chosen unknown breaks ties and is left out of the solution.
-    """
-    takes_x = np.zeros(len(b), dtype=bool) if first is None else first
-    try:
-        for _ in ("from the first pairs", "from where that ended"):
-            solved = np.linalg.solve(np.where(takes_x, -R, L), np.hstack([np.where(takes_x, -L, R), b[:, None]]))
-            if not np.isfinite(solved).all():
-                return None
-            M, q = solved[:, :-1], solved[:, -1]  # those taken are M times the others, and q
-            diagonal = np.abs(M.diagonal())
-            size = np.where(diagonal > 0, diagonal, 1.0) ** -0.5
-            q = q + takes_x * policy.adhesion_ratio * np.abs(q[takes_x]).max(initial=0.0)
-            changed, ended = _pivoted(size[:, None] * M * size, size * q, policy)
-            takes_x = takes_x != changed
-            if ended:
-                values = np.maximum(np.linalg.solve(np.where(takes_x, -R, L), b), 0.0)
-                return np.where(takes_x, values, 0.0), np.where(takes_x, 0.0, values)
-    except np.linalg.LinAlgError:
-        pass
-    return None
-
-
-def _pivoted(M: Array, q: Array, policy: Policy) -> tuple[Flags, bool]:
-    """Pairs (n,) of w = M z + q, w, z ≥ 0, w z = 0, of which z is not zero; False if the method ends on a ray or takes too long.
-
-    Lemke (1965), as in Cottle, Pang and Stone (1992), The Linear Complementarity Problem, algorithm 4.4.5.
-    """
-    n = artificial = len(q)
-    if q.min(initial=0.0) >= 0.0:
-        return np.zeros(n, dtype=bool), True
-    # rows: basic variables by the others and a constant; z have the numbers 0 … n − 1, the artificial one n, w those after it
-    table = np.hstack([M, np.ones((n, 1)), q[:, None]])
-    basic, others = np.arange(n + 1, 2 * n + 1), np.arange(n + 1)
-    row, column = int(np.argmin(q)), artificial
-    for _ in range(policy.pivots_per_equation * n):
-        by_entering, pivot = table[:, column].copy(), table[row, column]
-        table[:, column] = 0.0
-        entering = table[row] / -pivot
-        entering[column] = 1.0 / pivot
-        table += np.outer(by_entering, entering)
-        table[row] = entering
-        basic[row], others[column] = others[column], basic[row]
-        left = others[column]
-        if left == artificial:
-            return np.isin(np.arange(n), basic), True
-        column = int(np.flatnonzero(others == (left + n + 1) % (2 * n + 2))[0])
-        falls = -table[:, column]
-        able = falls > policy.min_pivot_ratio * np.abs(falls).max()
-        if not able.any() or not np.isfinite(falls).all():
-            break
-        ratio = np.where(able, np.maximum(table[:, -1], 0.0) / np.where(able, falls, 1.0), np.inf)
-        ties = np.flatnonzero(ratio <= ratio.min() * (1.0 + policy.min_pivot_ratio))
-        out = ties[basic[ties] == artificial]
-        row = int(out[0] if len(out) else ties[np.argmax(falls[ties])])
-    return np.isin(np.arange(n), basic), False

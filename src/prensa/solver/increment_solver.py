@@ -15,7 +15,7 @@ import numpy as np
 from prensa.checks.run import RunChecks
 from prensa.linear.condensation import Condensation, condensed
 from prensa.linear.reduction import Reduced
-from prensa.linear.rigid_modes import Loose, loose_bodies
+from prensa.linear.rigid_modes import Loose, leaves_free, loose_bodies
 from prensa.linear.threads import threads_of
 from prensa.model import problem as model
 from prensa.policy import Policy
@@ -55,13 +55,14 @@ class IncrementSolver:
         self.reduced: Reduced | None = None
         self.ahead: Ahead | None = None  # who makes the matrix of the first step meanwhile
         self.condensed: Condensation | None = None
-        self.loose: list[Loose] = []  # bodies that the supports of the step leave free to move
+        self.loose: list[Loose] = []  # bodies that the supports of the step leave free to move, in the plane
+        self.unheld = False  # whether there are any, in space too
         self.remeshes = False
         self.times: Array | None = None
 
     def prepare(self, plan: StepPlan) -> None:
         """The bodies that a step leaves free, and its matrix: that of the step before where the same dofs are prescribed."""
-        self.loose = loose_bodies(self.system, plan)
+        self.loose, self.unheld = loose_bodies(self.system, plan), leaves_free(self.system, plan)
         if self.condense:
             with self.timer("condensation"):
                 self.condensed = condensed(self.system, plan, self.numerics, self.condensed, self.policy)
@@ -180,9 +181,8 @@ class IncrementSolver:
         report = Reporter(iteration, self.timer)
         reduced = self.reduced if self.condensed is None else self.condensed.reduced
         assert reduced is not None
-        known = self.system.has_memory and self.system.dofs.dimension == 2  # rigid motions in space are not looked for
         # a far step may release a body that only contact holds: once one has failed, steps are those of the tangent
-        far = known and (uncut or not self.loose)
+        far = self.system.has_memory and (uncut or not self.unheld)
         return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, far)
 
     def attempt(self, c: Context, start: Array, was_cut: bool, uncut: bool = False) -> NewtonResult:

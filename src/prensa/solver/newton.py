@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prensa.solver.contact_lcp import affordable, contact_step, edge_step, held_by_friction, may_be_decided
+from prensa.solver.contact_lcp import affordable, contact_step, edge_step, few, held_by_friction, may_be_decided
 from prensa.solver.equilibrium import Equilibrium, reversed_slip, signature
 from prensa.solver.finish import finish
 from prensa.solver.newton_state import Best, ContactChange, Iterate, NewtonState
@@ -260,7 +260,7 @@ def _contact_step_instead(
     changes = full.failed or (state.iteration > 0 and not np.array_equal(before > 0, after > 0))
     if not (turns or changes):
         return None
-    found = contact_step(eq, state.iterate.u, state.lam, e, most=eq.policy.few_candidates, for_friction=turns)
+    found = contact_step(eq, state.iterate.u, state.lam, e, most=few(eq), for_friction=turns)
     if found is None:
         return None
     result.iterations += 1

@@ -62,7 +62,7 @@ def eliminated(
 
 
 def applies(eq: Equilibrium) -> bool:
-    """Whether bodies flow in the plane, and the equations are those of the nodes: no multipliers, ties, control, condensation.
+    """Whether bodies flow, and the equations are those of the nodes: no multipliers, ties, control, condensation.
 
     An iteration that was asked for without what helps it is left out.
     """
@@ -70,7 +70,7 @@ def applies(eq: Equilibrium) -> bool:
     if not eq.globalised:
         return False
     plain = isinstance(reduced.assembly, System) and type(reduced.restriction) is Selected and not reduced.equations
-    flows = system.dofs.dimension == 2 and any(b.law.plastic for b in system.blocks)
+    flows = any(b.law.plastic for b in system.blocks)
     return plain and flows
 
 
