@@ -288,3 +288,10 @@ def test_the_interactive_plot_has_the_capacity_beside_the_force(tmp_path: Path) 
     made = scene(stored_run(tmp_path))["capacities"]
     assert list(made) == ["t"]
     assert made["t"] == pytest.approx(0.5 * np.interp([0.0, 0.05, 0.1, 0.15, 0.2], [0.0, 1.0], [4e3, 20e3]), rel=1e-5)
+
+
+def test_a_press_that_meets_nothing_has_no_verdict(tmp_path: Path) -> None:
+    """A tool that moves away never uses its press: the warning that it never touched is the answer, and not 'enough'."""
+    summary = ran(billet(stroke(-FREE, 2), limit=pr.Press(9000.0), friction=None), tmp_path)
+    assert not any("enough" in line for line in summary["answer"])
+    assert any("never touched" in words for words in summary["warnings"])

@@ -125,7 +125,7 @@ def of_presses(table: Table, problem: Problem, summary: Mapping[str, Any]) -> It
     for v in made:
         steps = (s for s in problem.steps if s.until is not None and s.name in stopped)
         ended = any(stopped[s.name].startswith(reached(k, v.tool, "")) for s in steps for k in ("press", "energy"))
-        if ended and v.passed is None:
+        if (ended and v.passed is None) or not v.utilisation:  # a press that met nothing has no verdict: a warning says so
             continue
         limit = _energy(v.limit, problem) if v.of == "energy" else shown(v.limit, force_unit(problem), both=False)
         share = f"{100 * v.utilisation:.3g} % of {limit}"
