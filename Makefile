@@ -48,7 +48,7 @@ pardiso: pyproject.toml quality/pyproject.toml  ## tests of contact and of the s
 coverage: $(VENV)/installed  ## lines of src/prensa and quality that the test suite runs, kernels apart
 	$(BIN)/python -m pytest -n $(JOBS) --cov --cov-report=term:skip-covered $(TESTS)
 
-examples: $(VENV)/installed  ## the gallery of forming processes, each beside an independent solution; some minutes
+examples: $(VENV)/installed  ## the gallery of forming processes, each compared with an independent solution; some minutes
 	$(BIN)/python examples/gallery.py --jobs $(JOBS)
 
 verify: $(VENV)/installed  ## the verification table, every case against its reference

@@ -621,8 +621,9 @@ def keep(folder: Path, found: dict[str, list[Row]]) -> None:
 OPENING = """\
 # Forming processes
 
-Forming processes from their case files, each compared with an independent solution. `make examples` runs them all and prints these
-comparisons; it fails where a number is farther from its reference than the table allows. Written by `examples/gallery.py --page`.
+Forming processes from their case files, each compared with an independent solution. `make examples` runs them all and
+prints these comparisons; it fails where a number is farther from its reference than the table allows. Written by
+`examples/gallery.py --page`.
 Pictures show the equivalent plastic strain, under load.
 """
 

@@ -128,7 +128,7 @@ def _module(path: str, folder: str | Path | None) -> ModuleType:
         return importlib.import_module(path)
     except Exception as error:
         beside = (
-            f" (there is no {file.name!r} beside the case either)" if isinstance(error, ModuleNotFoundError) else ""
+            f" (there is no {file.name!r} next to the case either)" if isinstance(error, ModuleNotFoundError) else ""
         )
         raise ValueError(f"cannot import {path!r}: {error}{beside}") from error
 

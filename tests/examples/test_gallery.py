@@ -100,6 +100,13 @@ def test_every_starter_is_an_example() -> None:
     assert all(starter(kind) in texts for kind in STARTERS)
 
 
+def test_every_starter_goes_into_the_wheel() -> None:
+    """``prensa new`` finds its examples where prensa is installed, and there is no example that it does not know."""
+    text = (CASES[0].parents[1] / "pyproject.toml").read_text(encoding="utf-8")
+    packed = {p.stem for p in CASES if f'"examples/{p.name}" = "prensa/examples/{p.name}"' in text}
+    assert {name for name, _ in STARTERS.values()} == packed == {p.stem for p in CASES}
+
+
 EXTRAPOLATED = "was measured up to a plastic strain of 0.14"
 SAID = {"forging_window": (EXTRAPOLATED,)}  # what an example's own heading announces
 LONG = {"ball_indentation", "wedge"}  # seconds of computation

@@ -11,6 +11,7 @@ from scipy.optimize import least_squares
 
 from prensa.inverse.objective import Residuals
 from prensa.inverse.profile import BENT_BY, FARTHEST, profile
+from prensa.inverse.result import Interval
 
 Array = NDArray[np.float64]
 T = np.linspace(0.5, 4.0, 8)
@@ -148,3 +149,15 @@ def test_ends_in_a_flat_valley_are_where_the_likelihood_has_fallen(seed: int) ->
                 continue
             grown = [problem.least(x, i, x[i] + sign * share * end * half[i]) - at.square for share in (0.97, 1.03)]
             assert grown[0] < 1.96**2 < grown[1], (i, sign)
+
+
+@pytest.mark.parametrize("log", [False, True])
+def test_the_parts_of_an_interval_add_up(log: bool) -> None:
+    """Value, what the readings leave open, and what the mesh changes, give the ends that are stated; open ends have no parts."""
+    p = Interval(400.0, 30.0, -12.0, 500.0, log, scatter=20.0)
+    assert p.low == pytest.approx(p.value - (p.value - p.ends[0]) - p.by_mesh[0], rel=1e-14)
+    assert p.high == pytest.approx(p.value + (p.ends[1] - p.value) + p.by_mesh[1], rel=1e-14)
+    assert p.by_mesh == pytest.approx((20.0, 20.0), rel=0.15 if log else 1e-12)
+    side = Interval(0.0, 1.0, 0.1, 0.5, False, one_sided=(0.0, 0.2))
+    assert side.ends == (side.low, side.high) == (0.0, 0.2) and side.by_mesh == (0.0, 0.0)
+    assert Interval(400.0, np.inf, 1.0, 500.0, False).by_mesh == (0.0, 0.0)

@@ -145,6 +145,19 @@ def test_in_axisymmetry_radial_forces_are_no_force(tmp_path):
     assert file.getvalue().endswith("punch y -50 kN at 2 mm\n")
 
 
+def test_progress_shows_the_tool_that_moves(tmp_path):
+    """Between a punch and an anvil the force is one: it is shown along the way of the punch, whichever rounds to more."""
+    file = io.StringIO()
+    with ProgressBar(console=Console(file=file, width=200)) as bar:
+        bar.problem = problem()
+        for punch in (49_999.0, 0.0):
+            force = {"punch": Force(0, punch, 0), "anvil": Force(0, -5e4, 0)}
+            place = {"punch": Place(0, -2, 0), "anvil": Place(0, 0, 0)}
+            bar(Progress("press", 1, 4, 0.1, 1.0, 5, 1e-11, force, "accepted", places=place))
+    shown = [line.rpartition(", ")[2] for line in file.getvalue().splitlines()]
+    assert shown == ["punch y 50 kN at 2 mm", "anvil y -50 kN"]
+
+
 @pytest.mark.parametrize(
     "mirror, columns, whole",
     [(("left",), {"uy": [-1], "fy": [8]}, 2), (("bottom",), {"uy": [-1], "fy": [8]}, 1), ((), {"uy": [-1], "fy": [8]}, 1),

@@ -131,6 +131,7 @@ SEEDED = {
         Seeded("no elements", (("[8, 4]", "[8, 0]"),), "5:50", ("is 0", "at least 1")),
         Seeded("not a number", (("70e3", ".nan"),), "6:29", (".nan is not a finite number",)),
         Seeded("incompressible elasticity", (("nu: 0.3", "nu: 0.5"),), "6:39", ("less than 0.5",)),
+        Seeded("negative Poisson's ratio of a metal", (("nu: 0.3", "nu: -0.3"),), "6:5", ("is negative", "did you mean 0.3"), warns=True),
         Seeded("unit of another dimension", (("E: 70e3", "E: 70 kN"),), "6:29", ("is not a stress", "'10 GPa'")),
         Seeded("negative friction", (("mu: 0.1", "mu: -0.1"),), "10:85", ("at least 0",)),
         Seeded("softening friction without an end", (("mu: 0.1", "mu: {mu0: 0.3, slope: -1}"),), "10:81", ("'limit'",)),

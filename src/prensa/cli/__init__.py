@@ -584,7 +584,7 @@ def fit(
         float | None, typer.Option(min=0, help="Plastic strain to which the laws are drawn; twice the last one if not given.")
     ] = None,
     picture: Annotated[
-        Path | None, typer.Option(help="File of the picture (.png, .svg, .pdf); CSV-fit.png beside the table if not given.")
+        Path | None, typer.Option(help="File of the picture (.png, .svg, .pdf); CSV-fit.png next to the table if not given.")
     ] = None,
     quiet: Quiet = False,
     verbose: Verbose = False,

@@ -50,7 +50,7 @@ def draw(run: RunResult, what: str, step: str | None, out: Path | None, film: bo
     name = what.replace(".", "_")
     if film or (out is not None and out.suffix.lower() in FILMS):
         if step is not None:
-            raise PrensaError("a film goes over the whole run; leave --step out")
+            raise PrensaError("a film shows the whole run; leave --step out")
         target = out or run.directory / f"{name}.gif"
         run.animate(what, target, **given)
         return target

@@ -471,7 +471,7 @@ class _Reader:
         if self.everywhere:
             interaction, line = self.everywhere
             if self.pairs:
-                raise FileError.at(line, "general contact beside contact pairs is not read; write all as pairs")
+                raise FileError.at(line, "general contact together with contact pairs is not read; write all as pairs")
             law = self._law(interaction, line)
             if friction := law.pop("friction", None):
                 self.case["friction"] = friction

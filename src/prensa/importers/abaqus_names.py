@@ -151,7 +151,7 @@ class DeckNames:
         if not nodes & self.all.places.of_cells:
             raise FileError.at(line, "this number is no node of the elements of this deck")
         if nodes & self.all.places.of_cells not in self.all.places.groups:
-            raise FileError.at(line, "nodes of rigid bodies stand beside those of others; write a keyword for each")
+            raise FileError.at(line, "nodes of rigid bodies stand together with those of others; write a keyword for each")
         return self.all.places.name(nodes)
 
     def _of_body(self, line: int, who: str, s: Section, name: str, nodes: frozenset[int], by_sides: bool) -> list[str]:

@@ -75,8 +75,16 @@ class Interval:
     @property
     def ends(self) -> tuple[float, float]:
         """Ends of the interval by the readings alone."""
+        if self.one_sided is not None:
+            return self.one_sided
         low, high = self.at(np.array([-1.0, 1.0] if self.profile is None else [-self.profile.low, self.profile.high]))
         return float(low), float(high)
+
+    @property
+    def by_mesh(self) -> tuple[float, float]:
+        """What the error of the mesh adds to `ends` below and above: the parts add up to `low` and `high`; 0 at open ends."""
+        (low, high), (first, last) = self.ends, (self.low, self.high)
+        return (low - first if np.isfinite(low) else 0.0, last - high if np.isfinite(high) else 0.0)
 
     @property
     def followed(self) -> bool:

@@ -63,6 +63,9 @@ def warnings_of(problem: Problem) -> list[str]:
     for name, body in problem.bodies.items():
         E, flow = body.material.modulus, getattr(body.material, "flow", None)
         first = flow.first() if flow is not None else 0.0
+        if flow is not None and (nu := body.material.poisson) < 0:
+            thicker = "no metal gets thicker where it is pulled"
+            said.append(f"bodies.{name}.material: nu = {nu:g} is negative; {thicker}; did you mean {-nu:g}?")
         if first > E / 20:
             meant = f"; did you mean {E:g}e3 or '{E:g} GPa'?" if in_mpa and E < 1000 else "; check the units of both"
             said.append(f"bodies.{name}.material: E = {E:g} in {stress}, flow stress {first:g}{meant}")

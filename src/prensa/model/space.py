@@ -141,8 +141,11 @@ def _contacts(p: Any) -> Iterator[Finding]:
             yield Finding(("contacts", i, "enforcement"), "in space the enforcement is 'penalty' or 'augmented'")
         if c.integration != "nodal":
             yield Finding(("contacts", i, "integration"), "in space contact is integrated by the rule 'nodal'")
-        if any("." not in s for s in c.surface):
-            yield Finding(("contacts", i, "surface"), "in space name the sides of the body that the tool may touch")
+        if whole := next((s for s in c.surface if "." not in s), None):
+            tool = p.tools.get(c.against)
+            side = tool.touching if tool is not None and str(tool.touching).startswith(f"{whole}.") else f"{whole}.top"
+            words = f"in space contacts name the sides that a tool may touch, not the whole of {whole!r}; write"
+            yield Finding(("contacts", i, "surface"), f"{words} 'contacts: [{{surface: {side}, against: {c.against}}}]'")
     laws += [
         (("steps", i, "friction", name), law) for i, s in enumerate(p.steps) if s for name, law in s.friction.items()
     ]

@@ -84,12 +84,13 @@ class ProgressBar(Display):
         return self._left(progress.time - self._start, progress.end - progress.time)
 
     def _forces(self, progress: Progress) -> str:
-        """The largest tool force, with the way that this tool has gone: there is room for one."""
+        """The largest force of tools that have moved, else of all, with the way of that tool: there is room for one."""
         forces, p = progress.forces, self.problem
         if not forces:
             return ""
         axes = {"axisymmetric": "y", "solid": "yxz"}.get(p.space if p is not None else "", "yx")  # a ring's radial forces balance
-        name, axis = max(((t, a) for t in forces for a in axes), key=lambda c: abs(getattr(forces[c[0]], c[1])))
+        moved = [t for t in forces if any(progress.places.get(t, ())) and any(getattr(forces[t], a) for a in axes)]
+        name, axis = max(((t, a) for t in moved or forces for a in axes), key=lambda c: abs(getattr(forces[c[0]], c[1])))
         force = getattr(forces[name], axis)
         if p is None:
             return f"{name} {axis} {force:.4g}"

@@ -63,7 +63,7 @@ def sketch(problem: Problem, meshes: Mapping[str, Mesh], system: System | None =
             _draw_body(axes, name, mesh, max(box[1] - box[0], box[3] - box[2]))
         _draw_tools(axes, tools(3 * max(box[1] - box[0], box[3] - box[2])), box)
         finish_section(axes, problem, box)
-        axes.set_title("before the first step" if system is not None else "bodies alone: a side that the case names is missing")
+        axes.set_title("before the first step" if system is not None else "bodies alone: see the message")
     return figure
 
 

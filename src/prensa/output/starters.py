@@ -17,6 +17,8 @@ STARTERS = {
     "dome": ("hemispherical_stretching", "a clamped sheet stretched over a hemispherical punch"),
     "v-bend": ("free_bending", "a strip bent into a V, and its springback"),
     "can": ("backward_can", "a can extruded backward, with remeshing"),
+    "filling": ("die_filling", "a closed die pressed full: fill, what is missing, remeshed"),
+    "window": ("forging_window", "a metal by name, its press and its damage, for maps by 'prensa window'"),
     "die-load": ("die_load", "loads on the die of an upsetting, and its wear"),
     "hertz": ("cylinder_on_block", "a cylinder pressed on an elastic block"),
     "shear-ring": ("ring_shear_factor", "ring compression with a shear factor"),
@@ -41,6 +43,12 @@ STARTERS = {
     "tube": ("thick_tube", "a thick tube expanded to twice its bore"),
     "tension": ("necking_bar", "a round bar pulled until it necks"),
     "arch": ("snap_through", "a shallow arch that snaps through"),
+    "billet": ("square_billet", "in space: a square billet upset with friction"),
+    "square-head": ("square_head", "in space: the round end of a bolt upset into a square head"),
+    "bar": ("bar_rolling", "in space: a bar that a roll bites and rolls"),
+    "groove": ("ball_indentation", "in space: a ball pressed in, dragged and lifted"),
+    "pyramid": ("vickers", "in space: a Vickers pyramid pressed into steel"),
+    "hook": ("snap_hook", "in space: a snap hook that bends, snaps in and is pulled out"),
 }
 """By kind: the example, and what it is."""
 

@@ -31,6 +31,10 @@ class Plane(ToolShape):
         """Half-space behind the line, in space the plane, across the direction."""
         return HalfSpace(tuple(direction.tolist()))
 
+    def hint(self) -> str:
+        """Which way the plane looks."""
+        return "; or its 'normal' looks away from there: reverse it" if self.normal is not None else ""
+
     def outline(self, depth: float) -> list[Array]:
         """Rectangle above y = 0."""
         return [block(-depth, depth, depth, 0.0)]
