@@ -127,7 +127,7 @@ def of_presses(table: Table, problem: Problem, summary: Mapping[str, Any]) -> It
     for v in made:
         steps = (s for s in problem.steps if s.until is not None and s.name in stopped)
         ended = any(stopped[s.name].startswith(reached(k, v.tool, "")) for s in steps for k in ("press", "energy"))
-        if (ended and v.passed is None) or not v.utilisation:  # a press that met nothing has no verdict: a warning says so
+        if ended and v.passed is None:
             continue
         if not v.utilisation > 0.0:
             way = shown(float(press.strokes(table, problem, v.tool).max()), length_unit(problem))
