@@ -384,6 +384,12 @@ GUARDS = (
         guard="tests/checks/test_early_end.py::test_a_body_that_passes_through_itself_is_reported",
     ),
     Mechanism(
+        "contacts_on_finer_elements",
+        "Contacts of few nodes are computed once more on finer elements, and forces that are off are reported.",
+        (replaced(analysis, analysis.missed_on_finer, _nothing),),
+        guard="tests/checks/test_between_nodes.py::test_forces_that_are_too_large_are_reported_too",
+    ),
+    Mechanism(
         "release",
         "Forces that a step no longer asks for go linearly to zero over it.",
         (replaced(time_stepping, time_stepping.release_forces, _nothing),),
