@@ -606,7 +606,7 @@ SEEDED = {
     "three dimensions": [
         Seeded(what, changes, place, words, warns, case=IN_SPACE)
         for what, changes, place, words, warns in (
-            ("body in metres, case in millimetres", (("[10, 5, 10]", "[0.01, 0.005, 0.01]"),), "5:5", ("measures 0.01 mm", "is the unit right?"), True),
+            ("block in metres, case in millimetres", (("[10, 5, 10]", "[0.01, 0.005, 0.01]"),), "5:5", ("measures 0.01 mm", "is the unit right?"), True),
             ("tool in metres, case in millimetres", (("radius: 20", "radius: 0.02"),), "8:50", ("radius 0.02 is less than one element", "refine the surface"), True),
             ("normals of an STL file inside out", ((ROLL, "type: stl, file: ball.stl, touching: block.top, at: [0, 0, 0]"),), "8:3", ("inside out", "'reverse: true'"), False),
             ("body inside the tool", (("touching: block.top, at: [0, 0, 0]", "at: [0, 24, 0]"),), "8:3", ("starts 1 inside 'block.top'", "move the tool by (0, 1, 0) mm"), False),

@@ -149,7 +149,8 @@ def _of_blow(blow: press.Blow, problem: Problem) -> str:
     """What a blow gave and where it went."""
     parts = ((blow.plastic, "plastic"), (blow.friction, "friction"), (blow.stored, "elastic"))
     went = ", ".join(f"{_energy(v, problem)} {name}" for v, name in parts)
-    missing = f"{100 * abs(blow.missing) / blow.gave:.1g} % missing" if blow.gave else "nothing given"
+    off = "missing" if blow.missing >= 0.0 else "too much"  # by the elements: finer ones have less of it
+    missing = f"{100 * abs(blow.missing) / blow.gave:.1g} % {off}" if blow.gave else "nothing given"
     of = "" if len(problem.tools) == 1 else f" by {blow.tool}"
     gave = f"step {blow.step!r}: {_energy(blow.gave, problem)} given{of}"
     return f"{gave}: {went} ({missing}); efficiency {100 * blow.efficiency:.1f} %"

@@ -48,6 +48,8 @@ STARTERS = {
     "bar": ("bar_rolling", "in space: a bar that a roll bites and rolls"),
     "groove": ("ball_indentation", "in space: a ball pressed in, dragged and lifted"),
     "pyramid": ("vickers", "in space: a Vickers pyramid pressed into steel"),
+    "square-cup": ("square_cup", "in space: a square cup drawn from a sheet under a pushed holder"),
+    "tube-bend": ("tube_bending", "in space: a thin tube bent by a grooved former, and released"),
     "hook": ("snap_hook", "in space: a snap hook that bends, snaps in and is pulled out"),
 }
 """By kind: the example, and what it is."""

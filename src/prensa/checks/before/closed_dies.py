@@ -29,8 +29,10 @@ def closed_dies(system: System) -> Iterator[Finding]:
 
 
 def _asked(system: System) -> Iterator[tuple[str, str]]:
-    """Paths of measures of closed dies, with the body of each."""
+    """Paths of measures of closed dies, with the body of each; of the plane, in space they are refused as they are read."""
     problem = system.problem
+    if system.dofs.dimension == 3:
+        return
     texts = [(f"measures.{name}", text) for name, text in problem.measures.items()]
     for k, step in enumerate(problem.steps):
         named = step.until.measure if step.until is not None else {}
