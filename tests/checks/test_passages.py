@@ -135,6 +135,7 @@ def test_a_square_wave_whose_jumps_are_known_has_its_mean_exactly():
             assert passages.means()["roll.fy"].mean == pytest.approx(103.0, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_means_of_drawing_are_nearer_to_those_of_many_increments_than_the_trapezoid():
     """Of a sheet drawn in 60 and 70 increments, what work says takes a third of the error of passage means of the pull away."""
     problem = drawing(1 / 6, 3, 290 * FLOW.s0, travel=1.2)

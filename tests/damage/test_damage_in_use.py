@@ -233,6 +233,7 @@ def test_damage_has_derivatives() -> None:
         assert found[path] == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-4), path
 
 
+@pytest.mark.slow
 def test_extrusion_that_bursts_along_the_axis() -> None:
     """A small reduction at a steep die draws the core: the largest damage is on the axis, four times that of the skin."""
     radius, angle = 5.0 * np.sqrt(0.9), np.tan(np.radians(30.0))

@@ -10,7 +10,7 @@ from prensa_bench import robustness
 from problems import pressed_block, stroke
 
 
-@pytest.mark.parametrize(("suite", "least"), [("elastic", 0.96), ("plastic", 0.86)])
+@pytest.mark.parametrize(("suite", "least"), [("elastic", 0.96), pytest.param("plastic", 0.86, marks=pytest.mark.slow)])
 def test_random_problems(suite, least):
     """Of 30 random problems no answer is wrong, and at most one elastic (four plastic) are given up, with a reason."""
     tally = robustness.run(suite, 30, seed=2, first=5)

@@ -78,6 +78,7 @@ def cluster(folder: Path, workers: int = 2) -> Iterator[Path]:
             process.wait(30)
 
 
+@pytest.mark.slow
 def test_a_cluster_started_elsewhere_computes_the_same(tmp_path: Path) -> None:
     """Two workers over TCP, started in another folder: the table is byte for byte that of one process.
 
