@@ -22,7 +22,10 @@ def pictures(notebook) -> list[int]:
     return [sum("image/png" in o.get("data", {}) for o in cell.get("outputs", [])) for cell in notebook.cells]
 
 
-@pytest.mark.parametrize("path", [pytest.param(p, id=p.stem) for p in TUTORIALS])
+SLOW = {"springback": pytest.mark.slow}
+
+
+@pytest.mark.parametrize("path", [pytest.param(p, id=p.stem, marks=SLOW.get(p.stem, ())) for p in TUTORIALS])
 def test_a_tutorial_runs_and_shows_what_it_says(path, tmp_path, monkeypatch):
     """Run in an empty folder, a tutorial prints its words again and its numbers nearly, and draws its pictures."""
     nbformat = pytest.importorskip("nbformat")

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa import analysis
 from prensa.errors import CaseError, PrensaError
 from prensa.linear import condensation, factorisations
 from prensa.linear.reduction import Reduced
@@ -288,7 +287,6 @@ class Counted:
 
 def test_one_factorisation_and_no_column_that_contact_does_not_reach(monkeypatch):
     """A history of many increments factors once; a narrow contact has few columns."""
-    monkeypatch.setattr(analysis, "missed_on_finer", lambda *_, **__: None)  # a look at finer elements has factors of its own
     counted = Counted(monkeypatch)
     problem = pressed(steps=(pr.Step("press", move={"t": pr.Motion(y=-0.01)}, increments=6),))
     closed = max((i.contacts["b.top-t"].status > 0).sum() for i in solved(problem, CONDENSED))

@@ -83,6 +83,7 @@ HYPOTHESIS = settings(
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @HYPOTHESIS
 @given(problem=problems(), share=st.floats(0.0, 1.0))
 def test_forked_and_resumed_runs_are_the_run(problem, share, tmp_path):

@@ -155,6 +155,7 @@ def test_interrupted_anywhere_and_resumed_it_is_as_if_it_had_not_been(tmp_path: 
     assert [name for name in ours if ours[name] != theirs[name]] == []
 
 
+@pytest.mark.slow
 def test_a_killed_worker_is_survived(tmp_path: Path) -> None:
     """A case whose worker is killed goes to another; one that kills every worker is reported and does not end the sweep."""
     (tmp_path / "deadly.py").write_text(LAW, encoding="utf-8")

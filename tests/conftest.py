@@ -1,0 +1,26 @@
+"""What all tests share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from prensa import analysis
+from prensa.sensitivity import solve
+
+JUDGED = {"checks", "docs", "examples", "model", "robustness", "verification"}
+"""Folders whose tests look at what a run warns of."""
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _contacts_of_few_nodes(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Small contacts are not computed once more on finer elements where nobody asks whether their forces are right.
+
+    Nearly every contact of a test has few nodes, and a look takes as long as such a test.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        if request.path.parent.name not in JUDGED:
+            for module in (analysis, solve):
+                patch.setattr(module, "missed_on_finer", lambda *_, **__: None)
+        yield
