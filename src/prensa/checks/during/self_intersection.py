@@ -16,8 +16,8 @@ from prensa.checks.thresholds import NO_DIFFERENCE, NOTABLE_DEPTH
 from prensa.contact.surface import Surface
 from prensa.elements.shapes import table
 from prensa.errors import Finding
-from prensa.mesh.crossing import apart, near
-from prensa.mesh.mesh import POINTS_AT_ONCE, segments
+from prensa.mesh.crossing import apart, left, near
+from prensa.mesh.mesh import segments
 from prensa.model.problem import Contact
 from prensa.precision import SMALLEST
 from prensa.system.contact_surfaces import contact_edges
@@ -92,47 +92,22 @@ def hanging(system: System, u: Array) -> Hang | None:
 
 def _of_body(system: System, o: Outline, x: Array) -> Fold | None:
     a, b = x[o.ends[:, 0]], x[o.ends[:, 1]]
-    if not len(apart(o.ends, *near(a, b))[0]):
+    first, second = apart(o.ends, *near(a, b))
+    # distances of the ends of each segment from the line of the other, positive on the left
+    of_second = left(a[first], b[first], np.stack([a[second], b[second]]))
+    of_first = left(a[second], b[second], np.stack([a[first], b[first]]))
+    crossing = (of_second[0] * of_second[1] < 0) & (of_first[0] * of_first[1] < 0)
+    if not crossing.any():
         return None
-    node, segment, depth = _inside(x, o.ends)
-    length = np.minimum(*(np.hypot(*(b - a)[k].T) for k in (node, segment)))
-    deep = np.where(depth > NOTABLE_DEPTH * length, depth, 0.0)
-    if not deep.any():
-        return None
+    back = np.minimum(np.abs(of_first).min(axis=0), np.abs(of_second).min(axis=0))
+    length = np.minimum(np.hypot(*(b - a)[first].T), np.hypot(*(b - a)[second].T))
+    deep = np.where(crossing & (back > NOTABLE_DEPTH * length), back, 0.0)
     k = int(np.argmax(deep))
-    place = 0.5 * (a[node[k]] + 0.5 * (a[segment[k]] + b[segment[k]]))
-    names = [" and ".join(sides_of(system, o.body, o.ends[i])) for i in (node[k], segment[k])]
+    if not deep[k] > 0:
+        return None
+    place = 0.25 * (a[first[k]] + b[first[k]] + a[second[k]] + b[second[k]])
+    names = [" and ".join(sides_of(system, o.body, o.ends[i])) for i in (first[k], second[k])]
     return Fold(names[0], names[1], float(place[0]), float(place[1]), float(deep[k]))
-
-
-def _inside(x: Array, ends: Index) -> tuple[Index, Index, Array]:
-    """Nodes of an outline that lie inside another part of it: the segments (m,) that begin there, the nearest others, depths.
-
-    x (n, 2): places; ends (k, 2): of the segments, in closed chains. A place just outside of such a node has a winding number.
-    """
-    a, b = x[ends[:, 0]], x[ends[:, 1]]
-    along = b - a
-    round_about = np.sign((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum())  # 1 where the inside is on their left
-    before = np.empty(len(x), dtype=np.int64)
-    before[ends[:, 1]] = np.arange(len(ends))
-    way = along + along[before[ends[:, 0]]]
-    size = np.hypot(*along.T)
-    out = round_about * np.stack([way[:, 1], -way[:, 0]], axis=1) / np.maximum(np.hypot(*way.T), SMALLEST)[:, None]
-    beside = a + NO_DIFFERENCE * size[:, None] * out
-    found, many = [], POINTS_AT_ONCE // len(ends) + 1
-    for start in range(0, len(ends), many):
-        p = beside[start : start + many, None]
-        up, down = (a[:, 1] <= p[..., 1]) & (b[:, 1] > p[..., 1]), (a[:, 1] > p[..., 1]) & (b[:, 1] <= p[..., 1])
-        side = along[:, 0] * (p[..., 1] - a[:, 1]) - along[:, 1] * (p[..., 0] - a[:, 0])
-        winding = (up & (side > 0)).sum(axis=1) - (down & (side < 0)).sum(axis=1)
-        found.append(start + np.flatnonzero(round_about * winding > 0))
-    node = np.concatenate(found)
-    away = a[node][:, None] - a
-    at = np.clip((away * along).sum(axis=2) / np.maximum(size, SMALLEST) ** 2, 0.0, 1.0)
-    distance = np.hypot(*np.moveaxis(away - at[..., None] * along, 2, 0))
-    distance[(ends[node, :1, None] == ends).any(axis=2)] = np.inf
-    segment = distance.argmin(axis=1)
-    return node, segment, distance[np.arange(len(node)), segment]
 
 
 def sides_of(system: System, body: str, nodes: Index) -> list[str]:
