@@ -11,9 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import prensa as pr
-from prensa.checks.before.preflight import preflight
-from prensa.errors import PrensaError
-from prensa.verify.table import heard
+from prensa.result.increment import Increment
+from prensa_bench import marks
 
 RIGHT_FORCE = 0.05  # allowed difference of the last force, of that of the finer mesh
 FINENESS = 4  # elements of that mesh along an element
@@ -72,28 +71,15 @@ def _tool(kind: str, rng: np.random.Generator, at: tuple[float, float]) -> tuple
     return pr.Polygon(points=corners, fillet=float(rng.uniform(0.03, 0.3)), at=place), float(rng.uniform(0.1, 0.6))
 
 
+def _force(last: Increment) -> float:
+    return float(last.force("punch").y)
+
+
 def answer(problem: pr.Problem) -> tuple[float, list[str]]:
     """The last force of a punch, none where the run failed, and what was said of it, in ``check`` too."""
-    force = np.nan
-    with heard() as said:
-        try:
-            said += [str(finding) for finding in preflight(pr.discretise(problem)) if not finding.seen_in_run]
-            *_, last = pr.solve(problem)
-            force = float(last.force("punch").y)
-        except PrensaError as error:
-            said.append(str(error))
-    return force, said
+    return marks.answer(problem, _force)
 
 
 def verdict(punch: Punch) -> tuple[str, float, list[str]]:
-    """'right', 'alarm' (right and warned of), 'told' or 'silent', the error of the force, and what was said.
-
-    'none' where the finer mesh has no answer.
-    """
-    force, said = answer(punch.problem())
-    finer, _ = answer(punch.problem(FINENESS))
-    if np.isnan(finer):
-        return "none", np.nan, said
-    error = force / finer - 1.0
-    right = bool(abs(error) <= RIGHT_FORCE)
-    return {(True, False): "right", (True, True): "alarm", (False, True): "told"}.get((right, bool(said)), "silent"), error, said
+    """See `prensa_bench.marks.verdict`: of the force, against the finer mesh."""
+    return marks.verdict(marks.Mark(punch.problem(), punch.problem(FINENESS), _force, RIGHT_FORCE))

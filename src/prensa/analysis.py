@@ -104,11 +104,10 @@ def report_preflight(system: System) -> None:
             log.info("tools.%s: %s", name, note)
     notices = preflight(system)
     refuse(notices)
-    for words in [*warnings_of(system.problem), *(str(n) for n in notices if not n.seen_in_run)]:
+    for words in warnings_of(system.problem):
         log.warning("%s", words)
     for notice in notices:
-        if notice.seen_in_run:
-            log.info("%s", notice)
+        log.log(logging.INFO if notice.seen_in_run else logging.WARNING, "%s", notice)
 
 
 def check_arguments(

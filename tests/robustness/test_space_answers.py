@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import copy
 import re
-import tempfile
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
+from answers import passes, recorded
 
 import prensa as pr
 from prensa.mesh.generate import mesh_of
@@ -18,7 +17,7 @@ from prensa_bench.robustness import stops, tools_in_space
 from prensa_bench.robustness.claims import released
 from prensa_bench.robustness.drawn import Drawn
 from prensa_bench.robustness.families import drawn
-from prensa_bench.robustness.files import Record, read, solve_into
+from prensa_bench.robustness.files import Record
 
 RIB = ((-20.0, 3.0), (-6.0, 3.0), (-3.0, 0.0), (3.0, 0.0), (6.0, 3.0), (20.0, 3.0))
 AT = (1.0, 2.0, -1.0)
@@ -71,17 +70,13 @@ def pressed() -> Drawn:
 
 @cache
 def solved() -> tuple[Drawn, Record]:
-    with tempfile.TemporaryDirectory() as folder:
-        d = pressed()
-        solve_into(Path(folder), d.problem, np.inf)
-        return d, read(Path(folder), d.problem)
+    d = pressed()
+    return d, recorded(d)
 
 
 def test_a_right_answer_in_space_passes():
     """Nothing is found in the answer that the wrong ones are made of; there is pressure, friction and flow in it."""
-    d, record = solved()
-    assert checks.wrong_with(d, [record]) == ""
-    assert record.history["energy.plastic"][-1] > 0 < record.history["energy.friction"][-1]
+    passes(checks, *solved())
 
 
 def scaled(r: Record, column: str, by: float, row: int = -4) -> None:

@@ -30,6 +30,16 @@ class Archard:
             raise ValueError("'depth' needs 'k' and 'hardness': relative wear says nothing of depths")
         return self
 
+    @property
+    def relative(self) -> bool:
+        """Whether wear is ∫ p ds, without a rate."""
+        return self.k is None
+
+    @property
+    def rate(self) -> float:
+        """k/H, 1 of relative wear."""
+        return 1.0 if self.k is None or self.hardness is None else self.k / self.hardness
+
 
 def _relative(value: Any) -> Any:
     """'relative' is a law without numbers."""

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from prensa.errors import PrensaError, take_path
+from prensa.errors import PrensaError
 from prensa.measures.bodies import Outline, field
 from prensa.measures.cuts import Line
 from prensa.measures.grammar import field_names, line_of, undeformed
 from prensa.measures.measure import MeasureError
 from prensa.mesh.generate import mesh_of
 from prensa.model.problem import Problem
-from prensa.output.files import write_text
+from prensa.output.files import write_spreadsheet
 from prensa.result.increment import BodyState, Increment, Shape
 from prensa.types import Array, Index
 
@@ -36,14 +34,9 @@ class Profile(NamedTuple):
 
         ``semicolons``: between the columns, and decimal commas, as spreadsheets of many languages read them.
         """
-        path, text = take_path("save", path), io.StringIO()
-        writer = csv.writer(text, delimiter=";" if semicolons else ",", lineterminator="\n")
-        writer.writerow(self.columns)
-        for row in zip(*(c.tolist() for c in self.columns.values())):
-            cells = [f"{v:g}" if name == "part" else repr(v + 0.0) for name, v in zip(self.columns, row)]
-            writer.writerow([c.replace(".", ",") for c in cells] if semicolons else cells)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return write_text(path, text.getvalue())
+        numbers = zip(*(c.tolist() for c in self.columns.values()))
+        rows = ([f"{v:g}" if name == "part" else repr(v + 0.0) for name, v in zip(self.columns, row)] for row in numbers)
+        return write_spreadsheet(path, list(self.columns), rows, semicolons)
 
 
 def profile(increment: Increment, problem: Problem, line: str) -> Profile:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,12 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.errors import PrensaError, take_path
+from prensa.errors import PrensaError
 from prensa.measures.columns import directions, place_columns
 from prensa.measures.units import force_unit, length_unit, moment_unit
 from prensa.model.names import suggest
 from prensa.model.problem import Problem
-from prensa.output.files import write_text
+from prensa.output.files import write_spreadsheet
 from prensa.output.maxima import leading_tool
 from prensa.types import Array
 
@@ -42,16 +40,10 @@ class ForceCurve(NamedTuple):
 
         ``semicolons``: between the columns, and decimal commas, as spreadsheets of many languages read them.
         """
-        path, text = take_path("save", path), io.StringIO()
         first, second = ("rotation", "moment") if self.axis.startswith("r") else ("travel", "force")
         names = [f"{first} [{self.travel_unit}]", f"{second} [{self.force_unit}]"]
-        writer = csv.writer(text, delimiter=";" if semicolons else ",", lineterminator="\n")
-        writer.writerow(names)
-        for row in zip(self.travel.tolist(), self.force.tolist()):
-            cells = [repr(v + 0.0) for v in row]
-            writer.writerow([c.replace(".", ",") for c in cells] if semicolons else cells)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return write_text(path, text.getvalue())
+        rows = ([repr(v + 0.0) for v in row] for row in zip(self.travel.tolist(), self.force.tolist()))
+        return write_spreadsheet(path, names, rows, semicolons)
 
 
 def force_curve(history: Mapping[str, NDArray[Any]], problem: Problem, tool: str = "") -> ForceCurve:

@@ -40,10 +40,7 @@ def write_die(
     problem = run.increments.problem
     found = run.die(tool, die, at)
     loads = run.loads(tool)
-    folder = out or run.directory / f"{FOLDER}{file_name(tool)}"
-    if folder.exists() and not folder.is_dir():
-        raise PrensaError(f"{folder}: this is a file; name a folder for the die")
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = _folder(run, tool, out)
     worn = wear(loads, law.k, law.hardness)
     write_loads(folder / "loads.csv", worn)
     write_columns(folder / "face.csv", face_columns(found))
@@ -66,15 +63,28 @@ def write_map(run: RunResult, tool: str, law: Archard, out: Path | None = None) 
 
     """
     found = run.tool_map(tool).worn(law)
-    folder = out or run.directory / f"{FOLDER}{file_name(tool)}"
-    if folder.exists() and not folder.is_dir():
-        raise PrensaError(f"{folder}: this is a file; name a folder for the die")
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = _folder(run, tool, out)
     for kind in ("csv", "vtu"):
         found.save(folder / f"map.{kind}")
-    made = {"tool": tool, "relative": law.k is None} | found.summary
+    made = {"tool": tool, "relative": law.relative} | found.summary
     if law.depth is not None:
         deepest = float(found.wear.max())
         made |= {"permitted": law.depth, "parts": law.depth / deepest if deepest > 0.0 else None}
     write_text(folder / MAP_SUMMARY, json.dumps(made, indent=1) + "\n")
     return folder, made
+
+
+def _folder(run: RunResult, tool: str, out: Path | None) -> Path:
+    """The folder for what is known of a tool, made where there is none.
+
+    Raises
+    ------
+    PrensaError
+        If it is a file.
+
+    """
+    folder = out or run.directory / f"{FOLDER}{file_name(tool)}"
+    if folder.exists() and not folder.is_dir():
+        raise PrensaError(f"{folder}: this is a file; name a folder for the die")
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
+import io
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from prensa.errors import PrensaError
+from prensa.errors import PrensaError, take_path
 
 TEMPORARY = ".part"
 _AT_ONCE = 16  # files brought to the disk together
@@ -84,6 +86,20 @@ def write_text(path: Path, text: str, durable: bool = True, shared: bool = False
     with replacing(path, durable, shared) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
     return path
+
+
+def write_spreadsheet(path: str | Path, head: Sequence[str], rows: Iterable[Sequence[str]], semicolons: bool) -> Path:
+    """Write rows of numbers below their names; returns the path, whose folder is made.
+
+    ``semicolons``: between the columns, and decimal commas, as spreadsheets of many languages read them.
+    """
+    path, text = take_path("save", path), io.StringIO()
+    writer = csv.writer(text, delimiter=";" if semicolons else ",", lineterminator="\n")
+    writer.writerow(head)
+    for cells in rows:
+        writer.writerow([c.replace(".", ",") for c in cells] if semicolons else cells)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return write_text(path, text.getvalue())
 
 
 LONGEST_NAME = 120  # characters: file systems take 255 bytes

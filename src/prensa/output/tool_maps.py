@@ -46,31 +46,33 @@ class ToolMap:
     work: float
 
     @property
+    def fields(self) -> dict[str, Array]:
+        """What is known at the points, by name."""
+        return {"pressure": self.pressure, "shear": self.shear, "sliding": self.sliding, "wear": self.wear}
+
+    @property
     def summary(self) -> dict[str, Any]:
         """Largest values, each with its place in the tool's frame, and the work."""
-        fields = {"pressure": self.pressure, "shear": self.shear, "sliding": self.sliding, "wear": self.wear}
-        places = {f"{name}_at": self.x[int(np.argmax(values))].tolist() for name, values in fields.items()}
-        return {name: float(values.max()) for name, values in fields.items()} | places | {"work": self.work}
+        places = {f"{name}_at": self.x[int(np.argmax(values))].tolist() for name, values in self.fields.items()}
+        return {name: float(values.max()) for name, values in self.fields.items()} | places | {"work": self.work}
 
     def worn(self, law: Archard) -> ToolMap:
         """With the wear as a depth and the work as a volume, where the law of the tool is known."""
-        rate = 1.0 if law.k is None or law.hardness is None else law.k / law.hardness
-        return replace(self, wear=rate * self.wear, work=rate * self.work)
+        return replace(self, wear=law.rate * self.wear, work=law.rate * self.work)
 
     def save(self, path: str | Path) -> Path:
         """Write the map: a surface for ParaView where the name ends with ``.vtu``, else a table (CSV); returns the path."""
         path = take_path("save", path)
         path.parent.mkdir(parents=True, exist_ok=True)
-        fields = {"pressure": self.pressure, "shear": self.shear, "sliding": self.sliding, "wear": self.wear}
         with replacing(path) as temporary:
             if path.suffix == ".vtu":
                 import meshio
 
-                made = meshio.Mesh(self.x, [("triangle", self.triangles)], point_data=fields)
+                made = meshio.Mesh(self.x, [("triangle", self.triangles)], point_data=self.fields)
                 made.write(temporary, file_format="vtu", binary=True, compression="zlib")
             else:
-                columns = np.column_stack([self.x, *fields.values()])
-                np.savetxt(temporary, columns, fmt="%.9g", delimiter=",", header=",".join(("x", "y", "z", *fields)), comments="")
+                columns, head = np.column_stack([self.x, *self.fields.values()]), ",".join(("x", "y", "z", *self.fields))
+                np.savetxt(temporary, columns, fmt="%.9g", delimiter=",", header=head, comments="")
         return path
 
 

@@ -51,7 +51,9 @@ def _other_ways(eq: Equilibrium, start: Array, failed: NewtonResult, was_cut: bo
     """
     if out := overlap_stages(eq.system, eq.context, eq.policy):
         yield partial(_by_stages, eq, out, start)
-    if failed.decidable and failed.contact_changed(eq.policy) and (was_cut or not failed.affordable):
+    # by GMRES each point of a contact step costs a solution, and there are none of many
+    decides = failed.affordable or not eq.reduced.factorisation.iterates
+    if decides and failed.contact_changed(eq.policy) and (was_cut or not failed.affordable):
         yield partial(_by_contact, eq, start)
     if eq.reduced.equations and eq.numerics.line_search and was_cut and failed.contact_changed(eq.policy):
         yield partial(_by_full_steps, eq, start)

@@ -126,11 +126,6 @@ def affordable(eq: Equilibrium, e: Evaluation) -> bool:
     return not e.contacts or int(_first(eq, e).sum()) <= few(eq)
 
 
-def may_be_decided(eq: Equilibrium, e: Evaluation) -> bool:
-    """Whether there may be contact steps from the evaluation e and what follows it, where each point costs a solution."""
-    return not eq.reduced.factorisation.iterates or int(_first(eq, e).sum()) <= max_candidates(eq)
-
-
 def max_candidates(eq: Equilibrium) -> int:
     """Points that a contact step considers at most.
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prensa.solver.contact_lcp import affordable, contact_step, edge_step, few, held_by_friction, may_be_decided
+from prensa.solver.contact_lcp import affordable, contact_step, edge_step, few, held_by_friction
 from prensa.solver.equilibrium import Equilibrium, reversed_slip, signature
 from prensa.solver.finish import finish
 from prensa.solver.newton_state import Best, ContactChange, Iterate, NewtonState
@@ -62,7 +62,7 @@ def observe(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> None:
     result.active_sets.pop(key, None)
     result.active_sets[key] = tuple(f.active_sets for f in e.contacts)
     if not state.iteration:
-        result.affordable, result.decidable = affordable(eq, e), may_be_decided(eq, e)
+        result.affordable = affordable(eq, e)
     result.residuals.append(here.relative)
     result.changes.append(contact.changed if before is not None else len(contact.now))
     eq.report.iteration(result, e)

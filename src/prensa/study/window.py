@@ -260,8 +260,8 @@ def overview(study: Study, a: Values, b: Values, maps: Mapping[str, Map], kept: 
     from matplotlib.lines import Line2D
 
     # lines and area from the same values between the runs: the largest of what is interpolated, not interpolated largest ones
-    fine = [(*_between(maps[text])[:2], limit.margin(_between(maps[text])[2]) / (abs(limit.value) or 1.0))
-            for text, limit in kept.items()]  # fmt: skip
+    fine = [(x, y, limit.margin(values) / (abs(limit.value) or 1.0))
+            for text, limit in kept.items() for x, y, values in [_between(maps[text])]]  # fmt: skip
     x, y = fine[0][:2]
     some = next(iter(kept))
     every = replace(maps[some], z=np.sum([maps[text].z for text in kept], axis=0))

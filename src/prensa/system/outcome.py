@@ -24,7 +24,6 @@ class NewtonResult:
     ``softest`` (modes,): stiffnesses of the softest modes at its end, None where they are not known; ``rested``: no look.
     ``linear`` (ndof,): change of the dofs by the linearised system, where the iteration began with that.
     ``affordable``: so few points were near a tool that the iteration could take contact steps wherever it wanted.
-    ``decidable``: not so many, where each costs a solution, that there are no contact steps at all.
     ``active_sets``: those of contact that the iteration has tried, by their signature, the last one last.
     ``krylov``: iterations of GMRES that its linear systems have taken, where these are solved so (in space).
     ``grown``: growth of plastic strain to its evaluation, see `growths`; empty where nobody has asked for it.
@@ -47,7 +46,6 @@ class NewtonResult:
     jumped: bool = False
     discarded: int = 0
     affordable: bool = False
-    decidable: bool = True
     linear: Array | None = None
     softest: Array | None = None
     rested: bool = False

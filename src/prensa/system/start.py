@@ -111,9 +111,9 @@ class Earlier:
 
     def _worn(self, system: System) -> Array:
         """Wear (tools,) of the tools that go on; that of the others begins at 0."""
-        names, before = [tool.name for tool in self.system.tools], self.state.tool_wear
-        goes_on = [self.tool(t.name, t.description) is not None and names.index(t.name) < len(before) for t in system.tools]
-        return np.array([before[names.index(t.name)] if on else 0.0 for t, on in zip(system.tools, goes_on)])
+        before = {tool.name: wear for tool, wear in zip(self.system.tools, self.state.tool_wear)}
+        goes_on = [self.tool(t.name, t.description) is not None for t in system.tools]
+        return np.array([before.get(t.name, 0.0) if on else 0.0 for t, on in zip(system.tools, goes_on)])
 
     def _balanced(self, system: System, state: State) -> State:
         """The state with its forces and energies, and what has to be added so that nothing jumps at time 0.
