@@ -177,10 +177,12 @@ def test_a_response_is_pure_and_chunks_do_not_matter(element, kinematics, monkey
 
     X, cells, _ = bricks((2, 2, 2), (1.0, 1.0, 1.0), 0.2)
     block, pattern = block_of(X, cells, element, SWIFT, kinematics)
-    u, v = 0.01 * np.random.default_rng(3).normal(size=(2, *X.shape))
+    # of larger increments bricks with enhanced modes may have no answer
+    u, v = 0.003 * np.random.default_rng(3).normal(size=(2, *X.shape))
     old = respond(block, pattern, X, v, block.undeformed)[2].history
     kept = old.copy()
     r, K, first = respond(block, pattern, X, u, old, stiffness=True)
+    assert first.failed is None
     respond(block, pattern, X, v, old)
     monkeypatch.setattr(assembly, "CHUNK", 3)
     r2, K2, again = respond(block, pattern, X, u, old, stiffness=True)
@@ -197,7 +199,9 @@ def test_a_brick_turned_inside_out_is_named(element):
     X, cells, _ = bricks((3, 1, 1), (3.0, 1.0, 1.0))
     block, pattern = block_of(X, cells, element, STEEL, "finite")
     du = np.where((X[:, :1] == 3.0), [[-1.5, 0.0, 0.0]], 0.0)
-    failed = respond(block, pattern, X, du, block.undeformed)[2].failed
+    answer = respond(block, pattern, X, du, block.undeformed)[2]
+    assert np.array_equal(answer.history, block.undeformed)
+    failed = answer.failed
     assert failed is not None
     assert (failed.element, failed.why) == (2, Why.INVERTED)
 

@@ -331,7 +331,7 @@ class Block:
 
 
 class Sweep(NamedTuple):
-    """Result of a sweep: total Σ |element forces|, new history (m, q, h), and what failed."""
+    """Result of a sweep: total Σ |element forces|, new history (m, q, h), and what failed; then history is the old one."""
 
     force_scale: float
     history: Array
@@ -361,7 +361,7 @@ def sweep(
 
     for first, room, failure in _in_order(answer, block, threads):
         if failure:
-            return Sweep(np.nan, new, Failure(first + failure.element, failure.why))
+            return Sweep(np.nan, old, Failure(first + failure.element, failure.why))
         rows = slice(first, first + CHUNK)
         cells = block.cells[rows]
         w = room.first(len(cells))
