@@ -112,32 +112,32 @@ def calls(count: int, seed: int, folder: Path) -> Iterator[Attempt]:
         cls, named = good[rng.integers(len(good))]
         named = dict(named)
         positional: list[Any] = []
-        told: list[str] = []
+        wrong_with: list[str] = []
         for _ in range(int(rng.choice([1, 1, 2, 3]))):
             k, names = int(rng.integers(len(bad))), list(named)
             key = str(rng.choice(names)) if names else "x"
             match rng.integers(7):
                 case 0:
                     named.pop(key, None)
-                    told.append(f"without {key}")
+                    wrong_with.append(f"without {key}")
                 case 1:
                     named[key[:-1] + "x"] = named.pop(key, None)
-                    told.append(f"{key} misspelt")
+                    wrong_with.append(f"{key} misspelt")
                 case 2:
                     positional.append(bad[k])
-                    told.append(f"hostile {k} in place")
+                    wrong_with.append(f"hostile {k} in place")
                 case 3 if isinstance(named.get(key), list | tuple) and len(named[key]):
                     items = list(named[key])
                     items[rng.integers(len(items))] = bad[k]
                     named[key] = items
-                    told.append(f"{key}: an item hostile {k}")
+                    wrong_with.append(f"{key}: an item hostile {k}")
                 case 4 if isinstance(named.get(key), dict):
                     named[key] = {**named[key], str(rng.choice(["x", "a.top", ""])): bad[k]}
-                    told.append(f"{key}: an entry hostile {k}")
+                    wrong_with.append(f"{key}: an entry hostile {k}")
                 case _:
                     named[key] = bad[k]
-                    told.append(f"{key} hostile {k}")
-        yield f"{cls.__name__}: {', '.join(told)}", functools.partial(answer, cls, positional, named)
+                    wrong_with.append(f"{key} hostile {k}")
+        yield f"{cls.__name__}: {', '.join(wrong_with)}", functools.partial(answer, cls, positional, named)
 
 
 def answer(function: Callable[..., Any], positional: Sequence[Any] = (), named: Mapping[str, Any] | None = None) -> str:

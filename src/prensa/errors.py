@@ -18,7 +18,7 @@ class PrensaError(Exception):
     """Base of every error that prensa raises on purpose; its text is meant for the user."""
 
 
-TOLD = 50  # mistakes of a case that are reported at once
+MOST_REPORTED = 50  # mistakes of a case that are reported at once
 LONGEST_MESSAGE = 1000  # characters of a message
 
 
@@ -53,9 +53,9 @@ class CaseError(PrensaError, ValueError):
 
     def __init__(self, mistakes: Iterable[Mistake]) -> None:
         self.mistakes: tuple[Mistake, ...] = tuple(mistakes)
-        more = len(self.mistakes) - TOLD
+        more = len(self.mistakes) - MOST_REPORTED
         rest = [f"… and {more} mistakes more"] if more > 0 else []
-        super().__init__("\n".join([*map(str, self.mistakes[:TOLD]), *rest]))
+        super().__init__("\n".join([*map(str, self.mistakes[:MOST_REPORTED]), *rest]))
 
 
 class ArgumentError(PrensaError, TypeError):

@@ -36,7 +36,7 @@ PAGES = [
 ]
 FENCE = re.compile(r"^```([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e[-+]?\d+)?")
-TOLD = {  # by page, what is said of its cases and is true: few elements lie under the roll of the strip that is fed
+EXPECTED_WARNINGS = {  # by page, what is said of its cases and is true: few elements lie under the roll of the strip that is fed
     "cases.md": ("about 4 elements lie in the contact",),
 }
 CLOSE = 1e-3  # relative difference allowed between a printed number and the one in the text
@@ -105,7 +105,7 @@ def test_cases_are_valid_and_nothing_is_said_against_them(path: Path) -> None:
         case = loads(text if language == "yaml" else whole.getvalue(), name_of(path))
         system = pr.discretise(case.problem)
         said = [*warnings_of(case.problem), *map(str, preflight(system)), *map(str, staircase(system))]
-        assert [words for words in said if not any(part in words for part in TOLD.get(path.name, ()))] == []
+        assert [words for words in said if not any(part in words for part in EXPECTED_WARNINGS.get(path.name, ()))] == []
 
 
 @pytest.mark.parametrize("path", having("yaml calibration"))

@@ -16,7 +16,7 @@ from prensa.verify.table import heard, row
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CASES = sorted(EXAMPLES.glob("*.yaml"))
 # by script, what is said of it and is true: the paper's penalty is tried
-TOLD = {
+EXPECTED_WARNINGS = {
     "contact_integration": ("iterations suffer and pressures oscillate; leave it out (beta = 100)",),
 }
 SCRIPTS = sorted(p for p in EXAMPLES.glob("*.py") if p.stem != "common")
@@ -49,7 +49,7 @@ def test_script(
     monkeypatch.chdir(tmp_path)
     with heard() as warnings:
         assert module.main(["--quick", "--out", str(out)]) == 0
-    parts = TOLD.get(path.stem, ())
+    parts = EXPECTED_WARNINGS.get(path.stem, ())
     assert [w for w in warnings if not any(p in w for p in parts)] == [], "a good example has nothing told of it"
     printed = capsys.readouterr().out
     errors = list(_errors(printed))

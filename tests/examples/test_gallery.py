@@ -18,7 +18,7 @@ from prensa.verify.table import heard
 ROOT = Path(__file__).parents[2]
 CASES = sorted((ROOT / "examples").glob("*.yaml"))
 # what `check` says of an example: true of each, and its description says that means over a passage are meant
-TOLD = {
+EXPECTED_WARNINGS = {
     "drawbead": ["contacts.2: about 6 elements lie in the contact, forces step by 12 %"],
     "flat_rolling": ["contacts.0: about 15 elements lie in the contact, forces step by 5 %"],
     "wire_drawing": ["contacts.0: about 8 elements lie in the contact, forces step by 9 %"],
@@ -91,7 +91,7 @@ def test_check_says_of_an_example_what_is_true_and_nothing_else(path: Path) -> N
     problem = pr.load(path).problem
     system = pr.discretise(problem)
     said = [*warnings_of(problem), *map(str, preflight(system)), *map(str, staircase(system))]
-    assert [words.partition(" as ")[0] for words in said] == TOLD.get(path.stem, [])
+    assert [words.partition(" as ")[0] for words in said] == EXPECTED_WARNINGS.get(path.stem, [])
 
 
 def test_every_starter_is_an_example() -> None:

@@ -55,7 +55,7 @@ def test_known_parameters_are_found_within_their_intervals(table: Path, tmp_path
     """Friction and flow curve from one ring test: right within the intervals, kept runs used again, a page and a case."""
     lines: list[str] = []
     fit = pr.calibrate(
-        guessed(), table, SEEN, {MU: (0.02, 0.5), K: None, N: None}, along="-die.uy", keep=tmp_path, told=lines.append
+        guessed(), table, SEEN, {MU: (0.02, 0.5), K: None, N: None}, along="-die.uy", keep=tmp_path, report=lines.append
     )
     for path, true in TRUTH.items():
         assert fit.parameters[path].low < true < fit.parameters[path].high
@@ -75,7 +75,7 @@ def test_known_parameters_are_found_within_their_intervals(table: Path, tmp_path
     assert str(fit).count("\n") >= 4
     # the same again from what was kept: not one run
     again = pr.calibrate(
-        guessed(), table, SEEN, {MU: (0.02, 0.5), K: None, N: None}, along="-die.uy", keep=tmp_path, told=lines.append
+        guessed(), table, SEEN, {MU: (0.02, 0.5), K: None, N: None}, along="-die.uy", keep=tmp_path, report=lines.append
     )
     assert again.runs == 0
     assert again.values == fit.values
@@ -208,7 +208,7 @@ def test_a_column_that_no_parameter_moves_is_reported_before_the_fit(table: Path
     data = table.with_name("idle.csv")
     data.write_text("\n".join([f"{text[1]},way [mm]", *rows]), encoding="utf-8")
     seen = SEEN | {"way": pr.Observe("die.uy", sigma=0.01)}
-    fit = pr.calibrate(guessed(), data, seen, {MU: (0.02, 0.5)}, "-die.uy", refine=False, compare=False, told=lines.append)
+    fit = pr.calibrate(guessed(), data, seen, {MU: (0.02, 0.5)}, "-die.uy", refine=False, compare=False, report=lines.append)
     assert "at the start no parameter affects 'way'" in lines[1]
     assert sum("no parameter affects" in line for line in lines) == 1
     assert any("no parameter affects 'way'" in w for w in fit.words)

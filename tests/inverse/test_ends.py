@@ -116,7 +116,7 @@ def test_a_ring_without_first_yield(table: Path, caplog: pytest.LogCaptureFixtur
     with caplog.at_level(logging.WARNING, "prensa"):
         fit = pr.calibrate(
             guess(), table, SEEN, {MU: (0.02, 0.5), S0: None, K: None, N: None}, along="-die.uy", refine=False, compare=False,
-            told=lambda line: None,
+            report=lambda line: None,
         )  # fmt: skip
     assert not [r.message for r in caplog.records if "flow stress" in r.message]
     own = fit.parameters[S0]
@@ -135,13 +135,13 @@ def test_a_bound_above_the_truth(table: Path) -> None:
     """Friction that may not be as low as it is lies at its bound; with nothing else fitted its profile ends there."""
     fit = pr.calibrate(
         guess(), table, SEEN, {MU: (0.15, 0.5), K: None}, along="-die.uy", refine=False, compare=False, profiles=False,
-        told=lambda line: None,
+        report=lambda line: None,
     )  # fmt: skip
     assert fit.parameters[MU].low == 0.15 and 0.15 < fit.parameters[MU].high < 0.3
     assert any("the end of its range, 0.15; below" in words for words in fit.words)
     (alone,) = pr.calibrate(
         with_values(guess(), {S0: 2.0, K: 640.0, N: 0.16}), table, SEEN, {MU: (0.15, 0.5)}, along="-die.uy", refine=False,
-        compare=False, told=lambda line: None,
+        compare=False, report=lambda line: None,
     ).parameters.values()  # fmt: skip
     assert alone.value == pytest.approx(0.15, rel=1e-3) and alone.low >= 0.15 and 0.15 < alone.high < 0.3
     with pytest.raises(PrensaError, match="outside its bounds"):

@@ -100,7 +100,7 @@ def test_the_answer_of_a_run_says_how_far_the_die_is_filled(tmp_path: Path) -> N
     assert resume(tmp_path / "r", quiet=True).summary["fill"] == run.summary["fill"]
 
 
-def test_pockets_of_open_dies_are_told_in_the_answer() -> None:
+def test_pockets_of_open_dies_are_in_the_answer() -> None:
     """Without a closed die there is no share: number, volume and place of the pockets, the largest of several."""
     places = [{"x": 1.0, "y": 2.0, "volume": 3.0}, {"x": 4.0, "y": 5.0, "volume": 1.0}]
     found = {"fill": None, "die": 0.0, "missing": 0.0, "unit": "mm³", "places": places}

@@ -146,7 +146,7 @@ MISTAKES = [
 ]
 
 
-def told(text: str, **options: object) -> CaseError:
+def mistakes_of(text: str, **options: object) -> CaseError:
     with pytest.raises(CaseError) as caught:
         loads(text, "u.yaml", **options)  # type: ignore[arg-type]
     return caught.value
@@ -161,7 +161,7 @@ def test_the_case_without_mistakes_loads():
 def test_a_mistake_is_reported_with_place_and_remedy(old, new, place, words):
     """One mistake gives exactly one line: its place in the file, the value and what to write instead."""
     assert old in CASE
-    error = told(CASE.replace(old, new, 1))
+    error = mistakes_of(CASE.replace(old, new, 1))
     lines = str(error).splitlines()
     assert len(lines) == 1, lines
     assert lines[0].startswith(f"u.yaml:{place}: ")
@@ -172,21 +172,21 @@ def test_a_mistake_is_reported_with_place_and_remedy(old, new, place, words):
 def test_all_mistakes_of_a_file_are_reported_together_in_its_order():
     """Fields and cross-references are reported at once; what follows from another mistake is not repeated."""
     text = CASE.replace("nu: 0.33", "nu: 0.7").replace("radius:", "radus:").replace("against: punch", "against: p")
-    lines = str(told(text)).splitlines()
+    lines = str(mistakes_of(text)).splitlines()
     assert [line.split(": ")[0] for line in lines] == ["u.yaml:7:41", "u.yaml:11:5", "u.yaml:14:52"]
 
 
 def test_a_section_that_cannot_be_read_makes_no_name_unknown():
     """A list where the tools should be is one mistake: the contacts' tools are not called unknown as well."""
     text = CASE.replace("  punch:\n    type: circle\n    radius: 8 cm\n    touching: billet.top\n", "  - punch\n")
-    assert len(told(text).mistakes) == 1
-    assert "bodies" in str(told("name: a\nsteps: [{name: s, fixed: {b.top: x}}]\n"))
-    assert len(told("name: a\nsteps: [{name: s, fixed: {b.top: x}}]\n").mistakes) == 1
+    assert len(mistakes_of(text).mistakes) == 1
+    assert "bodies" in str(mistakes_of("name: a\nsteps: [{name: s, fixed: {b.top: x}}]\n"))
+    assert len(mistakes_of("name: a\nsteps: [{name: s, fixed: {b.top: x}}]\n").mistakes) == 1
 
 
 def test_a_case_error_is_a_value_error_and_an_error_of_prensa():
     """Scripts may catch either."""
-    error = told("name: 3")
+    error = mistakes_of("name: 3")
     assert isinstance(error, ValueError) and isinstance(error, PrensaError)
     assert error.mistakes[0].mark.line == 1
 
@@ -273,7 +273,7 @@ def test_a_hostile_file_is_an_error_within_a_second(name):
     """Nothing that a file may contain hangs, fills the memory or escapes as another error."""
     text, words = HOSTILE[name]
     start = time.process_time()
-    assert words in str(told(text))
+    assert words in str(mistakes_of(text))
     assert time.process_time() - start < AT_MOST
 
 
@@ -282,7 +282,7 @@ def test_a_huge_file_is_an_error_at_once(name):
     """Megabytes of anything, and the most of what is read at all, are refused quickly and in few words."""
     text, words = HUGE[name]
     start = time.process_time()
-    error = told(text)
+    error = mistakes_of(text)
     assert time.process_time() - start < AT_MOST
     assert words in str(error)
     assert len(str(error)) < 20_000

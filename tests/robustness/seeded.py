@@ -598,7 +598,7 @@ SEEDED = {
             "", ("never touched", "so its forces are zero"), True, "run",
         ),
         Seeded(
-            "body let go by its only support",
+            "body released by its only support",
             (("increments: 4}", "increments: 4}\n  - {name: up, move: {die: {y: 1}}, fixed: {strip.bottom: free, strip.left: free}, increments: 2}"),),
             "", ("without its contacts body 'strip' can move along x and y and to turn", "support the body"), False, "run",
         ),

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_derivatives import EXACT, LET_GO_BETWEEN, OPTIONS, RULES, TWO_STEPS, varied
+from test_derivatives import EXACT, OPTIONS, RELEASED_BETWEEN, RULES, TWO_STEPS, varied
 
 import prensa as pr
 from prensa.materials.flow_curve import FlowCurve
@@ -141,7 +141,7 @@ def test_closed_derivatives_go_through_steps_and_folded_elements(rule: Any, monk
 @pytest.mark.parametrize("rule", RULES)
 def test_closed_derivatives_go_on_from_those_by_differences(rule: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """After a step that lets forces go, for which differences are taken, whatever directions carried before it is out of date."""
-    problem = loads(LET_GO_BETWEEN).problem
+    problem = loads(RELEASED_BETWEEN).problem
     paths = [p for p in varied(problem, "roll") if "radius" not in p]
     size = {p: abs(value_of(problem, p)) for p in paths}
     closed, by_differences = both(problem, paths, monkeypatch, pr.Numerics(time_rule=rule))

@@ -95,7 +95,7 @@ steps:
 """
 
 
-LET_GO_BETWEEN = """
+RELEASED_BETWEEN = """
 name: a roll is pressed in, rolls on as it likes, and is lifted
 bodies:
   block:
@@ -199,7 +199,7 @@ def test_derivatives_go_through_steps_and_what_they_released(rule: Any) -> None:
 )
 def test_derivatives_go_on_after_a_step_that_lets_forces_go(paths: list[str]) -> None:
     """Where the roll may move along all at once, forces are released, and differences are taken for that step alone."""
-    problem = loads(LET_GO_BETWEEN).problem
+    problem = loads(RELEASED_BETWEEN).problem
     observables: list[Callable[[Increment], float]] = [
         lambda i: i.force("roll").y,
         lambda i: i.force("roll").x,
@@ -212,7 +212,7 @@ def test_derivatives_go_on_after_a_step_that_lets_forces_go(paths: list[str]) ->
 def test_derivatives_by_numbers_that_change_the_speed_of_a_step() -> None:
     """Beside others: by its duration differences are taken in a step that it lasts, and closed forms in the ones after it."""
     curve = "bodies.block.material.flow={type: johnson_cook, A: 10, B: 20, n: 0.3, C: 0.02, rate0: 0.1}"
-    problem = loads(LET_GO_BETWEEN, overrides=[curve, "steps.0.duration=0.5"]).problem
+    problem = loads(RELEASED_BETWEEN, overrides=[curve, "steps.0.duration=0.5"]).problem
     paths = ["steps.0.duration", "friction.mu", "bodies.block.material.flow.B"]
     assert max(agreement(problem, paths, [lambda i: i.force("roll").y, lambda i: i.tools["roll"].place.x])) < 1e-5
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_derivatives import EXACT, LET_GO_BETWEEN, TWO_STEPS, lip
+from test_derivatives import EXACT, RELEASED_BETWEEN, TWO_STEPS, lip
 
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
@@ -30,7 +30,7 @@ CASES = {
     "by differences": (lambda: ring("bodies.ring.element=q8"), PATHS),
     "lagged": (ring, PATHS),
     "steps": (lambda: loads(TWO_STEPS).problem, STEPS_PATHS),
-    "let go": (lambda: loads(LET_GO_BETWEEN).problem, STEPS_PATHS[:3]),
+    "released": (lambda: loads(RELEASED_BETWEEN).problem, STEPS_PATHS[:3]),
     "plane at a line of symmetry": (lip, ["bodies.d.material.flow.s0"]),
 }  # fmt: skip
 

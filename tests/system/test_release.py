@@ -14,7 +14,7 @@ def test_a_flattened_strip_is_released(n):
     """The die leaves a plastically flattened strip and no force is left; the stress in the plane is gone, strain stays."""
     p = upset_block(
         stroke(-0.4, increments=10, tool="die", name="flatten"),
-        stroke(-0.39, increments=2, tool="die", name="let go"), material=pr.J2(1e5, 0.3, pr.Perfect(100.0)), n=n,
+        stroke(-0.39, increments=2, tool="die", name="release"), material=pr.J2(1e5, 0.3, pr.Perfect(100.0)), n=n,
         body="strip", plane="die",
     )  # fmt: skip
     increments = list(pr.solve(p))

@@ -52,7 +52,7 @@ def test_a_warning_that_a_case_does_not_declare_is_a_failing_row() -> None:
     case = Case("warned", "none", False, warned, ("needle",))
     for _ in range(2):
         rows = case.run()
-        assert [(r.quantity, r.passed) for r in rows] == [("good", True), ("told: an element folds", False)]
+        assert [(r.quantity, r.passed) for r in rows] == [("good", True), ("warning: an element folds", False)]
 
 
 @pytest.mark.parametrize(

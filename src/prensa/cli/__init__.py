@@ -451,7 +451,7 @@ def calibrate(
         folder = out or Path("results") / f"{file_name(what.name)}-fit"
         found = fit_case(
             parameters=what.parameters, tests=what.tests, starts=what.starts, seed=what.seed, refine=what.refine,
-            compare=what.compare, profiles=what.profiles, keep=folder / "runs", told=voice.remark,
+            compare=what.compare, profiles=what.profiles, keep=folder / "runs", report=voice.remark,
         )  # fmt: skip
         page, written = found.report(folder / "fit.html"), found.write_cases(folder)
         voice.say(str(found))

@@ -96,7 +96,7 @@ def calibrate(
     compare: bool = True,
     profiles: bool = True,
     keep: str | Path | None = None,
-    told: Callable[[str], None] | None = None,
+    report: Callable[[str], None] | None = None,
 ) -> Fit:
     """Find the parameters with which a case says what was measured.
 
@@ -122,7 +122,7 @@ def calibrate(
         See how nonlinear the problem is at the ends of its linear intervals, and follow the profile likelihood where it is.
     keep
         Folder in which runs are kept, so that a fit that was interrupted goes on.
-    told
+    report
         Receives a line for every run, and what looks wrong before the fit; if not given, they go to the log, the latter as
         warnings, which Python shows.
 
@@ -137,8 +137,8 @@ def calibrate(
             raise ArgumentError("calibrate: a test needs its case, data and observe; or give tests=[Test(…), …]")
         tests = [Test(case, data, observe, along), *tests]
     experiments, known = _checked(tests, parameters)
-    objective = Objective(experiments, known, Path(keep) if keep is not None else None, told or log.info)
-    found, first = _best(objective, starts, seed, told or log.warning)
+    objective = Objective(experiments, known, Path(keep) if keep is not None else None, report or log.info)
+    found, first = _best(objective, starts, seed, report or log.warning)
     return _around(objective, found, first, refine, profiles, compare)
 
 

@@ -60,7 +60,7 @@ def slopes_of(case: Case, wanted: Sequence[Quantity], paths: Sequence[str]) -> t
     reasons: dict[str, str] = {}
     measures = {q.text: parse(q.name, case.problem) for q in wanted}
     series: dict[str, list[Noted]] = {q.text: [] for q in wanted}
-    with silenced():  # what they warn of the run has told
+    with silenced():  # the run has reported what they warn of
         for increment in solve(case.problem, case.numerics, derivatives=list(paths)):
             _note(increment, wanted, measures, series, reasons)
     for q in wanted:

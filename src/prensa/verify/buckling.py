@@ -127,7 +127,7 @@ def ironed(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
         *_, last = pr.solve(ironing((60, 16), pr.Exact(), "off", E_scale, mu_scale))
     except SolveError as error:
         reason = error.reason
-    yield row("without viscous forces: told as a limit point (1: yes)", 1.0, float(isinstance(reason, LimitPoint)), 1e-12)
+    yield row("without viscous forces: reported as a limit point (1: yes)", 1.0, float(isinstance(reason, LimitPoint)), 1e-12)
     found = {}
     for n, rule in (((60, 16), pr.Exact()), ((48, 13), pr.Penalty())):
         increments = list(pr.solve(ironing(n, rule, "auto", E_scale, mu_scale)))

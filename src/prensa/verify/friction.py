@@ -112,7 +112,7 @@ def wedge(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
 
 # --------------------------------------------------------------------------------------------------------- shear factor
 def dragged_strip(material: pr.J2 | pr.Elastic, law: pr.Shear, kinematics: Literal["small", "finite"]) -> pr.Problem:
-    """A strip flattened without friction, let go by a part of its elastic strain, then dragged along by its die."""
+    """A strip flattened without friction, released by a part of its elastic strain, then dragged along by its die."""
     drag = {"die": pr.Motion(x=0.2)}
     return pr.Problem(
         "dragged strip", kinematics=kinematics, allow_large_strain=kinematics == "small", thickness=2.0,
@@ -121,7 +121,7 @@ def dragged_strip(material: pr.J2 | pr.Elastic, law: pr.Shear, kinematics: Liter
         fixed={"strip.bottom": "y", "strip.left": "x"},
         steps=(
             pr.Step("flatten", move={"die": pr.Motion(y=-0.4)}, increments=20),
-            pr.Step("let go", move={"die": pr.Motion(y=-0.3994)}, increments=2),
+            pr.Step("release", move={"die": pr.Motion(y=-0.3994)}, increments=2),
             pr.Step(
                 "drag", move=drag, fixed={"strip.left": pr.Fixed(free=True), "strip.bottom": pr.Fixed(x="held", y="held")},
                 friction={"strip.top-die": law}, increments=8,

@@ -97,7 +97,7 @@ def hill(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
 
 
 def rolling(length: float, rows: int, E: float, mu: float, turn: float = 0.15) -> pr.Problem:
-    """Half of a strip rolled from half thickness 1 to 0.75: pushed in as far as the roll takes it, then let go."""
+    """Half of a strip rolled from half thickness 1 to 0.75: pushed in as far as the roll takes it, then released."""
     R, h = 65.0, 0.75
     x = length * np.arange(-round(16.0 / length), round(2.0 / length) + 1)
     top = np.clip(h + R - np.sqrt(R**2 - np.minimum(x, 0.0) ** 2), h, 1.0)
@@ -108,7 +108,7 @@ def rolling(length: float, rows: int, E: float, mu: float, turn: float = 0.15) -
         steps=(
             pr.Step("bite", move={"roll": pr.Motion(rz=0.04)}, fixed={"strip.left": pr.Fixed(x=1.99)}),
             # what pushed the strip is released over a step of its own: only then does the flow become steady
-            pr.Step("let go", move={"roll": pr.Motion(rz=0.05)}, fixed={"strip.left": "free"}),
+            pr.Step("release", move={"roll": pr.Motion(rz=0.05)}, fixed={"strip.left": "free"}),
             # means are as steady as the increments of a passage are many: a node's landing lies somewhere in one
             pr.Step("roll", move={"roll": pr.Motion(rz=0.05 + turn)}, increments=round(16 * R * turn / length)),
         ),

@@ -130,7 +130,7 @@ def not_meant(warnings: Iterable[str], expected: Iterable[str]) -> Iterator[Row]
     """A failing row for each of the warnings that has none of the expected parts."""
     for warning in dict.fromkeys(warnings):
         if not any(part in warning for part in expected):
-            yield Row("", f"told: {warning}", math.nan, math.nan, note="warning")
+            yield Row("", f"warning: {warning}", math.nan, math.nan, note="warning")
 
 
 def case(name: str, *, suite: str, slow: bool = False, expected_warnings: tuple[str, ...] = ()) -> Callable[[Function], Function]:
