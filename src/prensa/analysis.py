@@ -61,8 +61,8 @@ def solve(
     system = problem if isinstance(problem, System) else discretise(problem)
     base = system
     numerics, policy = numerics or model.Numerics(), policy or Policy()
-    if system.problem.space != "solid" and numerics.solver in model.SPATIAL_SOLVERS:
-        raise ArgumentError(f"solve: {model.not_in_the_plane(numerics.solver)}")
+    if words := model.why_not(numerics.solver, system.problem):
+        raise ArgumentError(f"solve: {words}")
     threads = threads_of(numerics, system.ndof, policy)
     numerics = replace(numerics, threads=threads)
     ahead = Ahead(system, numerics, policy) if start is None and threads > 1 else None

@@ -71,6 +71,18 @@ def test_a_pushed_tool_goes_further_by_what_its_derivative_says() -> None:
     compared(pressed, (0.3, 600.0, -8000.0), paths, ["t.travel.y"], "superlu")
 
 
+@pytest.mark.parametrize("way", ["slid", "pressed"])
+def test_derivatives_of_exact_contact_in_space(way: str) -> None:
+    """The same with three multipliers to a point, those of nodes on planes of symmetry among them."""
+    exact = (pr.Contact("b.top", "t", enforcement=pr.Exact()),)
+    if way == "slid":
+        paths, measures = ["friction.mu", "steps.1.move.t.x"], ["t.force.x", "t.force.y", "t.force.z"]
+        compared(lambda mu, x: replace(slid(mu, slide=x), contacts=exact), (0.3, 0.1), paths, measures, "superlu")
+    else:
+        paths = ["friction.mu", "bodies.b.material.flow.K"]
+        compared(lambda mu, K: replace(pressed(mu, K), contacts=exact), (0.3, 600.0), paths, ["t.travel.y"], "superlu")
+
+
 def test_backwards_is_refused_in_space() -> None:
     """The adjoint has no transposed bricks: it refers to derivatives forwards."""
     with pytest.raises(OnlyForwards, match=r"use solve\(derivatives"):

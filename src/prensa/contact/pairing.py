@@ -22,6 +22,7 @@ import numpy as np
 
 from prensa.contact.stencil import DIMENSION, Stencils
 from prensa.kernels.compiled import njit
+from prensa.precision import NEGLIGIBLE
 from prensa.tools.analytic import Closest, Tool, turned
 from prensa.types import Array, Index
 
@@ -125,9 +126,11 @@ def _cross_matrix(v: Array) -> Array:
 def tangents(n: Array) -> Array:
     """Two unit tangents (k, 2, 3) of a surface with normals n (k, 3), right-handed with them.
 
-    The first is nearest to the coordinate axis that is farthest from the normal.
+    The first is nearest to the coordinate axis that is farthest from the normal; of axes that are alike it is the first, whatever
+    round-off says: what is kept along tangents is read along those of the same normal.
     """
-    axis = np.eye(3)[np.argmin(np.abs(n), axis=1)]
+    size = np.abs(n)
+    axis = np.eye(3)[np.argmax(size <= size.min(axis=1)[:, None] + NEGLIGIBLE, axis=1)]
     t = axis - (axis * n).sum(axis=1)[:, None] * n
     t /= np.linalg.norm(t, axis=1)[:, None]
     return np.stack([t, np.cross(n, t)], axis=1)
@@ -208,10 +211,10 @@ def spatial_pairs(shape: Closer, X: Array, u: Array, at: Array, place: Array, si
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _tangents(n, out):
     """`tangents` of one normal (3,)."""
+    least = min(abs(n[0]), abs(n[1]), abs(n[2])) + NEGLIGIBLE
     axis = 0
-    for i in range(1, 3):
-        if abs(n[i]) < abs(n[axis]):
-            axis = i
+    while abs(n[axis]) > least:
+        axis += 1
     size = 0.0
     for i in range(3):
         out[0, i] = (1.0 if i == axis else 0.0) - n[axis] * n[i]

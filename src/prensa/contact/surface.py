@@ -5,18 +5,28 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from prensa.contact.cut import Corners
 from prensa.contact.forces import Scale
 from prensa.contact.integration import Points
-from prensa.contact.redundant import Supports
+from prensa.contact.redundant import NO_SLOPE, Supports
 from prensa.contact.weighted import FacingSides
 from prensa.layout import DofMap, Field
 from prensa.model import problem as model
 from prensa.types import Array, Index
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+
+class Follows(NamedTuple):
+    """All degrees of freedom (ndof,) from the ``free`` ones (f,): ``matrix`` (ndof, f)."""
+
+    free: Index
+    matrix: csr_matrix
 
 
 class Opposite(NamedTuple):
@@ -39,7 +49,7 @@ class Surface:
     node, then those of the master (of the nodes of both sides, where that is a body); ``normal`` (k, d) of the undeformed
     surface at the points, ``node_normal`` (n, d) at its nodes;
     ``behind`` (m,): elements of the body behind the edges.
-    ``multipliers``: their field, normal and tangential of each point; None if they are no degrees of freedom.
+    ``multipliers``: their field, normal and tangential ones of each point; None if they are no degrees of freedom.
     ``corners``: those of the tool that hold points in this increment. ``shift`` (n,): what is added to the gaps at the nodes of
     the system, for overlaps that are meant; None: nothing. ``opposite``: the side of the body that is the master, None where that
     is a tool.
@@ -132,14 +142,21 @@ class Surface:
             return own
         return np.full(len(own), min(float(own.min()), self.opposite.modulus / self.opposite.pressed))
 
-    def supports(self, fixed: Index) -> Supports | None:
-        """Of exact contacts in the plane: the points with ``fixed`` degrees of freedom of the body; None if there are none."""
-        if not self.exact or self.X.shape[1] > 2:
+    def supports(self, fixed: Index, follows: Follows | None = None) -> Supports | None:
+        """Of exact contacts: the points with ``fixed`` degrees of freedom of the body; None if there are none.
+
+        ``follows``: how some follow others in space; None: none does.
+        """
+        if not self.exact:
             return None
-        # Points in space have no exact enforcement, so nothing there is redundant.
         free = ~np.isin(self.dofs, fixed)
-        at = np.flatnonzero(~free[:, : self.of_master.start].all(axis=1))
-        return Supports(at, free[at]) if len(at) else None
+        held = ~free[:, : self.of_master.start].all(axis=1)
+        if follows is not None:
+            held |= ~np.isin(self.dofs[:, : self.of_master.start], follows.free).all(axis=1)
+        at = np.flatnonzero(held)
+        if not len(at):
+            return None
+        return Supports(at, free[at], None if follows is None else _ways(follows.matrix, self.dofs[at]))
 
     def scale(self, k_t_least: Array) -> Scale:
         """Penalty stiffnesses of the points: k_n = β M/h, k_T = β_T M/h, not below ``k_t_least`` (k,)."""
@@ -147,3 +164,16 @@ class Surface:
         k_n, k_t = self.description.enforcement.stiffness(unit)
         # A law that falls by more than k_T per slip has no unique slip; the least stiffness comes from `FrictionLaw.softening`.
         return Scale(k_n, np.maximum(k_t, k_t_least), self.points.depth, unit)
+
+
+def _ways(follows: csr_matrix, dofs: Index) -> Array:
+    """Projections (m, k, k) on the motions of degrees of freedom (m, k) that free ones make."""
+    out = np.zeros((*dofs.shape, dofs.shape[1]))
+    for i, own in enumerate(dofs):
+        rows = follows[own]
+        rows = rows[:, np.unique(rows.indices)].toarray()
+        if rows.size:
+            U, s, _ = np.linalg.svd(rows, full_matrices=False)
+            U = U[:, s > NO_SLOPE * s[0]]
+            out[i] = U @ U.T
+    return out

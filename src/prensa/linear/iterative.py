@@ -66,6 +66,8 @@ def ways_of(numerics: model.Numerics, unknowns: int, policy: Policy = DEFAULT) -
 
 def solver_of(system: System, numerics: model.Numerics, policy: Policy = DEFAULT) -> str:
     """What solves the linear systems of the first step of a system in space: ``multigrid``, ``ldlt`` or ``lu``."""
+    if system.exact:  # multipliers have no place in P
+        return "lu"
     plan = plan_step(system, 0, system.initial().step_start)
     ways = ways_of(numerics, system.ndof - len(system.prescribed(plan.fixed)), policy)
     return ways[0] if ways else "lu"

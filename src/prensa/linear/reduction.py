@@ -43,8 +43,11 @@ def equations_of(system: System, fixed: Index) -> list[Equations]:
     """Multiplier equations of the exact contacts, with ``fixed`` dofs prescribed."""
     free = np.ones(system.ndof, dtype=bool)
     free[system.prescribed(fixed)] = False
+    supports, t = system.supports(system.surfaces, fixed), system.dofs.dimension - 1
     return [
-        Equations(i, s, system.pair_slots(s)[:, -2:], free[s.coupled]) for i, s in enumerate(system.surfaces) if s.exact
+        Equations(i, s, system.pair_slots(s)[:, -1 - t :], free[s.coupled], supports[i])
+        for i, s in enumerate(system.surfaces)
+        if s.exact
     ]
 
 

@@ -592,12 +592,17 @@ SPATIAL_SOLVERS = ("ldlt", "multigrid")
 """Values of ``numerics.solver`` of problems in space alone."""
 
 
-def not_in_the_plane(solver: str) -> str:
-    """Why one of these is refused in the plane."""
-    return (
-        f"'numerics.solver' is {solver!r}, which is of 'space: solid'; in the plane factors of the matrix itself cost less: "
-        "write 'auto', 'pardiso', 'rslab' or 'superlu'"
-    )
+def why_not(solver: str, problem: Problem) -> str:
+    """Why a linear ``solver`` is refused for a problem; '' if it is not."""
+    if solver not in SPATIAL_SOLVERS:
+        return ""
+    if problem.space != "solid":
+        why = "is of 'space: solid'; in the plane factors of the matrix itself cost less"
+    elif any(c.enforcement.has_multipliers for c in problem.all_contacts):
+        why = "has no place for multipliers; with exact enforcement the matrix itself is factored"
+    else:
+        return ""
+    return f"'numerics.solver' is {solver!r}, which {why}: write 'auto', 'pardiso', 'rslab' or 'superlu'"
 
 
 @described
@@ -685,8 +690,8 @@ class Case:
     def _check(self) -> Case:
         if self.problem.space == "axisymmetric" and {"left", "right"} & set(self.output.mirror):
             raise ValueError("'output.mirror' cannot name 'left' or 'right' in axisymmetry, whose axis mirrors: leave it out")
-        if self.problem.space != "solid" and self.numerics.solver in SPATIAL_SOLVERS:
-            raise ValueError(not_in_the_plane(self.numerics.solver))
+        if words := why_not(self.numerics.solver, self.problem):
+            raise ValueError(words)
         if self.problem.space != "solid" and {"back", "front"} & set(self.output.mirror):
             raise ValueError("'output.mirror' cannot name 'back' or 'front' in the plane: they are sides in 'space: solid'")
         if self.problem.space == "solid" and self.output.wear:

@@ -137,8 +137,6 @@ def _contacts(p: Any) -> Iterator[Finding]:
         if c is None:
             continue
         laws.append((("contacts", i, "friction"), c.friction))
-        if c.enforcement.has_multipliers:
-            yield Finding(("contacts", i, "enforcement"), "in space the enforcement is 'penalty' or 'augmented'")
         if c.integration != "nodal":
             yield Finding(("contacts", i, "integration"), "in space contact is integrated by the rule 'nodal'")
         if whole := next((s for s in c.surface if "." not in s), None):
@@ -149,6 +147,18 @@ def _contacts(p: Any) -> Iterator[Finding]:
     laws += [
         (("steps", i, "friction", name), law) for i, s in enumerate(p.steps) if s for name, law in s.friction.items()
     ]
+    yield from _exact(p)
     for path, law in laws:
         if law is not None and not law.proportional:
             yield Finding(path, "in space friction is proportional to the pressure")
+
+
+def _exact(p: Any) -> Iterator[Finding]:
+    """Friction of contacts with multipliers, whose tractions belong to the areas that pressures do."""
+    for i, c in enumerate(p.contacts):
+        if c is None or not c.enforcement.has_multipliers:
+            continue
+        laws = [c.friction or p.friction, *(s.friction[c.name] for s in p.steps if s is not None and c.name in s.friction)]
+        if any(law is not None and not law.proportional for law in laws):
+            words = "with exact enforcement friction in space is proportional to the pressure"
+            yield Finding(("contacts", i, "enforcement"), words)

@@ -26,7 +26,7 @@ class Estimate(NamedTuple):
 
     ``memory`` without Python's own. ``fields``: of an increment, and ``disk`` of all whose fields are written, None where their
     number is not known before. ``available``: memory of the machine, None where it does not say. ``seconds`` of an increment, of
-    usual iterations; None where that was not tried since there is no room.
+    usual iterations; None where that was not tried since there is no room. ``remedy``: what else takes less memory.
     """
 
     unknowns: int
@@ -37,13 +37,14 @@ class Estimate(NamedTuple):
     fields: float
     disk: float | None
     seconds: float | None
+    remedy: str = "'numerics: {solver: multigrid}'"
 
     def lines(self) -> Iterator[str]:
         """The same in words."""
         yield f"linear systems: {self.unknowns} free unknowns, by {self.words}"
         size = f"memory: about {_bytes(self.memory)}"
         if self.available is not None and self.memory > self.available:
-            size += f", and this machine has {_bytes(self.available)}: use fewer elements, or 'numerics: {{solver: multigrid}}'"
+            size += f", and this machine has {_bytes(self.available)}: use fewer elements, or {self.remedy}"
         yield size
         whole = "" if self.disk is None else f", {_bytes(self.disk)} in all"
         yield f"disk: at most {_bytes(self.fields)} an increment with fields{whole}"
@@ -80,7 +81,8 @@ def estimate(system: System, numerics: Numerics, output: Output) -> Estimate:
     known = sum(k or 0 for k in many) if all(many) else None
     written = None if known is None else known // output.fields if output.fields else len(many)
     disk = None if written is None else fields * written
-    return Estimate(len(reduced.free), solver, words, memory, available, fields, disk, seconds)
+    found = Estimate(len(reduced.free), solver, words, memory, available, fields, disk, seconds)
+    return found._replace(remedy="'enforcement: penalty'") if system.exact else found
 
 
 def _memory(system: System, factors: Iterative | Factorisation) -> float:

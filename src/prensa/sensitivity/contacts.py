@@ -163,7 +163,7 @@ class Points:
     def _keep(self, redundant: RedundantMultipliers, pressure: Array, r: Array) -> None:
         """Put into r (ndof, d) the equations of multipliers that supports leave undetermined; pressure (k, d): committed."""
         f, first = self.f, self.surface.unknowns.start
-        n, t, cut = (np.flatnonzero(which) for which in redundant.points)
+        n, t, cut = (np.flatnonzero(which) for which in redundant.points[:3])
         size = (f.weight * self.scale.unit)[:, None]
         r[first + 2 * n] += (size / self.scale.k_n[:, None])[n] * (pressure - self.p)[n]
         traction = self.before.traction[:, 0].copy()
@@ -176,7 +176,7 @@ class Points:
             return np.zeros(self.p.shape[1])
         size = (self.f.weight * self.scale.unit)[:, None]
         gaps, ways = (self.lam[:, 0] - self.p) / self.scale.k_n[:, None], self.s - self.before.coordinate[:, 0]
-        return self.f.redundant.points.moved_apart(size * gaps, size * ways)
+        return self.f.redundant.points.moved_apart(size * gaps, (size * ways)[:, None])
 
     def follow(self, x: Array, moved: Array) -> None:
         """Add what motions x (ndof, d) of the degrees of freedom make, of which those of nodes are ``moved`` (n, 2, d)."""

@@ -351,9 +351,9 @@ class Direction:
         if redundant is None:
             return 0.0
         ends = [(side.e.contacts[k], side.c.committed[k].coordinate) for side in (above, below)]
-        g, s = (self.difference(a, b) for a, b in zip(*((f.g, (f.s - was)[:, 0]) for f, was in ends)))
+        g, s = (self.difference(a, b) for a, b in zip(*((f.g, f.s - was) for f, was in ends)))
         size = at.e.contacts[k].weight * at.c.scales[k].unit
-        return float(redundant.points.moved_apart(size * g, size * s))
+        return float(redundant.points.moved_apart(size * g, size[:, None] * s))
 
     def _folded(self, at: Solution, side: Context, e: Evaluation) -> float:
         """What the work of friction on a side has from sizes of tractions that a step turns round: of points that just touch.

@@ -581,7 +581,7 @@ class Points:
     def _still(self, redundant: RedundantMultipliers) -> Still:
         """See `Still`."""
         f, s, c = self.f, self.surface, self.c
-        n, t, _ = (np.flatnonzero(which) for which in redundant.points)
+        n, t, _ = (np.flatnonzero(which) for which in redundant.points[:3])
         normal, along = f.stencils.dg, f.stencils.ds[:, 0]
         free = ~np.isin(s.dofs, c.plan.fixed)
         slopes = np.vstack([normal[n], closed_slopes(free, normal, along)[t]]) / s.points.depth[np.append(n, t), None]
@@ -615,6 +615,6 @@ def _kept(redundant: RedundantMultipliers, rows: Array) -> tuple[Array, Array, A
 
     Weights of the pressures and tractions of the increment, of the committed ones (m, k, 2), of the bounds (m, k).
     """
-    n, t, cut = redundant.points
+    n, t, cut = redundant.points[:3]
     before, bound = rows * np.stack([n, t & ~cut], axis=1), np.where(cut, np.sign(redundant.t) * rows[:, :, 1], 0.0)
     return rows * ~np.stack([n, t], axis=1), before, bound

@@ -14,11 +14,28 @@ from prensa.system.interaction import Context
 from prensa.system.outcome import NewtonResult
 from prensa.system.state import Clock, State
 from prensa.system.system import Evaluation, System
+from prensa.types import Array
 
 
 def fresh_mesh(state: State) -> bool:
     """Whether no increment has followed on the last remeshing."""
     return state.remeshed is not None and state.remeshed.number == state.clock.number
+
+
+def along_kept(system: System, e: Evaluation, u: Array) -> Array:
+    """Values (ndof,) with tangential multipliers along the tangents that tractions are kept along: the next increment's."""
+    turning = [
+        (s.multipliers, f.stencils)
+        for s, f in zip(system.surfaces, e.contacts)
+        if s.multipliers is not None and f.stencils.kept is not None
+    ]
+    if not turning:
+        return u
+    u = u.copy()
+    for multipliers, stencils in turning:
+        own = multipliers.of(u)
+        own[:, 1:] = stencils.to_keep(own[:, 1:])
+    return u
 
 
 def committed(
@@ -43,7 +60,8 @@ def committed(
     stability, softest = looked(stability, old, result, stabilisation.policy)
     if ended and result.recover is not None:
         result.u, result.recover = result.recover(), None
-    u = system.step_begun(result.u) if ended else result.u
+    du = along_kept(system, e, du)
+    u = along_kept(system, e, system.step_begun(result.u) if ended else result.u)
     step, step_start = (c.plan.number + 1, u) if ended else (c.plan.number, old.step_start)
     nodal = system.dofs.displacement.slice
     difference, damping = old.damped_difference(du, c.dt, nodal)

@@ -258,8 +258,7 @@ def _by_pressure(s: Surface, f: ContactForces, scale: Scale, at: Index) -> tuple
         # r has −F and the multipliers' equations w c (p − λ)/k; the trial pressure has λ = c ℓ itself
         by_row = np.hstack([np.ones((len(by_p), 1)), by_p])
         if f.redundant is not None:
-            by_row[f.redundant.points.tangential, 1] = f.redundant.by_p[f.redundant.points.tangential]
-            by_row[f.redundant.points.normal, 0] = 0.0
+            f.redundant.follow(by_row)
         equations = -(f.weight * scale.unit)[:, None] * by_row / np.stack([scale.k_n, *[scale.k_t] * t], axis=1)
         own = np.hstack([scale.unit[:, None], np.zeros((len(by_p), t))])
         forces, slopes = np.hstack([forces, equations]), np.hstack([slopes, own])

@@ -192,8 +192,8 @@ def where(eq: Equilibrium, failure: Failure, result: NewtonResult) -> str:
     limit = "".join(f"; {words}" for words in limits(system, eq.context, e, eq.policy))
     dof = int(reduced.restriction.rows[np.argmax(np.abs(reduced.weight * reduced.restriction.part(e.r)))])
     for s in system.surfaces:
-        if s.exact and dof in range(s.unknowns.start, s.unknowns.stop):
-            dof = int(s.dofs[(dof - s.unknowns.start) // 2, 0])
+        if s.multipliers is not None and s.multipliers.owns(np.array(dof)):
+            dof = int(s.dofs[int(s.multipliers.split(np.array(dof))[0]), 0])
     field = system.dofs.field_of(dof)
     entity, component = (int(v) for v in field.split(np.array(dof)))
     if field is system.dofs.tool:

@@ -15,7 +15,8 @@ from prensa.contact.forces import (
     with_stretched_bounds,
 )
 from prensa.contact.point import NEARBY
-from prensa.contact.redundant import RedundantMultipliers, RedundantPoints, hold
+from prensa.contact.record import magnitude
+from prensa.contact.redundant import RedundantMultipliers, RedundantPoints, hold, hold_in_space
 from prensa.contact.stencil import Stencils
 from prensa.contact.surface import Surface
 from prensa.friction.law import bounded
@@ -56,11 +57,12 @@ class ContactInteraction:
         follows = follows and stencils.area is None  # those that move with the coefficients are in these
         area = system.weights(s, system.positions(ask.u), c.depth) if follows else None
         round_off = self._round_off(stencils, ask.u)
+        held = self._held_in_space(c, stencils, round_off, ask.active_sets)
         f = forces(
             stencils,
             weight,
             scale,
-            lam,
+            lam if held is None else np.hstack([lam[:, :1], held.kept(lam[:, 1:], c.committed[k].traction)]),
             c.committed[k],
             law,
             c.law_at[k],
@@ -72,7 +74,9 @@ class ContactInteraction:
             None if ask.foundation is None else ask.foundation[own],
             s.points,
         )
-        if (redundant := self._redundant(c, f, round_off, ask.active_sets)) is not None:
+        if held is not None:
+            f = self._keeping(c, f, held)
+        elif (redundant := self._redundant(c, f, round_off, ask.active_sets)) is not None:
             f = f._replace(redundant=redundant)
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
         stiff = scale.k_n * (f.rests | (f.dp[:, 0] > 0)) * _along_axes(f.by_pressure)
@@ -113,6 +117,34 @@ class ContactInteraction:
         """Round-off of the gaps (k,): ε × the coordinates whose differences they are."""
         return ROUND * EPS * self.system.masters[self.surface.against].coordinates(self.surface, x, self.system, u)
 
+    def _held_in_space(
+        self, c: Context, x: Stencils, round_off: Array, active_sets: ActiveSets | None
+    ) -> RedundantPoints | None:
+        """In space, points whose gap or way supports prescribe, or those of ``active_sets`` if given; None if there are none."""
+        s, supports = c.surfaces[self.number], c.supports[self.number]
+        if x.s.shape[1] == 1 or supports is None:
+            return None
+        if active_sets is not None and active_sets.contacts:
+            return active_sets.contacts[self.number].redundant
+        slipped = x.s - c.committed[self.number].coordinate
+        normal, along = hold_in_space(supports, x.g, x.dg, x.ds, slipped, s.points.depth, round_off)
+        tangential = np.asarray(along.any(axis=(1, 2)))
+        if not (normal | tangential).any():
+            return None
+        return RedundantPoints(normal, tangential, np.zeros_like(normal), along)
+
+    def _keeping(self, c: Context, f: ContactForces, held: RedundantPoints) -> ContactForces:
+        """Forces in space whose multipliers were those that points ``held`` keep, with what that does to their derivatives."""
+        along, t, nothing = held.along, f.t.shape[1], np.zeros(len(f.p))
+        assert along is not None
+        held = held._replace(normal=held.normal & (f.dp[:, 0] > 0))
+        f.dt[:, :, 1 : 1 + t] -= f.dt[:, :, 1 : 1 + t] @ along
+        redundant = RedundantMultipliers(held, c.state.lam[self.surface.rows, 0], nothing, nothing, nothing)
+        # what the bound cuts off kept tractions is no slip
+        before = c.committed[self.number]
+        slid = before.slip + magnitude(f.s - before.coordinate)
+        return f._replace(redundant=redundant, kappa=np.where(held.tangential & f.slip, slid, f.kappa))
+
     def _redundant(
         self, c: Context, f: ContactForces, round_off: Array, active_sets: ActiveSets | None
     ) -> RedundantMultipliers | None:
@@ -139,7 +171,7 @@ class ContactInteraction:
     def _held(self, c: Context, f: ContactForces, round_off: Array) -> RedundantPoints | None:
         """Closed points whose gap and way are zero since supports prescribe them; None if there are none."""
         s, supports = c.surfaces[self.number], c.supports[self.number]
-        if supports is None:
+        if supports is None or f.t.shape[1] > 1:
             return None
         out = np.zeros((3, len(f.p)), dtype=np.bool_)
         hold(

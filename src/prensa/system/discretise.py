@@ -313,15 +313,17 @@ def _closed(side: Points, name: str) -> bool:
 
 def _dofs(problem: model.Problem, candidates: list[Points], nodes: int, extensions: Sequence[Extension]) -> DofMap:
     """Displacements of the nodes, motions of the tools, multipliers of contacts that have them, fields of extensions."""
+    dimension = 3 if problem.space == "solid" else 2
+    components = ("n", "t") if dimension == 2 else ("n", "t1", "t2")
     more: list[tuple[str, str, int, tuple[str, ...]]] = [
-        (contact.name, "contact point", len(points), ("n", "t"))
+        (contact.name, "contact point", len(points), components)
         for contact, points in zip(problem.all_contacts, candidates)
         if contact.enforcement.has_multipliers
     ]
     more += [(e.field, "node", nodes, e.components) for e in extensions]
     more += shares_field(problem)
     more += factor_field(any(step.control for step in problem.steps))
-    return DofMap(3 if problem.space == "solid" else 2, nodes, len(problem.tools), more)
+    return DofMap(dimension, nodes, len(problem.tools), more)
 
 
 def _surfaces(

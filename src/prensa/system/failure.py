@@ -188,11 +188,12 @@ class Unsettled:
 
 @dataclass(frozen=True)
 class Blocked:
-    """Exact enforcement: the tool of a contact is driven into a point (x, y) that a support holds."""
+    """Exact enforcement: the tool of a contact is driven into a point (x, y), in space (x, y, z), that a support holds."""
 
     contact: str
     x: float
     y: float
+    z: float | None = None
 
 
 @dataclass(frozen=True)
@@ -411,9 +412,10 @@ def sentence(failure: Failure) -> str:
             return f"no convergence in {iterations} iterations (relative residual {residual:.1e})"
         case Unsettled(updates):
             return f"the multipliers did not settle in {updates} updates; a larger beta converges faster"
-        case Blocked(contact, x, y):
+        case Blocked(contact, x, y, z):
+            place = ", ".join(f"{a:.4g}" for a in (x, y, z) if a is not None)
             return (
-                f"the tool of {contact} is driven into the point at ({x:.4g}, {y:.4g}), which a support holds: exact "
+                f"the tool of {contact} is driven into the point at ({place}), which a support holds: exact "
                 "enforcement has no compliance; release that point, leave it out of the contact surface, or use 'penalty'"
             )
         case Tunnelled(tool, node, body):

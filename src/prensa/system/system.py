@@ -16,8 +16,9 @@ from prensa.contact.masters import Committed, Master, RigidMaster, Seen, SideMas
 from prensa.contact.pairing import rotation, rotation_vector
 from prensa.contact.record import ContactRecord
 from prensa.contact.recovery import recover
+from prensa.contact.redundant import Supports
 from prensa.contact.stencil import Stencils
-from prensa.contact.surface import Surface
+from prensa.contact.surface import Follows, Surface
 from prensa.friction.law import At as FrictionAt
 from prensa.friction.law import FrictionLaw
 from prensa.layout import DofMap
@@ -282,6 +283,13 @@ class System:
         held[plan.fixed] = True
         return np.asarray(held[self.dofs.displacement.dofs(nodes)].any(axis=-1))
 
+    def supports(self, surfaces: Sequence[Surface], fixed: Index) -> list[Supports | None]:
+        """What supports leave of the points of exact contacts, with ``fixed`` dofs prescribed; see `Surface.supports`."""
+        follows, prescribed = None, self.prescribed(fixed)
+        if self.exact and self.ties is not None and self.dofs.dimension == 3:
+            follows = Follows(self.ties.kept(self.ndof, fixed), self.ties.free(self.ndof, fixed))
+        return [s.supports(prescribed, follows) for s in surfaces]
+
     def with_slaves(self, u: Array) -> Array:
         """Unknowns (ndof,) with tied nodes put where their masters take them."""
         return u if self.ties is None else self.ties.with_slaves(u)
@@ -409,7 +417,7 @@ class System:
         interactions = [*self._contacts, *self.more, *loads_of(self, plan, state)]
         return Context(
             state, plan, time, dt, seconds, weights, scales, laws, law_at, x_n, depth, surfaces, committed,
-            [s.supports(self.prescribed(plan.fixed)) for s in surfaces], history, rule, interactions,
+            self.supports(surfaces, plan.fixed), history, rule, interactions,
         )  # fmt: skip
 
     def through_air(self, c: Context, way: Array | None) -> Context:
