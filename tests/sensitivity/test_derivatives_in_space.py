@@ -65,6 +65,16 @@ def test_derivatives_in_space_are_those_of_whole_runs(solver: str) -> None:
     compared(slid, (0.3, 600.0, -0.1, 0.1), paths[:some], ["t.force.x", "t.force.y", "t.force.z"], solver)
 
 
+def test_derivatives_of_friction_on_areas_that_grow() -> None:
+    """Forces by a shear factor and by the flow curve that the shear yield stress follows, too."""
+
+    def sheared(m: float, K: float) -> pr.Problem:
+        return replace(slid(K=K), friction=pr.Shear(m))
+
+    paths = ["friction.m", "bodies.b.material.flow.K"]
+    compared(sheared, (0.4, 600.0), paths, ["t.force.x", "t.force.y", "t.force.z"], "superlu")
+
+
 def test_a_pushed_tool_goes_further_by_what_its_derivative_says() -> None:
     """Travel of a tool that is driven by force, by that force, friction and the flow curve."""
     paths = ["friction.mu", "bodies.b.material.flow.K", "steps.0.push.t.y"]

@@ -15,6 +15,7 @@ import numpy as np
 
 from prensa.contact.integration import SPREAD
 from prensa.contact.rules.nodal import Nodal
+from prensa.layout import Field
 from prensa.mesh.bricks import bricks_behind
 from prensa.types import Array, Flags, Index
 
@@ -89,6 +90,40 @@ class FacePoints:
         """The same: the points are the nodes."""
         return self.weights(x)
 
+    @cached_property
+    def beside(self) -> tuple[Index, Index]:
+        """Points and faces, pair by pair, of which a point is a node of a face: once each, wedges name nodes twice."""
+        pairs = np.stack([self.slots.ravel(), np.repeat(np.arange(len(self.faces)), self.slots.shape[1])], axis=1)
+        point, face = np.unique(pairs, axis=0).T
+        return point, face
+
+    def stretched_dofs(self, field: Field, dofs: Index, own: Index) -> Index:
+        """Degrees of freedom (m, 12 | 18 + w + 4 t | 3 t) of `stretching`: of faces, of the tool, the points' ``own`` (k, t).
+
+        ``field`` of the displacements, dofs (k, 3 + w) of the stencils, of which all but the first three are the same for all.
+        """
+        m = len(self.faces)
+        tool = np.broadcast_to(dofs[:1, 3:], (m, dofs.shape[1] - 3))
+        return np.hstack([field.dofs(self.faces).reshape(m, -1), tool, own[self.slots].reshape(m, -1)])
+
+    def stretching(self, x: Array, force: Array, own: Array) -> Array:
+        """Stiffness (m, q, q) of areas that change with all nodes of the faces, on positions x (n, 3), q as of `stretched_dofs`.
+
+        force (k, 3 + w): forces on node and tool per area of the points; own (k, t): what their own equations gain per area.
+        """
+        slopes = measure_slopes(x[self.faces])
+        m, points, nodes = slopes.shape[:3]
+        d, t = 3 * nodes, own.shape[1]
+        tool = slice(d, d + force.shape[1] - 3)
+        K = np.zeros((m, tool.stop + points * t, tool.stop + points * t))
+        for j, slot in enumerate(self.slots.T):
+            by_x, f = slopes[:, j].reshape(m, 1, d), force[slot][:, :, None]
+            node, row = 3 * (nodes - points + j if nodes == 6 else j), tool.stop + t * j
+            K[:, node : node + 3, :d] -= f[:, :3] * by_x
+            K[:, tool, :d] -= f[:, 3:] * by_x
+            K[:, row : row + t, :d] += own[slot][:, :, None] * by_x
+        return K
+
     def at(self, values: Array) -> Array:
         """Nodal values (n, …) of the whole system at the points (k, …)."""
         return values.take(self.nodes, axis=0)
@@ -154,6 +189,32 @@ def face_measures(x: Array) -> Array:
         along, across = (np.einsum("a,mai->mi", d, x) for d in (0.25 * a * (1 + b * eta), 0.25 * b * (1 + a * xi)))
         out += np.linalg.norm(np.cross(along, across), axis=1)[:, None] * N
     return out
+
+
+def measure_slopes(x: Array) -> Array:
+    """Derivatives (m, 4, 4, 3) of `face_measures` by the nodes of bilinear faces x (m, 4, 3), (m, 3, 6, 3) of those of six.
+
+    ∂|a × b| of the tangents a, b at a point is (b × ν)·∂a + (ν × a)·∂b, ν their unit normal.
+    """
+    if x.shape[1] == 6:
+        # A point in the middle of a side has the area at it alone.
+        return np.stack([_by_tangents(x, *slopes) / 6.0 for slopes in _SLOPES], axis=1)
+    out, (a, b) = np.zeros((len(x), 4, 4, 3)), _CORNERS.T
+    for xi, eta in _FACE_POINTS:
+        N = 0.25 * (1 + a * xi) * (1 + b * eta)
+        by_x = _by_tangents(x, 0.25 * a * (1 + b * eta), 0.25 * b * (1 + a * xi))
+        out += N[:, None, None] * by_x[:, None]
+    return out
+
+
+def _by_tangents(x: Array, along: Array, across: Array) -> Array:
+    """Derivatives (m, nodes, 3) of |a × b| by the nodes x (m, nodes, 3), a = Σ along_c x_c and b = Σ across_c x_c."""
+    a, b = (np.einsum("c,mci->mi", slopes, x) for slopes in (along, across))
+    normal = np.cross(a, b)
+    size = np.linalg.norm(normal, axis=1)[:, None]
+    # A face that an iterate folds to a line has no normal: its area has a kink there.
+    normal = normal / np.where(size > 0.0, size, 1.0)
+    return np.asarray(along[:, None] * np.cross(b, normal)[:, None] + across[:, None] * np.cross(normal, a)[:, None])
 
 
 def _bearing(faces: Index) -> Index:

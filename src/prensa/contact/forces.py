@@ -163,7 +163,7 @@ def forces(
     a point also resists that is open by less than `TOUCH`, and `HOLD` (see `return_map`).
     area (k,): current areas, to which the tractions of a law that is not proportional to the pressure belong, its bound being
     that at the pressure per current area, P/a; None: those are ``weight``, or cancel. How areas depend on the positions is not
-    in K (see `stretching`).
+    in K (see `by_area`).
     ``picard_friction``: stiffness of the paper (24)-(26), k_n n⊗n + k_TT e⊗e: friction at the pressure of the last iterate and
     the tool's curvature are in the forces only.
     ``turning``: pressures (k,) and tractions (k, t) in the terms of K that turn the frame, in the place of those at the gaps.
@@ -225,36 +225,22 @@ def symmetric_stiffness(f: ContactForces) -> Array:
     return np.asarray(0.5 * (K + K.transpose(0, 2, 1)))
 
 
-def stretching(f: ContactForces, points: Points, share: Array, slopes: Array) -> Array:
-    """Stiffness (s, m + 4, m + 4) of the areas of the shares of edges, with which the forces of tangential tractions grow.
+def by_area(f: ContactForces, scale: Scale | None) -> tuple[Array, Array]:
+    """Forces (k, m) on the unknowns of the stencils, and rows (k, t) of tangential multipliers, per area that points gain.
 
-    On the m unknowns of the point's stencil and both nodes of the share's edge. share (k,) of their area that points have;
-    slopes (s, 2, 2) as `Points.slopes`. F_T = a t(P/a) F_t, so −∂F_T/∂x has −(t − (P/a) ∂t/∂p) F_t ⊗ ∂a/∂x, which reaches over
-    the edge: all of t where the law says m k, nothing of it where it says μ p.
+    F_T = a t(P/a) F_t, so ∂F_T/∂a has (t − (P/a) ∂t/∂p) F_t: all of t where the law says m k, nothing of it where it says μ p.
+    scale: of points whose multipliers are degrees of freedom (see `multiplier_rows`); None: none are, and rows are (k, 0).
+    ∂t/∂a of a point that slides is −(P/a) ∂t/∂p / a, as its pressure falls while its area grows.
     """
     assert f.stretched is not None
-    force = f.stencils.act((f.stretched[:, 0] * share)[:, None] * f.stencils.e[:, 0])[points.shares.point]
-    m = force.shape[1]
-    K = np.zeros((len(force), m + 4, m + 4))
-    K[:, :m, m:] = -force[:, :, None] * slopes.reshape(-1, 1, 4)
-    return K
-
-
-def with_stretched_bounds(K: Array, f: ContactForces, points: Points, share: Array, slopes: Array, scale: Scale) -> Array:
-    """K of `stretching` (s, m, m) with the row of the point's tangential multiplier (see `multiplier_rows`) after the others.
-
-    ∂t/∂x of a point that slides has −(P/a) ∂t/∂p ∂a/∂x / a: its pressure falls as its area grows.
-    """
-    assert f.stretched is not None
-    m = K.shape[1]
-    falls = (f.stretched - f.t)[:, 0]
-    if f.redundant is not None:
-        falls = np.where(f.redundant.points.tangential, f.redundant.falls, falls)
-    falls = falls / f.area * share * f.weight * scale.unit / scale.k_t
-    out = np.zeros((len(K), m + 1, m + 1))
-    out[:, :m, :m] = K
-    out[:, m, m - 4 : m] = falls[points.shares.point, None] * slopes.reshape(-1, 4)
-    return out
+    force = f.stencils.act((f.stretched[:, :, None] * f.stencils.e).sum(axis=1))
+    if scale is None:
+        return force, np.zeros((len(force), 0))
+    falls = f.stretched - f.t
+    if f.redundant is not None and falls.shape[1] == 1:
+        falls = np.where(f.redundant.points.tangential[:, None], f.redundant.falls[:, None], falls)
+    falls = falls / f.area[:, None] * f.weight[:, None] * scale.unit[:, None] / scale.k_t[:, None]
+    return force, falls
 
 
 def multiplier_rows(f: ContactForces, lam: Array, scale: Scale) -> tuple[Array, Array]:

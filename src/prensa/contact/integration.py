@@ -14,6 +14,7 @@ from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
+from prensa.layout import Field
 from prensa.mesh.mesh import areas, beyond_corners, corner_cells, segments, sides
 from prensa.types import Array, Flags, Index
 
@@ -121,6 +122,31 @@ class Points:
         out = (N[:, 0] * a[:, 0] + N[:, 1] * b[:, 0])[:, None, None] * dL
         out[:, :, 0] += length[:, None] * N
         return np.asarray(2 * np.pi * s.factor[:, None, None] * out)
+
+    def stretched_dofs(self, field: Field, dofs: Index, own: Index) -> Index:
+        """Degrees of freedom (s, m + 4 + t) of `stretching`: ``field`` of the displacements, dofs (k, m), own (k, t)."""
+        s = self.shares
+        ends = field.dofs(self.edges[s.edge]).reshape(len(s.edge), -1)
+        return np.hstack([dofs[s.point], ends, own[s.point]])
+
+    def stretching(self, x: Array, force: Array, own: Array) -> Array:
+        """Stiffness (s, m + 4 + t, m + 4 + t) of areas that change with both nodes of the shares' edges, on positions x (n, 2).
+
+        force (k, m): forces on the unknowns of the stencils per area of the points; own (k, t): what their own equations gain per
+        area.
+        """
+        s, m, t = self.shares, force.shape[1], own.shape[1]
+        slopes = self.slopes(x).reshape(-1, 1, 4)
+        K = np.zeros((len(slopes), m + 4 + t, m + 4 + t))
+        K[:, :m, m : m + 4] = -force[s.point][:, :, None] * slopes
+        K[:, m + 4 :, m : m + 4] = own[s.point][:, :, None] * slopes
+        return K
+
+    @cached_property
+    def beside(self) -> tuple[Index, Index]:
+        """Points and edges, pair by pair, of which a point has a share in an edge."""
+        has = self.shares.factor > 0
+        return self.shares.point[has], self.shares.edge[has]
 
     def elements_behind(self, cells: Index) -> Index:
         """Elements (m,) of cells (e, a) that the edges are sides of."""

@@ -120,14 +120,13 @@ class Surface:
         return np.hstack([self.dofs, self.multipliers.dofs(np.arange(len(self.points)))])
 
     def stretched_dofs(self, dofs: DofMap) -> Index:
-        """Degrees of freedom (shares, m + 4) of the stencils of the shares' points, and of the nodes of their edges.
+        """Sets of degrees of freedom that areas of the points couple: of stencils, and of the nodes of their edges or faces.
 
-        Followed by the tangential multiplier of the point where that is a degree of freedom.
+        With the tangential multipliers of the points where these are degrees of freedom.
         """
-        part = self.points.shares
-        ends = dofs.displacement.dofs(self.points.edges[part.edge]).reshape(len(part.edge), -1)
-        both = np.hstack([self.dofs[part.point], ends])
-        return both if self.multipliers is None else np.hstack([both, self.multipliers.dofs(part.point)[:, 1:]])
+        k = len(self.points)
+        own = np.zeros((k, 0), dtype=np.int64) if self.multipliers is None else self.multipliers.dofs(np.arange(k))[:, 1:]
+        return self.points.stretched_dofs(dofs.displacement, self.dofs, own)
 
     @property
     def unit(self) -> Array:

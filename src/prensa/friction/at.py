@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.types import Array
+from prensa.types import Array, Index
 
 
 class At(NamedTuple):
@@ -23,6 +23,11 @@ class At(NamedTuple):
     time: float = 0.0
     speed: Array | None = None
     temperature: Array | None = None
+
+    def rows(self, of: Index) -> At:
+        """Of some of the points."""
+        k, speed, temperature = (None if v is None else v[of] for v in (self.k, self.speed, self.temperature))
+        return self._replace(k=k, speed=speed, temperature=temperature)
 
     def repeated(self, times: int) -> At:
         """The same for points that are listed several times over."""

@@ -132,11 +132,9 @@ def _tools(p: Any, dimension: int) -> Iterator[Finding]:
 
 
 def _contacts(p: Any) -> Iterator[Finding]:
-    laws: list[tuple[tuple[str | int, ...], Any]] = [(("friction",), p.friction)]
     for i, c in enumerate(p.contacts):
         if c is None:
             continue
-        laws.append((("contacts", i, "friction"), c.friction))
         if c.integration != "nodal":
             yield Finding(("contacts", i, "integration"), "in space contact is integrated by the rule 'nodal'")
         if whole := next((s for s in c.surface if "." not in s), None):
@@ -144,13 +142,7 @@ def _contacts(p: Any) -> Iterator[Finding]:
             side = tool.touching if tool is not None and str(tool.touching).startswith(f"{whole}.") else f"{whole}.top"
             words = f"in space contacts name the sides that a tool may touch, not the whole of {whole!r}; write"
             yield Finding(("contacts", i, "surface"), f"{words} 'contacts: [{{surface: {side}, against: {c.against}}}]'")
-    laws += [
-        (("steps", i, "friction", name), law) for i, s in enumerate(p.steps) if s for name, law in s.friction.items()
-    ]
     yield from _exact(p)
-    for path, law in laws:
-        if law is not None and not law.proportional:
-            yield Finding(path, "in space friction is proportional to the pressure")
 
 
 def _exact(p: Any) -> Iterator[Finding]:

@@ -16,6 +16,7 @@ regular where contact alone holds bodies; for an evaluation and a factorisation 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -23,10 +24,11 @@ from scipy.sparse import csr_matrix, vstack
 
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.surface import Surface
+from prensa.friction.law import bounded
 from prensa.linear.factorisations import SingularError
 from prensa.precision import NEGLIGIBLE
 from prensa.solver.equilibrium import Equilibrium
-from prensa.solver.friction_cone import Unknowns, moved_by
+from prensa.solver.friction_cone import Bounds, Unknowns, moved_by
 from prensa.solver.projection import linear_gaps
 from prensa.system.loads import Release
 from prensa.system.system import Evaluation
@@ -221,9 +223,9 @@ def _decided(eq: Equilibrium, e: Evaluation, lam: Array, alone: Array, at: Flags
 def _unknowns(eq: Equilibrium, e: Evaluation, lam: Array, at: Flags, rubs: Flags) -> Unknowns:
     """Of the points ``at`` (points,), with tractions where they rub; arguments as of `_decided`."""
     c, n = eq.context, eq.system.ndof
-    normal, bounds, first = [], [], 0
+    normal, bounds, laws, first = [], [], [], 0
     along: list[list[tuple[csr_matrix, csr_matrix, Array, Array, Array]]] = [[] for _ in range(lam.shape[1] - 1)]
-    for s, f, scale, was in zip(c.surfaces, e.contacts, c.scales, c.committed):
+    for number, (s, f, scale, was) in enumerate(zip(c.surfaces, e.contacts, c.scales, c.committed)):
         here = np.flatnonzero(at[s.rows])
         dofs, trial = s.coupled[here], (lam[s.rows, 0] - scale.k_n * f.g)[here]
         forces, slopes = _by_pressure(s, f, scale, here)
@@ -237,14 +239,36 @@ def _unknowns(eq: Equilibrium, e: Evaluation, lam: Array, at: Flags, rubs: Flags
                 trial = (lam[s.rows, 1 + i] - scale.k_t * (f.s - was.coordinate)[:, i])[here]
                 component.append((_rows(forces, dofs, n), _rows(slopes, dofs, n), trial, f.t[here, i], f.dt[here, i, 1 + i]))
             bounds.append((first + sliding, *f.bound[here].T))
+            if len(along) > 1 and not all(law is None or law.proportional for law in c.laws):
+                laws.append(_law(eq, number, f, here))
         first += len(normal[-1][2])
     rows, columns, *values = zip(*normal, *itertools.chain(*along))
     nothing = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0)
     trial, f_now, spring = (np.concatenate(v) for v in values)
     rubbed, bound, by_pressure = (np.concatenate(v) for v in zip(nothing, *bounds))
     return Unknowns(
-        vstack(rows, format="csr"), vstack(columns, format="csr"), trial, f_now, spring, rubbed, bound, by_pressure, len(along)
-    )
+        vstack(rows, format="csr"), vstack(columns, format="csr"), trial, f_now, spring, rubbed, bound, by_pressure, len(along),
+        _joined(laws, [len(own[0]) for own in bounds]) if laws else None,
+    )  # fmt: skip
+
+
+def _law(eq: Equilibrium, number: int, f: ContactForces, at: Index) -> Callable[[Array], Bounds]:
+    """Bounds of the points ``at`` (m,) of a contact as functions of their pressures, at the slip and on the areas of f."""
+    c, share, law = eq.context, (f.weight / f.area)[at], eq.context.laws[number]
+    slip, k = c.committed[number].slip[at], c.law_at[number].rows(at)
+
+    def bounds(p: Array) -> Bounds:
+        assert law is not None
+        value, slope, _ = bounded(law, p * share, slip, k)
+        return Bounds(value, slope * share, p)
+
+    return bounds
+
+
+def _joined(laws: Sequence[Callable[[Array], Bounds]], sizes: Sequence[int]) -> Callable[[Array], Bounds]:
+    """Bounds of several contacts, one after another."""
+    ends = np.cumsum(sizes)[:-1]
+    return lambda p: Bounds(*map(np.concatenate, zip(*(law(some) for law, some in zip(laws, np.split(p, ends))))))
 
 
 def _by_pressure(s: Surface, f: ContactForces, scale: Scale, at: Index) -> tuple[Array, Array]:

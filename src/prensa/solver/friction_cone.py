@@ -12,11 +12,14 @@ a the share of the contact stiffness that is in their matrix, τ' the trial valu
 tangent t lies in an interval and this is a linear complementarity problem. With two each pass takes the circle of a point for
 its tangents at the trial traction of the pass before, τ_t = |τ_t| T: along T there is the same interval, and across it
 t = (b/|τ_t|) τ_t, which is the derivative of the return map. Where directions stay this is the answer for the circle. It is
-Newton's method in the directions alone, all else remains inequalities (Josephy 1979).
+Newton's method in the directions alone, all else remains inequalities (Josephy 1979). Radii that are not linear in the pressure
+are taken for their tangents too, at the pressures of the pass before: a shear factor's bound rises ten times as fast below a
+tenth of k as Coulomb's with μ = m, and not at all above, so that of a point about to close no one tangent says what it bears.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -28,12 +31,21 @@ from prensa.solver.complementarity import complementary
 from prensa.types import Array, Flags, Index
 
 
+class Bounds(NamedTuple):
+    """Bounds of l tractions as functions of pressures: their ``value`` and ``slope`` (l,) at the pressures ``at`` (l,)."""
+
+    value: Array
+    slope: Array
+    at: Array
+
+
 class Unknowns(NamedTuple):
     """m pressures, then tractions of l points, the components along the first tangents before those along the second: n in all.
 
     forces (n, ndof): −∂r/∂v; slopes (n, ndof) of the trial values; ``trial`` values and forces f (n,) at the iterate;
     ``spring`` (n,): share a of the contact stiffness that is in the matrix. rubs (l,): the pressure that bounds each
-    traction; bound, by_pressure (l,). ``tangents``: t, 1 in the plane and 2 in space; n = m + t l.
+    traction; bound, by_pressure (l,). ``tangents``: t, 1 in the plane and 2 in space; n = m + t l. ``law``: the bounds at
+    pressures (l,); None where they are linear.
     """
 
     forces: csr_matrix
@@ -45,15 +57,31 @@ class Unknowns(NamedTuple):
     bound: Array
     by_pressure: Array
     tangents: int
+    law: Callable[[Array], Bounds] | None = None
 
-    def bounds(self, f: Array) -> Array:
-        """Bounds (l,) at forces f (n,)."""
-        return np.maximum(self.bound + self.by_pressure * (f - self.f)[self.rubs], 0.0)
+    def bounds(self, f: Array) -> Bounds:
+        """Bounds at forces f (n,)."""
+        if self.law is not None:
+            return _of_pressed(self.law(f[self.rubs]))
+        value = np.maximum(self.bound + self.by_pressure * (f - self.f)[self.rubs], 0.0)
+        return self.first._replace(value=value)
+
+    @property
+    def first(self) -> Bounds:
+        """Bounds at the iterate."""
+        found = Bounds(self.bound, self.by_pressure, self.f[self.rubs])
+        return found if self.law is None else _of_pressed(found)
 
     def tractions(self, of: Array) -> Array:
         """Those of n values as vectors (t, l)."""
         l = len(self.rubs)
         return of[len(of) - self.tangents * l :].reshape(self.tangents, l)
+
+
+def _of_pressed(b: Bounds) -> Bounds:
+    """Bounds of points that press; open ones have none in the next pass: steep ones at p = 0 may leave it without an answer."""
+    acts = b.at > 0.0
+    return b._replace(value=np.where(acts, b.value, 0.0), slope=np.where(acts, b.slope, 0.0))
 
 
 class _Values(NamedTuple):
@@ -68,16 +96,21 @@ def moved_by(policy: Policy, k: Unknowns, after: Array, A: Array) -> Array | Non
 
     after (n,): trial values by the matrix alone; A (n, n): theirs by v. Passes go on while they lower what is missed of circles.
     """
-    at, bounds, best, least = k.trial, k.bound, None, np.inf
+    at, line, best, least = k.trial, k.first, None, np.inf
+    radii = line.value
     while True:
-        values = _pass(policy, k, after, A, at, bounds)
+        values = _pass(policy, k, after, A, at, radii, line)
+        if values is None and k.law is not None:
+            # Bounds that rise steeply may leave no answer; constant ones (Tresca's) have one on any bodies that resist.
+            values = _pass(policy, k, after, A, at, radii, line._replace(slope=np.zeros_like(radii)))
         if values is None:
             return best
         at, bounds = values.f + values.d, k.bounds(values.f)
-        missed = _missed(k, values, bounds)
+        radii, line = bounds.value, line if k.law is None else bounds
+        missed = _missed(k, values, radii)
         if missed < least:
             best = (1.0 - k.spring) * (values.f - k.f) - k.spring * (values.d - (k.trial - k.f))
-        if missed >= least or missed <= ROUND_OFF * float(bounds.sum()):
+        if missed >= least or missed <= ROUND_OFF * float(radii.sum()):
             return best
         least = missed
 
@@ -115,9 +148,9 @@ def _frames(k: Unknowns, at: Array) -> csr_matrix:
 
 
 def _pass(
-    policy: Policy, k: Unknowns, after: Array, A: Array, at: Array, bounds: Array
+    policy: Policy, k: Unknowns, after: Array, A: Array, at: Array, radii: Array, line: Bounds
 ) -> _Values | None:  # fmt: skip
-    """Values with the circles' tangents at trial values ``at`` (n,), of the size ``bounds`` (l,)."""
+    """Values with the circles' tangents at trial values ``at`` (n,), of the ``radii`` (l,), and bounds along a ``line``."""
     a, n = k.spring, len(at)
     Q = _frames(k, at)
     A, after, trial, was = np.ascontiguousarray((Q @ A) @ Q.T), Q @ after, Q @ k.trial, Q @ k.f
@@ -126,7 +159,7 @@ def _pass(
     known = after - A @ ((1.0 - a) * was - a * (trial - was))
     # across: f = β τ, d = (1 − β) τ, and τ is what the others leave of it
     m = n - (k.tangents - 1) * len(k.rubs)
-    share = np.tile(_slope(k.tractions(at), bounds), k.tangents - 1)
+    share = np.tile(_slope(k.tractions(at), radii), k.tangents - 1)
     by_across = F[:, m:] * share + D[:, m:] * (1.0 - share)
     others = np.hstack([F[:, :m], D[:, :m], known[:, None]])
     try:
@@ -134,7 +167,7 @@ def _pass(
     except np.linalg.LinAlgError:
         return None
     left = others[:m] - by_across[:m] @ answer
-    found = _in_intervals(policy, k, left, at[: m - len(k.rubs)] > 0.0)
+    found = _in_intervals(policy, k, left, at[: m - len(k.rubs)] > 0.0, line)
     if found is None:
         return None
     f, d = found
@@ -143,7 +176,7 @@ def _pass(
 
 
 def _in_intervals(
-    policy: Policy, k: Unknowns, equations: Array, closed: Flags
+    policy: Policy, k: Unknowns, equations: Array, closed: Flags, line: Bounds
 ) -> tuple[Array, Array] | None:  # fmt: skip
     """Forces f and rests d (m + l,) of ``equations`` F f + D d = known, (m + l, 2 (m + l) + 1); one tangent each.
 
@@ -157,9 +190,9 @@ def _in_intervals(
     L[:n] = np.hstack([-D[:, :m], -D[:, m:], D[:, m:]])
     R[:n] = -np.hstack([F[:, :m], 0.5 * F[:, m:], -0.5 * F[:, m:]])
     row = n + np.arange(l)
-    R[row, k.rubs] = 2.0 * k.by_pressure
+    R[row, k.rubs] = 2.0 * line.slope
     R[row, row - l] = R[row, row] = -1.0
-    bound = 2.0 * (k.bound - k.by_pressure * k.f[k.rubs])
+    bound = 2.0 * (line.value - line.slope * line.at)
     first = np.append(closed, np.ones(2 * l, dtype=bool))
     found = complementary(L, R, np.append(known, bound), first, policy)
     if found is None:

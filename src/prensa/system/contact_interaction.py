@@ -9,10 +9,9 @@ import numpy as np
 from prensa.contact.forces import (
     ContactForces,
     Scale,
+    by_area,
     forces,
     multiplier_rows,
-    stretching,
-    with_stretched_bounds,
 )
 from prensa.contact.point import NEARBY
 from prensa.contact.record import magnitude
@@ -41,7 +40,7 @@ class ContactInteraction:
     number: int
 
     def couplings(self) -> list[Index]:
-        """Of each stencil, and of both nodes of an edge where areas change with them."""
+        """Of each stencil, and of the nodes of an edge or a face where areas change with them."""
         s = self.surface
         return [s.coupled, s.stretched_dofs(self.system.dofs)]
 
@@ -189,12 +188,11 @@ class ContactInteraction:
         return float(((lengths - ROUND * EPS * size) / scale.h).max(initial=0.0))
 
     def _stretching(self, c: Context, f: ContactForces, scale: Scale, u: Array) -> Part:
-        """How the areas of tangential tractions change with both nodes of their edges."""
+        """How the areas of tangential tractions change with the nodes of their edges or faces."""
         system, s = self.system, self.surface
-        share, slopes = s.points.at(system.share(c.depth)), s.points.slopes(system.positions(u))
-        K = stretching(f, s.points, share, slopes)
-        if s.exact:
-            K = with_stretched_bounds(K, f, s.points, share, slopes, scale)
+        share = s.points.at(system.share(c.depth))[:, None]
+        force, own = by_area(f, scale if s.exact else None)
+        K = s.points.stretching(system.positions(u), share * force, share * own)
         return Part(f"stretch {s.name}", s.stretched_dofs(system.dofs), None, K)
 
 

@@ -376,8 +376,10 @@ def _sharpened(s: Surface, tool: PlacedTool, dofs: DofMap) -> Surface:
 def _sets(
     problem: model.Problem, meshes: dict[str, Mesh], offsets: dict[str, int], dofs: DofMap, surfaces: Sequence[Surface]
 ) -> list[Index]:
-    """Sets of degrees of freedom (k, m) that loads couple, and areas with the bounds of multipliers."""
-    stretched = [s.stretched_dofs(dofs) for s in surfaces if s.exact and _bounded_by_area(problem, s.description)]
+    """Sets of degrees of freedom (k, m) that loads couple, and the areas that friction is bounded by."""
+    # Without multipliers edges couple nothing that elements and tools do not; faces of six nodes reach beyond the points.
+    wide = [s for s in surfaces if (s.exact or dofs.dimension == 3) and _bounded_by_area(problem, s.description)]
+    stretched = [s.stretched_dofs(dofs) for s in wide]
     return [*couplings(dofs, _loaded(problem, meshes, offsets, dofs)), *share_couplings(dofs), *stretched]
 
 

@@ -670,20 +670,18 @@ class System:
     @staticmethod
     def at_points(s: Surface, values: Array) -> Array:
         """Values (edges, …) of the elements behind → (points, …): the mean over the edges of which a point has a share."""
-        part = s.points.shares
-        own = part.rows(np.flatnonzero(part.factor > 0))
+        points, edges = s.points.beside
         out = np.zeros((len(s.points), *values.shape[1:]))
-        np.add.at(out, own.point, values[own.edge])
-        return out / np.bincount(own.point).reshape(-1, *[1] * (values.ndim - 1))
+        np.add.at(out, points, values[edges])
+        return out / np.bincount(points).reshape(-1, *[1] * (values.ndim - 1))
 
     @staticmethod
     def to_edges(s: Surface, weights: Array) -> Array:
         """The transpose of `at_points`: weights (m, points) → (m, edges)."""
-        part = s.points.shares
-        own = part.rows(np.flatnonzero(part.factor > 0))
+        points, edges = s.points.beside
         out = np.zeros((len(weights), len(s.behind)))
-        for row, w in zip(out, weights / np.bincount(own.point)):
-            np.add.at(row, own.edge, w[own.point])
+        for row, w in zip(out, weights / np.bincount(points)):
+            np.add.at(row, edges, w[points])
         return out
 
     def elastic_energy(self, history: Sequence[Array]) -> float:

@@ -1,4 +1,4 @@
-"""Bodies in space: billet and cylinder upset with friction, a sphere on a block, a plate bent between rollers, a twisted bar.
+"""Bodies in space: billet, cylinder, ring upset with friction, a sphere on a block, a plate bent between rollers, a twisted bar.
 
 References: tables of an independent program of bricks with F-bar (`prensa.reference.tables`), whose billet has the same uniform
 meshes; a second program (CalculiX, C3D20R) is within 0.1 % of its limit.
@@ -127,6 +127,43 @@ def quarter_of_a_cylinder(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterat
         yield row(f"{core}: F (kN), angle extrapolated", 1e-3 * exact, 1e-3 * (4.0 * forces[1] - forces[0]) / 3.0, 0.001)
         yield row(f"{core}: order in the angle", 2.0, float(np.log2((forces[0] - exact) / (forces[1] - exact))), 0.05)
         yield row(f"{core}: plate and supports out of balance", 0.0, imbalance(solid), 1e-8, "absolute")
+
+
+def ring(space: str, n: int = 0, E_scale: float = 1.0, m: float = 0.3) -> pr.Problem:
+    """Half a ring's height (6 : 3 : 3.5), upset by 20 % with a shear factor: axisymmetric, or a quarter in n layers of bricks."""
+    section = pr.Rectangle((3.0, 3.5), (4, 4), origin=(3.0, 0.0))
+    solid = space == "solid"
+    mesh = pr.Revolution(section, n, angle=0.5 * np.pi) if solid else section
+    return pr.Problem(
+        "ring", space=space, friction=pr.Shear(m),
+        bodies={"b": pr.Body(mesh, pr.J2(200_000.0 * E_scale, 0.3, pr.Ludwik(s0=250.0, K=500.0, n=0.3)))},
+        tools={"plate": pr.Plane(touching="b.top")}, contacts=(pr.Contact("b.top", "plate"),),
+        fixed={"b.bottom": "y"} | ({"b.base": "z", "b.cap": "x"} if solid else {}),
+        steps=(pr.Step("press", move={"plate": pr.Motion(y=-0.7)}, increments=4),),
+    )  # fmt: skip
+
+
+def of_whole(last: Increment, share: float) -> tuple[float, float, float]:
+    """Force of a ring's plate (kN) and work of friction (J), ``share`` times those of the model, and its bore at half height."""
+    body = last.bodies["b"]
+    inner = (body.X[:, 1] == 0.0) & (np.abs(np.hypot(body.X[:, 0], body.X[:, 2:].sum(axis=1)) - 3.0) < 1e-9)
+    bore = float(np.hypot(body.x[inner, 0], body.x[inner, 2:].sum(axis=1)).mean())
+    return 1e-3 * share * last.force("plate").y, 1e-3 * share * last.energy["friction"], bore
+
+
+@case("quarter of a ring, upset with a shear factor", suite="space")
+def quarter_of_a_ring(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
+    """Friction by the metal's own shear yield stress on sides that spread, against the axisymmetric run with the same section."""
+    *_, flat = pr.solve(ring("axisymmetric"))
+    found = []
+    for n in (4, 8):
+        *_, solid = pr.solve(ring("solid", n, E_scale, 0.3 * mu_scale))
+        found.append(of_whole(solid, 4.0))
+    names = ("F (kN)", "friction (J)", "bore (mm)")
+    for name, exact, coarse, fine in zip(names, of_whole(flat, 1.0), *found, strict=True):
+        yield row(f"{name}, angle extrapolated", exact, (4.0 * fine - coarse) / 3.0, 0.001)
+        yield row(f"{name}: order in the angle", 2.0, float(np.log2((coarse - exact) / (fine - exact))), 0.05)
+    yield row("plate and supports out of balance", 0.0, imbalance(solid), 1e-8, "absolute")
 
 
 def twisted_bar(n: int, E_scale: float = 1.0) -> tuple[float, float]:
