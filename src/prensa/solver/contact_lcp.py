@@ -36,10 +36,11 @@ from prensa.types import Array, Flags, Index
 
 
 class ContactStep(NamedTuple):
-    """A step (ndof,), and whether it found out itself which points slip, too."""
+    """A step (ndof,), whether it found out itself which points slip, too, and the points (points,) that rested on springs."""
 
     step: Array
     decided: bool
+    springs: Flags
 
 
 # ------------------------------------------------------------------------------------------------ the two steps
@@ -47,12 +48,13 @@ class ContactStep(NamedTuple):
 
 def contact_step(
     eq: Equilibrium, u: Array, lam: Array, e: Evaluation, stick: Flags | None = None, most: int | None = None,
-    for_friction: bool = False,
+    for_friction: bool = False, given: Array | None = None,
 ) -> ContactStep | None:  # fmt: skip
     """Step from the iterate u (ndof,), whose evaluation is e; None where there is none or it would cost too much.
 
     stick (points,): contact points that are forced to stick where the step does not decide that; ``most``: candidates to
     begin with at most, `Policy.max_candidates` if not given; ``for_friction``: None where it cannot decide which points slip.
+    ``given`` (ndof,): a change that is part of the step, for the first guess of an increment.
     """
     if not e.contacts:
         return None
@@ -64,14 +66,16 @@ def contact_step(
         rubbing = _rubbing(eq, e, at)
         rubs = np.zeros_like(at) if rubbing is None else rubbing
         springs = eq.policy.foundation_ratio * np.stack([at, rubs], axis=1).astype(np.float64)
-        base = eq.evaluate(u, lam, stick=stick if rubbing is None else None, foundation=springs)
-        if base.failed:
+        held = stick if rubbing is None else None
+        base = eq.evaluate(u, lam, stick=held, guess=given is not None, foundation=springs)
+        if base.failed or base.data is None:
             return None
-        r = base.r
+        r = base.r if given is None else base.r + eq.reduced.assembly.apply(base.data, given)
         try:
             with eq.report.timed("factorisation and solve"):
                 matrix, base = eq.reduced.matrix(base, -r, spent=True), base._replace(data=None)
                 alone = eq.reduced.solve(matrix, -r)
+                alone = alone if given is None else alone + given
         except SingularError:
             if at.sum() == near.sum():
                 raise
@@ -84,7 +88,7 @@ def contact_step(
             return None
         missed = _wrong(eq, base, all_lam, found) & near & ~at
         if not missed.any():
-            return ContactStep(found, rubbing is not None)
+            return ContactStep(found, rubbing is not None, at)
         at = at | missed
     return None
 

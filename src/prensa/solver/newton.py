@@ -211,13 +211,13 @@ def _direction(eq: Equilibrium, state: NewtonState, by_contact: bool) -> tuple[E
         found = contact_step(eq, here.u, state.lam, e, stick, for_friction=not by_contact)
         if found is not None:
             here.evaluation = None
-            return e._replace(data=None, history=()), *found
+            return e._replace(data=None, history=()), found.step, found.decided
     e, delta = _newton_direction(eq, state, stick)
     if eq.runaway(delta) is not None and held_by_friction(eq, e):
         # a tool that friction alone holds is free where all of its points slip: which of them stick may be decided
         found = contact_step(eq, here.u, state.lam, e, for_friction=True)
         if found is not None:
-            return e, *found
+            return e, found.step, found.decided
     return e, delta, False
 
 

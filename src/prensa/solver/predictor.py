@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from prensa.solver.contact_lcp import contact_step, few
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.projection import contact_corrected, project_prediction
 from prensa.system.system import Evaluation
@@ -19,8 +20,8 @@ from prensa.types import Array, Flags
 class Guess:
     """Dofs u (ndof,) to start from; their evaluation if it was made.
 
-    ``assumed`` (points,): contact points that were closed in the linear system, if u is the answer of one. Where one of them
-    has opened, u is not converged before its own matrix was solved: a body that nothing holds stands still wherever it is.
+    ``assumed`` (points,): contact points that resisted in the linear system, if u is the answer of one. Where one of them
+    is open, u is not converged before its own matrix was solved: a body that nothing holds stands still wherever it is.
     """
 
     u: Array
@@ -74,6 +75,8 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
     tools[system.dofs.tool.slice] = 1.0
     start = start + tools * delta
     delta = system.with_slaves((1.0 - tools) * delta)
+    if (decided := _by_contact(eq, start, delta, lam)) is not None:
+        return decided
     base = eq.evaluate(start, lam, guess=True)
     if base.failed or base.data is None:
         return Guess(start + delta)
@@ -88,6 +91,25 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
     if e.failed and (still := _still(eq, start + delta, lam)) is not None:
         return Guess(start + delta, still, base.touching)
     return Guess(u, e, base.touching)
+
+
+def _by_contact(eq: Equilibrium, start: Array, delta: Array, lam: Array) -> Guess | None:
+    """The linearised system with contact and friction decided in it, in space; None where that costs too much or fails.
+
+    A tool that begins to slide would drag all points along that stick in the linear system, and bodies flow after them; if the
+    friction that they can have is decided, it slips under them. ``start``: with the tools in place; ``delta`` (ndof,): what
+    else is prescribed.
+    """
+    system = eq.system
+    if system.dofs.dimension != 3 or not eq.globalised:
+        return None
+    e = eq.evaluate(start, lam, stiffness=False)
+    found = None if e.failed else contact_step(eq, start, lam, e, most=few(eq), for_friction=True, given=delta)
+    if found is None or eq.runaway(found.step) is not None:
+        return None
+    u = contact_corrected(system, eq.context, e, start, found.step, lam)
+    e = eq.evaluate(u, lam)
+    return None if e.failed else Guess(u, e, found.springs)
 
 
 def _still(eq: Equilibrium, u: Array, lam: Array) -> Evaluation | None:

@@ -100,12 +100,12 @@ class ContactInteraction:
         """Branches (k,) that the points are to take.
 
         For a first guess points that were closed stay so and stick, and what just touches resists: the kink's other slope
-        would leave a resting body free.
+        would leave a resting body free. On a foundation, which resists by itself, it is for the contact step to decide that.
         """
         s = c.surfaces[self.number]
         if ask.active_sets is not None and ask.active_sets.contacts:
             return ask.active_sets.contacts[self.number].wanted
-        if ask.guess:
+        if ask.guess and ask.foundation is None:
             return np.where(c.committed[self.number].closed, STUCK, DECIDE | NEARBY).astype(np.int8)
         want = np.full(len(s.X), DECIDE, dtype=np.int8)
         if ask.stick is not None:

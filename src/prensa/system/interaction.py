@@ -54,8 +54,9 @@ class Overrides(TypedDict, total=False):
 class Request(NamedTuple):
     """What an evaluation asks for: degrees of freedom u (ndof,), multipliers lam (points, 1 + t), whether matrices are wanted.
 
-    ``stick`` (points,): contact points that are forced to stick; ``guess``: points that were closed are kept closed and stuck,
-    for the first guess of an increment. ``reach``: a length that positions do not exceed, for their round-off.
+    ``stick`` (points,): contact points that are forced to stick; ``guess``: for the first guess of an increment, with tools deep
+    in bodies, the frame is turned by committed tractions alone, and without a ``foundation`` points that were closed are kept
+    closed and stuck. ``reach``: a length that positions do not exceed, for their round-off.
     ``foundation`` (points, 2): shares of its normal and tangential stiffness with which a contact point resists in the matrix,
     whatever its state; 0: as it does.
     ``secant``: how far the matrix of the bodies goes from the tangent to the secant of plastic flow (see `At`).
