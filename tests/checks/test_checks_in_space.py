@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.checks.before.overlap import overlapping_bodies
 from prensa.checks.before.preflight import preflight
+from prensa.checks.before.standstills import standstills
+from prensa.checks.before.table_starts import table_starts
+from prensa.checks.before.tied_gaps import tied_gaps
+from prensa.checks.before.travels import travels
 from prensa.checks.during.acceptance import least_corner, tunnelled
 from prensa.checks.during.validity import Validity
 from prensa.errors import SolveError
+from prensa.mesh.faces import nearest_on_faces
+from prensa.mesh.generate import mesh_of
+from prensa.model.until import ToolTravel
 from prensa.policy import Policy
 from prensa.system.failure import MetalInside
+from prensa_bench.robustness.split_in_space import split
 
 STEEL = pr.J2(210e3, 0.3, pr.Linear(300.0, 500.0))
 
@@ -163,3 +173,107 @@ def test_the_force_that_is_missed_between_the_nodes_of_faces_is_estimated(radius
     missed = 1.0 - forces[0] / (forces[1] + (forces[1] - forces[0]) / 3.0)  # an error that goes with the square of the edges
     assert missed > 0.1
     assert 0.67 * missed < float(said[0]) / 100.0 < 1.33 * missed
+
+
+def beside(mesh: object, *ties: pr.Tie, first: object = None) -> pr.Problem:
+    """The box of `block`, or another body, and a second one."""
+    bodies = {"b": pr.Body(first or pr.Box((8.0, 4.0, 8.0), (4, 2, 4), (-4.0, 0.0, -4.0)), STEEL), "c": pr.Body(mesh, STEEL)}
+    return pr.Problem("two", space="solid", bodies=bodies, fixed={"b.bottom": "xyz"}, steps=(pr.Step("s"),), ties=ties)
+
+
+def small(*origin: float) -> pr.Box:
+    """A box of 2 × 2 × 2."""
+    return pr.Box((2.0, 2.0, 2.0), (2, 2, 2), origin)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "words"),
+    [
+        (small(0.0, 3.0, 0.0), r"it overlaps body 'b', by 1 mm at \(0, 3, 0\)"),
+        (pr.Box((2.0, 2.0, 20.0), (1, 1, 9), (-1.0, 1.0, -10.0)), "it overlaps body 'b', by"),  # no corner of either in the other
+        (small(0.0, 4.0, 0.0), r"it lies on body 'b' at \(1, 4, 1\)"),
+        (small(4.0, 4.0, 4.0), ""),
+        (small(0.0, 4.3, 0.0), ""),
+        (pr.Cylinder(radius=9.0, height=4.0, n=(2, 1, 24), bore=7.0), ""),  # all of the box within its bounding box
+        (pr.Cylinder(radius=9.0, height=4.0, n=(2, 1, 24), bore=5.0), "it overlaps body 'b', by"),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_bodies_in_space_that_overlap_or_lie_on_each_other_are_reported(mesh, words):
+    """With the depth and the place in space; those that meet at an edge, lie beside or around each other are not."""
+    found = [f.message for f in overlapping_bodies(pr.discretise(beside(mesh)))]
+    assert len(found) == bool(words) and re.search(words, "".join(found)), found
+
+
+@pytest.mark.parametrize("gap", [0.03, -0.02, 0.0])
+def test_gaps_of_ties_in_space_are_reported_with_size_and_place(gap):
+    """A tie takes them away without stress; of a ring on a cylinder, meshed otherwise, only what chords do not miss."""
+    flat = beside(small(0.0, 4.0 + gap, 0.0), pr.Tie("c.bottom", "b.top"))
+    inner = pr.Cylinder(radius=4.0, height=4.0, n=(2, 2, 32))
+    outer = pr.Cylinder(radius=6.0, height=4.0, n=(1, 1, 40), bore=4.0 + gap)
+    round_ = beside(outer, pr.Tie("c.inner", "b.outer"), first=inner)
+    for p, least in ((flat, 0.0), (round_, 0.01)):
+        found = [str(f) for f in tied_gaps(pr.discretise(p))]
+        assert len(found) == (abs(gap) > least), found
+        if found:
+            kind, size = re.search(r"sides (overlap|lie apart) by (\S+) mm, most at \(\S+, \S+, \S+\): ", found[0]).groups()
+            assert kind == ("overlap" if gap < 0 else "lie apart")
+            assert float(size) == pytest.approx(abs(gap), rel=1e-3 if p is flat else 0.8)
+
+
+PRESSED = pr.Motion(y=-0.5)
+LEDGE = r"node \d+ of 'b' at \(-4, 4, .*\) is held along the normal of tool 't', which presses it in by 0.5 until time 1"
+
+
+@pytest.mark.parametrize(
+    ("held", "words"),
+    [
+        ({"b.left": "xyz"}, LEDGE + r".*support 'b.left', which meets the contact surface there, only along that surface"),
+        ({"b.left": "y"}, LEDGE + r".*remove the support 'b.left'"),
+        ({"b.left": "xz"}, ""),
+        ({"b.left": "x", "b.back": "z"}, ""),
+        ({"b.top": "y"}, "take the support off the contact surface"),
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("tetrahedra", [False, True])
+def test_what_a_support_holds_against_a_tool_in_space_is_refused(held, words, tetrahedra):
+    """Nodes of bricks, and of tetrahedra with their corners; what is held along the surface alone is right."""
+    p = block(pr.Plane(normal=(0.0, -1.0, 0.0), at=(0.0, 4.0, 0.0)), PRESSED, fixed={"b.bottom": "xyz"} | held, n=(2, 1, 2))
+    if tetrahedra:
+        p = replace(p, bodies={"b": pr.Body(split(p.bodies["b"].mesh), STEEL)})
+    found = [str(f) for f in preflight(pr.discretise(p)) if "held along the normal" in f.message]
+    assert bool(found) == bool(words) and re.search(words, "".join(found)), found
+
+
+def moved(until: float | None = None, **motion: object) -> pr.Step:
+    """A step of the tool ``t``, ended by its travel along z."""
+    ends = None if until is None else pr.Until(travel={"t": ToolTravel(z=until)})
+    return pr.Step("s", move={"t": pr.Motion(**motion)}, until=ends)
+
+
+@pytest.mark.parametrize(
+    ("steps", "words"),
+    [
+        ([moved(z=[[0, 0.5], [1, 1]])], r"move\.t\.z: tool 't' would jump: the table has 0\.5 at time 0"),
+        ([moved(rx=[[0, 0.2], [1, 1]])], r"move\.t\.rx: tool 't' would jump: the table has 0\.2"),
+        ([moved(z=0.5), moved(rz=[[1, 0], [2, 1]], z=0.5)], ""),
+        ([moved(z=0.5), moved(z=0.5)], r"move\.t\.z: step 's2' moves nothing: tool 't' is at z = 0\.5 already"),
+        ([moved(until=0.7, z=0.5)], "never reaches z = 0.7"),
+        ([moved(until=0.4, z=0.5)], ""),
+    ],
+)  # fmt: skip
+def test_motions_along_z_and_turns_are_looked_at_as_those_of_the_plane(steps, words):
+    """Tables that begin elsewhere, totals written twice, travels that are never reached."""
+    named = tuple(replace(s, name=f"s{k + 1}") for k, s in enumerate(steps))
+    system = pr.discretise(replace(block(ball(0.0, 6.0, 0.0), pr.Motion()), steps=named))
+    found = [str(f) for check in (table_starts, standstills, travels) for f in check(system)]
+    assert bool(found) == bool(words) and re.search(words, "".join(found)), found
+
+
+def test_distances_from_faces_of_tetrahedra_are_found_at_their_corners_too():
+    """From the corner that stands for two, from a side, from beyond; against the box that they are the outside of."""
+    made = mesh_of(split(pr.Box((2.0, 2.0, 2.0), (1, 1, 1))))
+    x = np.array([(3.0, 3.0, 3.0), (-1.0, -1.0, -1.0), (3.0, -2.0, 1.0), (1.0, 1.5, 1.0), (0.0, 3.0, 3.0)])
+    expected = [np.sqrt(3.0), np.sqrt(3.0), np.sqrt(5.0), 0.5, np.sqrt(2.0)]
+    assert nearest_on_faces(x, made.points, made.boundary) == pytest.approx(expected, rel=1e-9)

@@ -301,3 +301,19 @@ def test_files_that_are_not_text_are_refused(tmp_path):
         load(tmp_path)
     with pytest.raises(CaseError, match="no folder"):
         load(tmp_path / "nowhere" / "case.yaml")
+
+
+@pytest.mark.parametrize(
+    ("more", "column", "words"),
+    [
+        ("output: {mirror: left}", 18, "cannot name 'left' or 'right' in axisymmetry"),
+        ("output: {wear: {punsh: {}}}", 17, "names the tool 'punsh', which there is not; tools: 'punch'"),
+        ("numerics: {solver: ldlt}", 20, "'numerics.solver' is 'ldlt', which is of 'space: solid'"),
+    ],
+)
+def test_what_output_and_numerics_ask_of_a_problem_that_has_it_not_has_its_line(more, column, words):
+    """What concerns two parts of a file stands at the one that is to be changed."""
+    with pytest.raises(CaseError) as caught:
+        loads(f"{CASE}{more}\n")
+    (line,) = str(caught.value).splitlines()
+    assert line.startswith(f"<text>:{len(CASE.splitlines()) + 1}:{column}: ") and words in line

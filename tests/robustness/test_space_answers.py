@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import re
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -12,12 +13,13 @@ from answers import passes, recorded
 
 import prensa as pr
 from prensa.mesh.generate import mesh_of
+from prensa_bench.robustness import cells_in_space, stops, tools_in_space
 from prensa_bench.robustness import checks_in_space as checks
-from prensa_bench.robustness import stops, tools_in_space
 from prensa_bench.robustness.claims import released
 from prensa_bench.robustness.drawn import Drawn
 from prensa_bench.robustness.families import drawn
-from prensa_bench.robustness.files import Record
+from prensa_bench.robustness.files import Record, Shape
+from prensa_bench.robustness.split_in_space import split
 
 RIB = ((-20.0, 3.0), (-6.0, 3.0), (-3.0, 0.0), (3.0, 0.0), (6.0, 3.0), (20.0, 3.0))
 AT = (1.0, 2.0, -1.0)
@@ -68,15 +70,24 @@ def pressed() -> Drawn:
     return Drawn((p,), {"tool": tool}, {"body.top-tool": 0.3}, 1e4, 0.3, 60.0, (released,))
 
 
-@cache
-def solved() -> tuple[Drawn, Record]:
+def of_tetrahedra() -> Drawn:
+    """The same of tetrahedra with curved sides, without the last two steps."""
     d = pressed()
+    body = d.problem.bodies["body"]
+    p = replace(d.problem, bodies={"body": replace(body, mesh=split(body.mesh))}, steps=d.problem.steps[:2])
+    return replace(d, stages=(p,), claims=())
+
+
+@cache
+def solved(tetrahedra: bool = False) -> tuple[Drawn, Record]:
+    d = of_tetrahedra() if tetrahedra else pressed()
     return d, recorded(d)
 
 
-def test_a_right_answer_in_space_passes():
+@pytest.mark.parametrize("tetrahedra", [False, True])
+def test_a_right_answer_in_space_passes(tetrahedra):
     """Nothing is found in the answer that the wrong ones are made of; there is pressure, friction and flow in it."""
-    passes(checks, *solved())
+    passes(checks, *solved(tetrahedra))
 
 
 def scaled(r: Record, column: str, by: float, row: int = -4) -> None:
@@ -128,6 +139,67 @@ def test_a_wrong_answer_in_space_is_found(what):
     assert re.search(words, check(d, spoilt)), check(d, spoilt)
 
 
+def mirror(s: Shape, cell: int) -> None:
+    """Turn a cell inside out."""
+    s.x[s.cells[cell]] *= -1.0
+
+
+OF_TETRAHEDRA = {
+    "pressures": (checks.cone, lambda r: table(r, "pressure", 1.01), "off its pressure"),
+    "a middle": (checks.cone, lambda r: r.bodies[4]["body"].x.__imul__(1.001), "off its pressure"),
+    "a tetrahedron inside out": (checks.elements, lambda r: mirror(body(r), 9), "has no volume"),
+    "a body that has swollen": (checks.volume, lambda r: body(r).x.__imul__(1.005), "volume of body"),
+    "hardening lost": (checks.yielding, lambda r: body(r, -1).plastic.__imul__(0.5), "has fallen|flow stress"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", OF_TETRAHEDRA)
+def test_a_wrong_answer_of_tetrahedra_is_found(what):
+    """As of bricks: forces at the middles of sides over areas of their own formulas, corners inside a tool, volumes."""
+    d, record = solved(tetrahedra=True)
+    spoilt = copy.deepcopy(record)
+    check, spoil, words = OF_TETRAHEDRA[what]
+    assert check(d, record) == ""
+    spoil(spoilt)
+    assert re.search(words, check(d, spoilt)), check(d, spoilt)
+
+
+def test_a_corner_that_a_run_warns_of_is_no_wrong_answer():
+    """Corners bear no contact, and a run says of each contact which one lies deepest inside a tool."""
+    d, record = solved(tetrahedra=True)
+    deep = copy.deepcopy(record)
+    body(deep).x[:, 1] += 0.4
+    assert "and no word of it" in checks.corners_inside(d, deep)
+    words = "contact body.top-tool: corner 12 of a tetrahedron, at (0, 3, 0), lies 0.36 inside 'tool'"
+    assert checks.corners_inside(d, replace(deep, said=(words,))) == ""
+
+
+def test_bricks_are_split_into_tetrahedra_with_round_sides():
+    """Side to side, no volume lost; a solid sector of wedges and a ring have the area and the volume of the round ones."""
+    box = split(pr.Box(size=(3.0, 2.0, 4.0), n=(3, 2, 2)))
+    x, cells = np.array(box.points), np.array(box.cells)
+    assert cells_in_space.volumes(cells, x).sum() == pytest.approx(24.0, rel=1e-12)
+    assert cells_in_space.tributary(cells_in_space.outer_faces(cells), x).sum() == pytest.approx(52.0, rel=1e-12)
+    for bore, core, volume, area in ((0.0, "wedges", 40.0, 76.0), (2.0, None, 30.0, 62.0)):
+        made = split(pr.Cylinder(radius=4.0, height=5.0, n=(2, 3, 4), angle=1.0, bore=bore, core=core))
+        x, cells = np.array(made.points), np.array(made.cells)
+        assert cells_in_space.volumes(cells, x).min() > 0.0 < cells_in_space.corners(cells, x).min()
+        assert cells_in_space.volumes(cells, x).sum() == pytest.approx(volume, rel=2e-5)
+        assert cells_in_space.tributary(cells_in_space.outer_faces(cells), x).sum() == pytest.approx(area, rel=2e-5)
+
+
+def test_what_forces_do_that_turn_round_is_left_open():
+    """Work is known to half the difference of forces that turn round in an increment, times the way; else as before."""
+    record = solved()[1]
+    spoilt = copy.deepcopy(record)
+    force = spoilt.history["tool.fx"]
+    force[-4:-2] = (200.0, -300.0)
+    spoilt.history["tool.ux"][-3] = spoilt.history["tool.ux"][-4] + 0.1
+    now, before = checks._turned_round(spoilt), checks._turned_round(record)
+    assert now[-3] == pytest.approx(25.0, rel=0.01)
+    assert np.array_equal(now[:-4], before[:-4])
+
+
 def test_reasons_of_stops_are_those_of_the_files():
     """A force that no longer rises, one beside what a tool rests on, a brick that is flat: seen where they are, else not."""
     d, record = solved()
@@ -148,13 +220,13 @@ def test_reasons_of_stops_are_those_of_the_files():
     flat = copy.deepcopy(record)
     cell = body(flat, -1).cells[1]
     body(flat, -1).x[cell[4:]] = body(flat, -1).x[cell[:4]]
-    assert "corner of a brick" in stops.folded(d, flat)
+    assert "corner of an element" in stops.folded(d, flat)
 
 
 def test_the_family_draws_what_it_is_to_draw():
     """Wedges, sectors, tools of triangles, profiles, pushed and tilted ones, releases; one in ten on a second mesh."""
     kinds = [drawn("space", 7, k) for k in range(60)]
     words = " ".join(d.kind for d in kinds)
-    for what in ("wedges", "sector", "of triangles", "rib", "push", "tilt", "rolling", "twist", "released"):
+    for what in ("wedges", "sector", "of tetrahedra,", "of triangles", "rib", "push", "tilt", "rolling", "twist", "released"):
         assert what in words
     assert 2 <= sum(type(t).__name__ == "Finer" for d in kinds for t in d.twins) <= 12

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import prensa as pr
 from prensa.mesh.generate import mesh_of
 from prensa.types import Array
 from prensa_bench.robustness.drawn import number
+from prensa_bench.robustness.split_in_space import split
 
 FREE = ("body.left", "body.right", "body.back", "body.front")
 BRICKS_ALONG = (3, 6)  # bricks along an axis, at least and less than
@@ -22,7 +24,7 @@ class Body:
 
     ``box``: it is one, whose ``n`` may be another; ``bored``: a tool that is narrower than it would go into its bore; ``round``:
     it is a sector, whose planes of symmetry let no tool but one of revolution, or a level one, be drawn; ``sides``: the free
-    ones, which bulge onto a plate that goes deep.
+    ones, which bulge onto a plate that goes deep; ``tetrahedra``: its bricks are split into them.
     """
 
     mesh: Any
@@ -35,6 +37,12 @@ class Body:
     bored: bool = False
     round: bool = False
     sides: tuple[str, ...] = ()
+    tetrahedra: bool = False
+
+    @cached_property
+    def filled(self) -> Any:
+        """The mesh that is computed on."""
+        return split(self.mesh) if self.tetrahedra else self.mesh
 
     @property
     def clamped(self) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 
 import prensa as pr
 from prensa.types import Array, Index
+from prensa_bench.robustness.cells_in_space import contact_points
 from prensa_bench.robustness.drawn import Drawn, Placed
 from prensa_bench.robustness.files import Record, Shape
 
@@ -219,7 +220,7 @@ def bodies_outside(
     tools: Mapping[str, Placed], record: Record, outside: Callable[[Index], Index], beside: Callable[[Index, Array], Array],
     seen: Callable[[Placed, str, Record, int, Array], tuple[Array, Array]],
 ) -> str:  # fmt: skip
-    """Every node on the outside of every body, listed in a contact or not, against tools.
+    """Every node on the outside of every body that a contact can be at, listed in one or not, against tools.
 
     ``outside``: sides of cells that are of one alone; ``beside`` (n,): longest length of these at nodes; ``seen``: distances.
     """
@@ -227,7 +228,7 @@ def bodies_outside(
     for number, shapes in record.bodies.items():
         for body, s in shapes.items():
             outer = outside(s.cells)
-            nodes, h = np.unique(outer), beside(outer, s.x)
+            nodes, h = np.unique(contact_points(outer)), beside(outer, s.x)
             for name, tool in tools.items():
                 gap, _ = seen(tool, name, record, rows[number], s.x[nodes])
                 # pressures of nodes of contacts are known and judged there: what is meant here is a missing contact

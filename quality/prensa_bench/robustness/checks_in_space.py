@@ -7,7 +7,7 @@ tangential part of the forces of the tables, which must lie in the cone.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -15,6 +15,16 @@ import numpy as np
 
 import prensa as pr
 from prensa.types import Array, Flags, Index
+from prensa_bench.robustness.cells_in_space import (
+    BRICK_SIGNS,
+    beside,
+    contact_points,
+    deformation,
+    known_volume,
+    outer_faces,
+    tributary,
+    volumes,
+)
 from prensa_bench.robustness.checks import (
     DEEP,
     DEEP_BY_PRESSURE,
@@ -34,12 +44,9 @@ XYZ = "xyz"
 FORCE_AND_AREA = 1e-4  # of the largest force at a node: what areas of warped faces leave between it and pressure times area
 BEYOND_CONE = 1e-6  # of the bound by which friction may exceed it
 YIELD = 1e-6  # of the flow stress: what a point may be stressed above it, and by which a plastic strain may fall
+NOTABLE = 0.1  # of an edge: depth of a corner without contact that a run must warn of
 JUMP = 0.1  # of what stored energy changes by in an increment: the most work that is done in a jump
 OPEN_WORK = 0.15  # of the work: what an increment's path leaves open between work and stored and dissipated energies
-BRICK_SIDES = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))  # of a brick
-TETRAHEDRA = ((0, 1, 3, 4), (1, 2, 3, 6), (4, 6, 5, 1), (4, 7, 6, 3), (1, 3, 4, 6))  # of a brick
-BRICK_SIGNS = np.array([(a, b, c) for c in (-1.0, 1.0) for a, b in ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))])
-GAUSS_PLACE = 0.5 / np.sqrt(3.0)  # of a side, from its middle
 
 
 class Touching(NamedTuple):
@@ -59,7 +66,7 @@ def wrong_with(d: Drawn, records: list[Record]) -> str:
     for record in records:
         if not record.bodies:
             return "no fields were written"
-        for check in (turned, outlines, cone, balance, moments, driven, energy, elements, yielding, volume):
+        for check in (turned, outlines, corners_inside, cone, balance, moments, driven, energy, elements, yielding, volume):
             if found := check(d, record):
                 return found
     return next((found for claim in d.claims if (found := claim(records[-1]))), "")
@@ -67,7 +74,7 @@ def wrong_with(d: Drawn, records: list[Record]) -> str:
 
 def until_it_stopped(d: Drawn, record: Record) -> str:
     """What is wrong with a run that did not come to its end: all but where its tools were to go."""
-    checks = (turned, outlines, cone, balance, moments, energy, elements, yielding, volume)
+    checks = (turned, outlines, corners_inside, cone, balance, moments, energy, elements, yielding, volume)
     return next((found for check in checks if (found := check(d, record))), "")
 
 
@@ -120,35 +127,6 @@ def turn(v: Array) -> Array:
     return np.asarray(np.eye(3) + np.sin(angle) * K + (1.0 - np.cos(angle)) * K @ K)
 
 
-def outer_faces(cells: Index) -> Index:
-    """Faces (b, 4) that belong to one brick only."""
-    faces = np.concatenate([cells[:, side] for side in BRICK_SIDES])
-    _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
-    return faces[first[count == 1]]
-
-
-def tributary(faces: Index, x: Array) -> Array:
-    """∫ N dΓ (n,) of the nodes of bilinear faces of a shape x (n, 3), by four Gauss points a face."""
-    area = np.zeros(len(x))
-    a, b, c, d = (x[faces[:, k]] for k in range(4))
-    for s in (0.5 - GAUSS_PLACE, 0.5 + GAUSS_PLACE):
-        for t in (0.5 - GAUSS_PLACE, 0.5 + GAUSS_PLACE):
-            along, across = (1 - t) * (b - a) + t * (c - d), (1 - s) * (d - a) + s * (c - b)
-            piece = 0.25 * np.linalg.norm(np.cross(along, across), axis=1)
-            for node, share in zip(faces.T, ((1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t)):
-                np.add.at(area, node, share * piece)
-    return area
-
-
-def _beside(faces: Index, x: Array) -> Array:
-    """Length (n,) of the longest edge of a face at a node."""
-    out = np.zeros(len(x))
-    longest = np.linalg.norm(np.roll(x[faces], -1, axis=1) - x[faces], axis=2).max(axis=1)
-    for node in faces.T:
-        np.maximum.at(out, node, longest)
-    return out
-
-
 def touchings(d: Drawn, record: Record) -> Iterator[tuple[int, pr.Contact, Touching]]:
     """Row of the history, description and own view of every contact table, in the order of time."""
     shape = next(iter(record.bodies.values()))
@@ -165,12 +143,13 @@ def _touching(
     number = int(record.history["increment"][row])
     t = record.contacts[c.name][number]
     body = c.surface[0].partition(".")[0]
-    nodes, x = t["node"].astype(np.int64), np.zeros_like(shape[body].X)
+    nodes, known = t["node"].astype(np.int64), record.bodies.get(number)
+    x = known[body].x.copy() if known else np.zeros_like(shape[body].X)  # corners of tetrahedra stand in no table
     x[nodes] = np.stack([t[a] for a in XYZ], axis=1)
-    own = faces[body][np.isin(faces[body], nodes).all(axis=1)]
+    own = faces[body][np.isin(contact_points(faces[body]), nodes).all(axis=1)]
     gap, n = seen_by(d.tools[c.against], c.against, record, row, x[nodes])
     force = np.stack([t[f"force_{a}"] for a in XYZ], axis=1)
-    return Touching(nodes, x[nodes], gap, n, tributary(own, x)[nodes], force, _beside(own, x)[nodes])
+    return Touching(nodes, x[nodes], gap, n, tributary(own, x)[nodes], force, beside(own, x)[nodes])
 
 
 def outlines(d: Drawn, record: Record) -> str:
@@ -193,7 +172,26 @@ def outlines(d: Drawn, record: Record) -> str:
             return f"{at}: pressure across an open gap of {t.gap[p > 0].max():.3g}"
     here = set(record.history["increment"][~gone(record)].astype(int))
     before = replace(record, bodies={number: shapes for number, shapes in record.bodies.items() if number in here})
-    return bodies_outside(d.tools, before, outer_faces, _beside, seen_by)
+    return bodies_outside(d.tools, before, outer_faces, beside, seen_by)
+
+
+def corners_inside(d: Drawn, record: Record) -> str:
+    """Corners of tetrahedra, at which there is no contact, lie in no tool by a notable part of an edge, or the run says so."""
+    if any("corner" in words and "of a tetrahedron" in words for words in record.said):
+        return ""
+    rows, away = {int(n): k for k, n in enumerate(record.history["increment"])}, gone(record)
+    for number, shapes in record.bodies.items():
+        for body, s in shapes.items():
+            faces = outer_faces(s.cells)
+            if faces.shape[1] != 6 or away[rows[number]]:
+                continue
+            nodes, h = np.unique(faces[:, :3]), beside(faces, s.x)
+            for name, tool in d.tools.items():
+                gap, _ = seen_by(tool, name, record, rows[number], s.x[nodes])
+                k = int(np.argmin(gap / h[nodes]))
+                if gap[k] < -NOTABLE * h[nodes[k]] - tool.off:
+                    return f"increment {number}: corner {nodes[k]} of {body} lies {-gap[k]:.3g} inside {name}, and no word of it"
+    return ""
 
 
 # ------------------------------------------------------------------------------------------------------------------ statics
@@ -298,7 +296,7 @@ def energy(d: Drawn, record: Record) -> str:
     """Dissipation never falls, work is that of forces and paths, and what is stored and dissipated is about that work.
 
     Less what F-bar elements take up where their pressure works on another change of volume than that of their middle, and what
-    a jump to another equilibrium has set free.
+    a jump to another equilibrium has set free, or where a force turned round.
     """
     h = record.history
     parts = ("external", "elastic", "plastic", "friction", "contact")
@@ -313,20 +311,35 @@ def energy(d: Drawn, record: Record) -> str:
     more = np.where(gone(record), 0.0, work - h["energy.external"])
     if (off := np.maximum(-more, more - air).max()) > WORK * whole:
         return f"external work is {off:.2e} off forces times paths, {whole:.2e}"
-    rest = h["energy.external"][-1] - sum(h[f"energy.{e}"][-1] for e in parts[1:])
-    rest = min(abs(rest), abs(rest - uneven_work(record))) - set_free(h)
+    work, *kept = (np.diff(h[f"energy.{e}"], prepend=0.0) for e in parts)
+    missed, between = work - np.sum(kept, axis=0), _turned_round(record)
+    missed = missed - np.clip(missed, -between, between)
+    rest = min(abs(missed.sum()), abs(missed.sum() - uneven_work(record))) - set_free(work, missed)
     return f"stored and dissipated energies are {rest / whole:.0%} off the work" if rest > OPEN_WORK * whole else ""
+
+
+def _pairs(record: Record, name: str) -> Iterator[tuple[Array, Array, Array]]:
+    """Forces and moments on a tool at the beginning and at the end of each increment (k,), and its ways, axis by axis."""
+    h = record.history
+    ways = [np.diff(h[f"{name}.u{a}"], prepend=0.0) for a in XYZ] + list(_turns(record, name).T)
+    for column, way in zip(("fx", "fy", "fz", "mx", "my", "mz"), ways):
+        force = np.append(0.0, h[f"{name}.{column}"])
+        yield force[:-1], force[1:], way
 
 
 def _work(record: Record, name: str) -> Array:
     """Forces and moments on a tool times its ways in each increment (k,), of both ends the mean."""
-    h = record.history
-    out = np.zeros(len(h["time"]))
-    ways = [np.diff(h[f"{name}.u{a}"], prepend=0.0) for a in XYZ] + list(_turns(record, name).T)
-    for column, way in zip(("fx", "fy", "fz", "mx", "my", "mz"), ways):
-        force = np.append(0.0, h[f"{name}.{column}"])
-        out += 0.5 * (force[1:] + force[:-1]) * way
-    return out
+    return np.sum([0.5 * (before + after) * way for before, after, way in _pairs(record, name)], axis=0)
+
+
+def _turned_round(record: Record) -> Array:
+    """By how much work (k,) may be off means of both ends where forces have turned round in between, nobody knows when."""
+    found = [
+        np.where(before * after < 0.0, 0.5 * np.abs((after - before) * way), 0.0)
+        for name in record.problem.tools
+        for before, after, way in _pairs(record, name)
+    ]
+    return np.asarray(np.sum(found, axis=0))
 
 
 def _turns(record: Record, name: str) -> Array:
@@ -352,22 +365,12 @@ def _lands(record: Record, name: str) -> Flags:
 # ------------------------------------------------------------------------------------------------------------------- volume
 
 
-def volumes(cells: Index, x: Array) -> Array:
-    """Volumes (m,) of bricks: the mean of two ways to cut them into five tetrahedra, which is that of the trilinear brick."""
-    out = np.zeros(len(cells))
-    for turned in (cells, cells[:, [1, 2, 3, 0, 5, 6, 7, 4]]):
-        for corners in TETRAHEDRA:
-            a, b, c, e = (x[turned[:, k]] for k in corners)
-            out += np.einsum("mi,mi->m", np.cross(b - a, c - a), e - a) / 12.0
-    return out
-
-
 def elements(d: Drawn, record: Record) -> str:
-    """Every brick has a volume."""
+    """Every brick or tetrahedron has a volume."""
     for number, shapes in record.bodies.items():
         for body, s in shapes.items():
             if (volumes(s.cells, s.x) <= 0).any():
-                return f"increment {number}: a brick of {body} has no volume"
+                return f"increment {number}: an element of {body} has no volume"
     return ""
 
 
@@ -401,24 +404,18 @@ def yielding(d: Drawn, record: Record) -> str:
     return ""
 
 
-def deformation(s: Shape) -> Array:
-    """Deformation gradients (m, 3, 3) in the middle of bricks."""
-    X, x = (np.einsum("mai,aj->mij", v[s.cells], BRICK_SIGNS) for v in (s.X, s.x))
-    return np.asarray(x @ np.linalg.inv(X))
-
-
 def uneven(s: Shape) -> float:
-    """Volume of the body from the middles of its bricks less what it is, relative: its integration points know no better."""
-    V0 = volumes(s.cells, s.X)
-    return float(abs((np.linalg.det(deformation(s)) * V0).sum() - volumes(s.cells, s.x).sum()) / V0.sum())
+    """Volume of the body from its integration points, which know no better, less what it is, relative."""
+    V0, V = (float(volumes(s.cells, x).sum()) for x in (s.X, s.x))
+    return abs(known_volume(s.cells, s.X, s.x) - V) / V0
 
 
-def set_free(h: Mapping[str, Array]) -> float:
-    """Energy that was stored and is lost in increments on which next to no work was done: jumps, which can only lose some."""
-    work = np.diff(h["energy.external"], prepend=0.0)
-    kept = sum(np.diff(h[f"energy.{e}"], prepend=0.0) for e in ("elastic", "plastic", "friction", "contact"))
-    jumps = (work - kept > 0.0) & (np.abs(work) < JUMP * np.abs(kept))
-    return float((work - kept)[jumps].sum())
+def set_free(work: Array, missed: Array) -> float:
+    """Energy that was stored and is lost in increments on which next to no work was done: jumps, which can only lose some.
+
+    ``work`` (k,) of the increments, and how much of it ``missed`` (k,) what was stored and dissipated.
+    """
+    return float(missed[(missed > 0.0) & (np.abs(work) < JUMP * np.abs(work - missed))].sum())
 
 
 def uneven_work(record: Record) -> float:
@@ -427,10 +424,10 @@ def uneven_work(record: Record) -> float:
     before: dict[str, tuple[Array, Array]] = {}
     for _, shapes in sorted(record.bodies.items()):
         for name, s in shapes.items():
-            if s.stress is None:
+            if s.stress is None or s.cells.shape[1] != len(BRICK_SIGNS):
                 continue
             p = s.stress[..., :3].mean(axis=(1, 2))
-            off = volumes(s.cells, s.x) - np.linalg.det(deformation(s)) * volumes(s.cells, s.X)
+            off = volumes(s.cells, s.x) - np.linalg.det(deformation(s.cells, s.X, s.x)) * volumes(s.cells, s.X)
             p_then, off_then = before.get(name, (np.zeros_like(p), np.zeros_like(off)))
             out += float((0.5 * (p + p_then) * (off - off_then)).sum())
             before[name] = p, off
@@ -452,7 +449,8 @@ def volume(d: Drawn, record: Record) -> str:
             virial = pressed.get(rows[n], 0.0) + float((s.reaction * s.x).sum())
             V0, V = (float(volumes(s.cells, x).sum()) for x in (s.X, s.x))
             per = (1 - 2 * d.nu) / d.E / V
-            strain = np.abs(np.log(np.maximum(np.linalg.svd(deformation(s), compute_uv=False), 1e-12))).max(axis=1)
+            stretch = np.linalg.svd(deformation(s.cells, s.X, s.x), compute_uv=False)
+            strain = np.abs(np.log(np.maximum(stretch, 1e-12))).max(axis=1)
             second = 3.0 * float((strain**2).mean()) * (1 - 2 * d.nu if d.strength == 0 else 0.0)
             second += 3.0 * (per * V * d.strength) ** 2 + 2.0 * uneven(s)
             off, allowed = V / V0 - 1 - per * virial, 0.1 * per * abs(virial) + second + 1e-9

@@ -6,8 +6,10 @@ Reading is done here once more, from the documented tables and fields alone, and
 from __future__ import annotations
 
 import csv
+import logging
 import time
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +26,7 @@ from prensa.types import Array, Index
 
 FIELDS_EVERY = 10  # increments between two files of fields, beside those at the ends of steps; all on meshes made anew
 
+SAID = "said.txt"
 STRESS_AND_STRAIN = ("stress_at_points", "plastic_strain_at_points")
 
 
@@ -48,13 +51,41 @@ class Shape:
 
 @dataclass(frozen=True)
 class Record:
-    """Files of one run: ``problem``; columns of ``history``; contact tables by name and number; bodies by number."""
+    """Files of one run: ``problem``; columns of ``history``; contact tables by name and number; bodies by number.
+
+    ``said``: its warnings.
+    """
 
     problem: pr.Problem
     history: dict[str, Array]
     steps: list[str]
     contacts: dict[str, dict[int, dict[str, Array]]]
     bodies: dict[int, dict[str, Shape]]
+    said: tuple[str, ...] = ()
+
+
+class _Words(logging.Handler):
+    """Keeps the warnings of a run, a line each."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(logging.WARNING)
+        self._path = path
+        path.write_text("", encoding="utf-8")
+
+    def emit(self, record: logging.LogRecord) -> None:
+        with self._path.open("a", encoding="utf-8") as file:
+            file.write(record.getMessage().replace("\n", " ") + "\n")
+
+
+@contextmanager
+def _heard(path: Path) -> Iterator[None]:
+    """Warnings of what runs meanwhile go to a file, beside where they go anyway."""
+    words, log = _Words(path), logging.getLogger("prensa")
+    log.addHandler(words)
+    try:
+        yield
+    finally:
+        log.removeHandler(words)
 
 
 def ending(until: float) -> Monitor:
@@ -81,14 +112,16 @@ def solve_into(folder: Path, problem: pr.Problem, until: float, numerics: pr.Num
     folder.mkdir(parents=True, exist_ok=True)
     system = discretise(problem)
     last = None
-    with closing(History(folder, problem)) as tables:
+    with closing(History(folder, problem)) as tables, _heard(folder / SAID):
         fields = Fields(folder, points=problem.space == "solid")
+        # forces at the middles of sides need the corners beside them, which the tables of contacts have not
+        every = 1 if any(body.mesh.type == "tetrahedra" for body in problem.bodies.values()) else FIELDS_EVERY
         try:
             for last in pr.solve(system, numerics, monitor=ending(until)):
                 for name, contact in last.contacts.items():
                     write_contact(folder, name, last.number, contact)
                 tables.append(last)
-                if last.end_of_step or last.number % FIELDS_EVERY == 0 or problem.remesh != "off":
+                if last.end_of_step or last.number % every == 0 or problem.remesh != "off":
                     fields.append(last)
         except pr.PrensaError:
             if last is not None:  # where it ended
@@ -123,7 +156,8 @@ def read(folder: Path, problem: pr.Problem) -> Record:
     names = list(problem.bodies)
     d = 3 if problem.space == "solid" else 2
     bodies = {int(f.stem): _shapes(f, names, d) for f in sorted((folder / "fields").glob("*.vtu"))}
-    return Record(problem, history, [r["step"] for r in rows], contacts, bodies)
+    said = tuple((folder / SAID).read_text(encoding="utf-8").splitlines())
+    return Record(problem, history, [r["step"] for r in rows], contacts, bodies, said)
 
 
 def totals(folder: Path) -> tuple[int, int]:

@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from prensa.types import Array, Index
-from prensa_bench.robustness.checks_in_space import BRICK_SIGNS, XYZ, touchings
+from prensa.types import Array
+from prensa_bench.robustness.cells_in_space import corners
+from prensa_bench.robustness.checks_in_space import XYZ, touchings
 from prensa_bench.robustness.drawn import Drawn
 from prensa_bench.robustness.files import Record
 
@@ -28,7 +29,7 @@ def confirmed(d: Drawn, record: Record, reason: str) -> str:
 
 
 def limit(d: Drawn, record: Record) -> str:
-    """Of the load, of the way, or of where a tool can rest; or a brick that gave way."""
+    """Of the load, of the way, or of where a tool can rest; or an element that gave way."""
     return next((found for look in (limit_load, snapping, tipping, folded) if (found := look(d, record))), "")
 
 
@@ -88,26 +89,11 @@ def within(points: Array, x: Array) -> float:
 
 
 def folded(d: Drawn, record: Record) -> str:
-    """A brick whose corner is all but flat, or beyond."""
+    """An element whose corner is all but flat, or beyond."""
     for name, s in record.bodies[max(record.bodies)].items():
         now, first = corners(s.cells, s.x), corners(s.cells, s.X)
         spanned = first > NEARLY**2 * first.max()  # but where bricks are wedges
         at = (now[spanned] / first[spanned]).min()
         if at < NEARLY:
-            return f"a corner of a brick of {name} has {at:.1%} of its volume"
+            return f"a corner of an element of {name} has {at:.1%} of its volume"
     return ""
-
-
-def corners(cells: Index, x: Array) -> Array:
-    """Volumes (m, 8) of what the three edges at a corner of a brick span, where they are three; zero elsewhere."""
-    return np.stack([_corner(cells, x, k) for k in range(8)], axis=1)
-
-
-def _corner(cells: Index, x: Array, k: int) -> Array:
-    along = []
-    for axis in range(3):
-        there = BRICK_SIGNS[k].copy()
-        there[axis] *= -1
-        other = int(np.flatnonzero((there == BRICK_SIGNS).all(axis=1))[0])
-        along.append((x[cells[:, other]] - x[cells[:, k]]) * -BRICK_SIGNS[k, axis])
-    return np.asarray(np.einsum("mi,mi->m", along[0], np.cross(along[1], along[2])))

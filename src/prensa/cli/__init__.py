@@ -739,11 +739,13 @@ def die(
         str | None, typer.Option(metavar="FROM:TO", help="Of its outline; what is touched and a thickness more if not given.")
     ] = None,
     at: Annotated[
-        str, typer.Option(help="'largest force', 'last', the name of a step, or the number of an increment.",
-                          autocompletion=completion.moments),
-    ] = "largest force",
+        str | None, typer.Option(
+            help="'largest force' (if not given), 'last', the name of a step, or the number of an increment.",
+            autocompletion=completion.moments,
+        ),
+    ] = None,
     modulus: Annotated[float | None, typer.Option("--E", help="Young's modulus of the die; steel's if not given.")] = None,
-    nu: Annotated[float, typer.Option(help="Poisson's ratio of the die.")] = 0.3,
+    nu: Annotated[float | None, typer.Option(help="Poisson's ratio of the die; 0.3 if not given.")] = None,
     size: Annotated[float | None, typer.Option(help="Of elements at the face; 1/40 of what is touched if not given.")] = None,
     fix: Annotated[
         list[str] | None, typer.Option(metavar="SIDE=xy", help="What holds the die, as in back=y; repeatable. Else its back.")
@@ -766,7 +768,10 @@ def die(
 
         run = _results_of(folder, voice)
         if run.increments.problem.space == "solid":
-            dies.refuse_section(thickness, mesh, span)
+            dies.refuse_section({
+                "--thickness": thickness, "--mesh": mesh, "--span": span, "--at": at, "--E": modulus,
+                "--nu": nu, "--size": size, "--fix": fix, "--back-pressure": back_pressure, "--ring": ring,
+            })  # fmt: skip
             from prensa.output.die_folder import write_map
 
             made, summary = write_map(run, tool, dies.law_of(k, hardness, depth, run, tool), out)
@@ -774,7 +779,7 @@ def die(
             voice.give({"folder": made, **summary})
             return
         asked = dies.asked(thickness, modulus, nu, span, size, fix or (), back_pressure, ring, mesh)
-        moment: int | str = int(at) if at.isdecimal() else at
+        moment: int | str = "largest force" if at is None else int(at) if at.isdecimal() else at
         from prensa.output.die_folder import write_die
 
         made, summary = write_die(run, tool, asked, moment, dies.law_of(k, hardness, depth, run, tool), out)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +15,8 @@ from prensa.output.result import RunResult
 
 
 def asked(
-    thickness: float, E: float | None, nu: float, span: str | None, size: float | None, fix: Sequence[str], back_pressure: float,
-    ring: str | None, mesh: Path | None = None,
+    thickness: float, E: float | None, nu: float | None, span: str | None, size: float | None, fix: Sequence[str],
+    back_pressure: float, ring: str | None, mesh: Path | None = None,
 ) -> Die:  # fmt: skip
     """The die of the options.
 
@@ -34,6 +34,7 @@ def asked(
         if not equals:
             raise PrensaError(f"--fix {text}: give a side and x, y or xy, as in --fix back=y")
         held[side] = how
+    nu = Die.nu if nu is None else nu
     shrunk = None if around is None else ShrinkRing(*around, E=E, nu=nu)
     drawn = None if mesh is None else _file(mesh)
     return Die(thickness, E, nu, given, size, back_pressure=back_pressure, ring=shrunk, fixed=held, mesh=drawn)
@@ -52,10 +53,10 @@ def law_of(k: float | None, hardness: float | None, depth: float | None, run: Ru
     return Archard(k=k, hardness=hardness, depth=depth)
 
 
-def refuse_section(thickness: float, mesh: Path | None, span: str | None) -> None:
-    """Raise PrensaError for options of a section, of a tool in space."""
-    if thickness or mesh is not None or span is not None:
-        raise PrensaError("stresses of dies are of sections: leave out --thickness, --mesh and --span for a map of the loads")
+def refuse_section(given: Mapping[str, object]) -> None:
+    """Raise PrensaError for options of a section, by their names, that are given (no false value) with a tool in space."""
+    if found := [option for option, value in given.items() if value]:
+        raise PrensaError(f"stresses of dies are of sections: leave out {' and '.join(found)} for a map of the loads")
 
 
 def lines_of(summary: dict[str, Any], problem: Problem) -> Iterator[str]:

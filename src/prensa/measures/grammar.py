@@ -368,7 +368,8 @@ class _Reader:
             size = bodies.volume(body, p)
             return _Part(volume_unit(p), bodies.plain(body, size), None, body, size)
         if self.solid and quantity.rpartition(".")[2] in OF_OUTLINES:
-            raise MeasureError(f"'{body}.{rest}' is along a line, and bodies in space have no outline; take positions at places")
+            words = "is a measure of plane outlines, and bodies in space have no outline; take positions at places"
+            raise MeasureError(f"'{body}.{rest}' {words}")
         if self.solid and quantity.rpartition(".")[2] == "barrel":
             return self._barrel_of_cut(body, rest, quantity, where)
         if quantity == "folding_angle" and not where:

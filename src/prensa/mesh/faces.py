@@ -185,6 +185,8 @@ def _distance_to(p: Array, x: Array) -> float:
         for i in range(2):
             metric[stays[:, i], i, :] = metric[stays[:, i], :, i] = 0.0
             metric[stays[:, i], i, i] = 1.0
+        # where the corner of a triangle stands for two of a face, one direction leads nowhere
+        metric += (NEGLIGIBLE * np.trace(metric, axis1=1, axis2=2) + SMALLEST)[:, None, None] * np.eye(2)
         step = -np.linalg.solve(metric, np.where(stays, 0.0, slope)[..., None])[..., 0]
         moved = np.clip(at + step, -1.0, 1.0)
         if np.abs(moved - at).max() <= NEGLIGIBLE:

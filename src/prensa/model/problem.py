@@ -9,7 +9,7 @@ Numbers are in one consistent system of units (``Problem.units`` names it); in a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from copy import copy
 from dataclasses import field, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
@@ -58,6 +58,7 @@ from prensa.model.meshes import (
     Tetrahedra,
     Wire,
 )
+from prensa.model.names import Finding
 from prensa.model.press import Press
 from prensa.model.python_alone import WHOLE
 from prensa.model.remeshing import Remesh, RemeshValue, Sizes, When
@@ -688,28 +689,41 @@ class Case:
 
     @model_validator(mode="after")
     def _check(self) -> Case:
-        if self.problem.space == "axisymmetric" and {"left", "right"} & set(self.output.mirror):
-            raise ValueError("'output.mirror' cannot name 'left' or 'right' in axisymmetry, whose axis mirrors: leave it out")
-        if words := why_not(self.numerics.solver, self.problem):
-            raise ValueError(words)
-        if self.problem.space != "solid" and {"back", "front"} & set(self.output.mirror):
-            raise ValueError("'output.mirror' cannot name 'back' or 'front' in the plane: they are sides in 'space: solid'")
-        if self.problem.space == "solid" and self.output.wear:
-            raise ValueError("'output.wear' is along outlines, which tools in space do not have: leave it out, take 'prensa die'")
+        from prensa.model.checks import FindingsError
+
+        if findings := tuple(self._findings()):
+            raise FindingsError(findings)
+        return self
+
+    def _findings(self) -> Iterator[Finding]:
+        """What numerics and output ask of a problem that has it not."""
+        p, mirror = self.problem, set(self.output.mirror)
+        if p.space == "axisymmetric" and {"left", "right"} & mirror:
+            words = "'output.mirror' cannot name 'left' or 'right' in axisymmetry, whose axis mirrors: leave it out"
+            yield Finding(("output", "mirror"), words)
+        if words := why_not(self.numerics.solver, p):
+            yield Finding(("numerics", "solver"), words)
+        if p.space != "solid" and {"back", "front"} & mirror:
+            words = "'output.mirror' cannot name 'back' or 'front' in the plane: they are sides in 'space: solid'"
+            yield Finding(("output", "mirror"), words)
+        if p.space == "solid" and self.output.wear:
+            words = "'output.wear' is along outlines, which tools in space do not have: leave it out, take 'prensa die'"
+            yield Finding(("output", "wear"), words, at_key=True)
         for tool in self.output.wear:
-            if tool not in self.problem.tools:
-                known = ", ".join(map(repr, self.problem.tools)) or "none"
-                raise ValueError(f"'output.wear' names the tool {tool!r}, which there is not; tools: {known}")
-        for name, tool in self.problem.tools.items():
+            if tool not in p.tools:
+                known = ", ".join(map(repr, p.tools)) or "none"
+                words = f"'output.wear' names the tool {tool!r}, which there is not; tools: {known}"
+                yield Finding(("output", "wear", tool), words, at_key=True)
+        for name, tool in p.tools.items():
             press = tool.press
             if press is not None and press.mirror is None and self.output.mirror:
                 sides = ", ".join(self.output.mirror)
-                raise ValueError(
+                yield Finding(
+                    ("output", "mirror"),
                     f"'output.mirror' says that a part of the whole is modelled: give the press of {name!r} "
                     f"'mirror: [{sides}]' too, so that the forces of the whole are compared with it, or 'mirror: []' if it forms "
-                    "no more than is modelled"
+                    "no more than is modelled",
                 )
-        return self
 
 
 __all__ = [

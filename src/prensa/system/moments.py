@@ -14,8 +14,6 @@ from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array, Flags
 
-AXES = ("x", "y", "rz")
-"""Ways of a tool, as motions name them."""
 SAMPLES = 17
 """Moments of a step at which tools are looked at, with corners of tables: few tools pass a body in a sixteenth of their way."""
 

@@ -6,11 +6,14 @@ the side turns from edge to edge. Overlaps are measured against the curve throug
 
 from __future__ import annotations
 
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 
+from prensa.mesh.faces import area_vectors, normals_at_sides
 from prensa.system.mortar import Side, opposite, shapes
+from prensa.system.mortar_faces import on_faces
 from prensa.types import Array, Index
 
 
@@ -46,6 +49,43 @@ def overlaps(X: Array, slave: Side, master: Side, apart: float) -> Overlaps:
     least, most = form * rises.least[edge], form * rises.most[edge]
     unsure = np.abs(most - least) + np.abs(least) * rises.sweep[edge] ** 2
     return Overlaps(nodes, least - beside, unsure)
+
+
+def face_overlaps(X: Array, slave: Side, master: Side) -> Overlaps:
+    """Overlaps of two sides of faces of nodes X (n, 3), of which the slave lies on the master side all over.
+
+    Faces are chords of what is curved, off an arc over them by half their length times the tangent of a quarter of its angle,
+    that between the normals of the faces which meet there. So much is unsure; at a corner of a side it is no small part.
+    """
+    nodes = slave.nodes
+    own, N = on_faces(X, nodes, master)
+    faces = X[own]
+    out = area_vectors(faces)[1].sum(axis=0)
+    out /= np.linalg.norm(out, axis=1)[:, None]
+    beside = ((X[nodes] - np.einsum("ka,kad->kd", N, faces)) * out).sum(axis=1)
+    return Overlaps(nodes, -beside, _off_chords(faces, _spread(X, master)[own]))
+
+
+def _off_chords(x: Array, spread: Array) -> Array:
+    """How far (k,) arcs are off faces x (k, a, 3) at most, along whose axes normals ``spread`` (k, a, 3) so far at the nodes."""
+    out = np.zeros(len(x))
+    for i, j in combinations(range(4 if x.shape[1] == 4 else 3), 2):
+        chord = x[:, j] - x[:, i]
+        length = np.linalg.norm(chord, axis=1)
+        turn = (np.abs(chord)[:, None] * spread[:, [i, j]]).sum(axis=2).max(axis=1) / length
+        np.maximum(out, 0.5 * length * np.tan(0.5 * np.arcsin(np.minimum(0.5 * turn, 1.0))), out=out)
+    return out
+
+
+def _spread(X: Array, side: Side) -> Array:
+    """How far the components (n, 3) of normals of the faces of a side that meet at a node differ, or those within one."""
+    at_sides = normals_at_sides(X[side.edges])
+    low, high = np.full((len(X), 3), np.inf), np.full((len(X), 3), -np.inf)
+    for k in range(at_sides.shape[1]):
+        for node in side.edges.T:
+            np.minimum.at(low, node, at_sides[:, k])
+            np.maximum.at(high, node, at_sides[:, k])
+    return np.where(high >= low, high - low, 0.0)
 
 
 def normals(X: Array, side: Side) -> Array:

@@ -13,6 +13,7 @@ from prensa.mesh.generate import mesh_of
 from prensa_bench.robustness.bodies_in_space import Body, body_drawn, box
 from prensa_bench.robustness.claims import released, sprung_back
 from prensa_bench.robustness.drawn import AT_UNIT_STRAIN, Claim, Drawn, Metal, Placed, Twin, friction, metal, number
+from prensa_bench.robustness.split_in_space import contact_nodes
 from prensa_bench.robustness.stops import NEARLY, within
 from prensa_bench.robustness.tools_in_space import (
     Place,
@@ -30,6 +31,7 @@ FINER_BY = 1.5  # bricks of the second mesh for each of the first along an axis
 SAME_ON_FINER = 0.06  # of the two, under a plate
 SAME_TURNED = 1e-5  # of a problem that is turned about the upright axis
 ONE_IN = 10  # problems of which one is solved on a second mesh
+OF_TETRAHEDRA = 0.25  # of the bodies, the rest are of bricks
 FORCES_XYZ = ("fx", "fy", "fz")
 
 
@@ -65,6 +67,8 @@ def problem(rng: np.random.Generator) -> Drawn:
     if not plastic and rng.random() < 0.4:
         material = pr.NeoHooke(m.E, m.nu)
     shape, body = box(rng) if second else body_drawn(rng)
+    if rng.spawn(1)[0].random() < OF_TETRAHEDRA:  # of numbers of its own: the others are what they would be without
+        shape, body = f"{shape} of tetrahedra", replace(body, tetrahedra=True)
     name, tool, most, gap = _plate(rng, body) if second else _tool(rng, body)
     depth = gap + most * number(rng, 0.2, 1.0)
     mu = 0.0 if rng.random() < 0.2 else number(rng, 0.02, 0.5)
@@ -75,7 +79,7 @@ def problem(rng: np.random.Generator) -> Drawn:
         steps = (*steps, _release(rng, body))
     contact = pr.Contact(("body.top", *(body.sides if name.endswith("plate") else ())), "tool")
     p = pr.Problem(
-        "space", space="solid", bodies={"body": pr.Body(body.mesh, material)}, tools={"tool": tool.tool}, contacts=(contact,),
+        "space", space="solid", bodies={"body": pr.Body(body.filled, material)}, tools={"tool": tool.tool}, contacts=(contact,),
         friction=friction(mu), fixed=body.fixed, steps=steps,
     )  # fmt: skip
     away = ", released" if gone else ""
@@ -91,7 +95,7 @@ def problem(rng: np.random.Generator) -> Drawn:
 
 
 def _twins(rng: np.random.Generator, p: pr.Problem, body: Body, second: bool) -> tuple[Twin, ...]:
-    """The finer one of those that are solved on a second mesh; of every third other box the one that is turned."""
+    """The finer one, of bricks, of those that are solved on a second mesh; of every third other box the one that is turned."""
     if second:
         n = tuple(round(FINER_BY * k) for k in body.mesh.n)
         finer = replace(p, bodies={"body": replace(p.bodies["body"], mesh=replace(body.mesh, n=n))})
@@ -112,16 +116,23 @@ def _turned(p: pr.Problem, body: Body) -> pr.Problem | None:
         given["axis"] = _quarter(tool.axis)
     elif tool.type not in ("sphere", "revolved"):
         return None
-    (sx, sy, sz), (ox, oy, oz) = body.mesh.size, body.mesh.origin
-    nx, ny, nz = body.mesh.n
-    mesh = replace(body.mesh, size=(sz, sy, sx), n=(nz, ny, nx), origin=(oz, oy, -(ox + sx)))
-    sides = {"body.left": "body.front", "body.back": "body.left", "body.bottom": "body.bottom"}
+    mesh, sides = _quarter_turned(body)
     ways = {"x": "z", "y": "y", "z": "x", "xyz": "xyz"}
     return replace(
         p, bodies={"body": replace(p.bodies["body"], mesh=mesh)}, tools={"tool": replace(tool, **given)},
-        fixed={sides[name]: ways[way] for name, way in body.fixed.items()},
+        fixed={sides.get(name, name): ways[way] for name, way in body.fixed.items()},
         steps=tuple(replace(s, move={"tool": _motion(s.move["tool"])}) for s in p.steps),
     )  # fmt: skip
+
+
+def _quarter_turned(body: Body) -> tuple[Any, dict[str, str]]:
+    """The mesh of a box turned by 90° about y, and the names that its sides have then, where they are others."""
+    if body.tetrahedra:
+        return replace(body.filled, points=tuple(map(_quarter, body.filled.points))), {}
+    (sx, sy, sz), (ox, oy, oz) = body.mesh.size, body.mesh.origin
+    nx, ny, nz = body.mesh.n
+    mesh = replace(body.mesh, size=(sz, sy, sx), n=(nz, ny, nx), origin=(oz, oy, -(ox + sx)))
+    return mesh, {"body.left": "body.front", "body.back": "body.left"}
 
 
 def _quarter(v: Any) -> Place:
@@ -154,8 +165,7 @@ def _motion_drawn(
 
 def _stands(body: Body, tool: Placed) -> bool:
     """Whether a tool stands on nodes on all sides of its reference point, so that it may be left to tilt."""
-    made = mesh_of(body.mesh)
-    top = made.points[made.nodes("top")]
+    top = mesh_of(body.filled).points[contact_nodes(body.filled, "top")]
     rest = top[np.abs(tool.outline(top - np.asarray(tool.at))[0]) < 1e-9 * body.high][:, [0, 2]]
     return bool(len(rest) > 2 and within(rest, np.zeros(2)) > NEARLY * float(np.ptp(rest, axis=0).min()))
 

@@ -7,12 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.checks.thresholds import ALONG, SLIGHT
+from prensa.contact.faces import FacePoints
 from prensa.contact.surface import Surface
-from prensa.errors import Finding, Severity
+from prensa.errors import Finding, Severity, coordinates
 from prensa.model import problem as model
 from prensa.system.moments import Moment, contact_path
 from prensa.system.system import System
-from prensa.types import Array
+from prensa.types import Array, Index
 
 
 class Pressed(NamedTuple):
@@ -37,27 +38,32 @@ def held(system: System, s: Surface, i: int, m: Moment, x: Array, pressed: dict[
     nodes, axis = nodes[mine], axis[mine]
     if not len(nodes):
         return
-    master = system.tool_masters[s.against]
-    place, pairs = master.place(m.u), master.seen(x[nodes], m.u)
+    master, d = system.tool_masters[s.against], system.dofs.dimension
+    place, pairs = master.place(m.u)[:d], master.seen(x[nodes], m.u)
     h = float(s.points.depth.min())
     deep = (pairs.g < -SLIGHT * h) & (np.abs(pairs.n[np.arange(len(nodes)), axis]) > ALONG)
     if not deep.any():
         return
     # beside the contact surface, a tool that came across the normal has pushed the free body ahead of it
-    came = pairs.n @ place[:2] >= -0.5 * pairs.g
+    came = pairs.n @ place >= -0.5 * pairs.g
     # deep in a tool that is as narrow as its travel is long, its side may be nearer than the face that came
-    across = np.abs(pairs.n @ place[:2]) < 0.5 * np.hypot(*place[:2])
-    came |= np.isin(nodes, s.points.nodes) & (master.shape.half_space | ~across)
+    across = np.abs(pairs.n @ place) < 0.5 * np.linalg.norm(place)
+    own = _touched(s)
+    came |= np.isin(nodes, own) & (master.shape.half_space | ~across)
     # what is free across its support goes along with a tool that comes that way, down a bore under a fillet, say
-    other, beside = 1 - axis, x[nodes].copy()
-    free = ~np.isin(field.dofs(nodes)[np.arange(len(nodes)), other], m.plan.fixed)
-    beside[np.arange(len(nodes)), other] += place[other] * free
-    came &= ~free | (master.seen(beside, m.u).g < -SLIGHT * h)
+    free = ~np.isin(field.dofs(nodes), m.plan.fixed)
+    beside = x[nodes] + place * free
+    came &= ~free.any(axis=1) | (master.seen(beside, m.u).g < -SLIGHT * h)
     for k in np.flatnonzero(deep & came):
         # Negative numbers: nodes that are no candidates of the contact, of which `deepest` keeps account apart.
-        key = (i, int(nodes[k]) if nodes[k] in s.points.nodes else -1 - int(nodes[k]))
+        key = (i, int(nodes[k]) if nodes[k] in own else -1 - int(nodes[k]))
         if -pairs.g[k] > pressed.get(key, NOT_PRESSED).depth:
             pressed[key] = Pressed(float(-pairs.g[k]), m.t, int(nodes[k]), int(axis[k]))
+
+
+def _touched(s: Surface) -> Index:
+    """Nodes of a contact surface, those too that bear none: the corners of quadratic tetrahedra."""
+    return np.unique(s.points.faces) if isinstance(s.points, FacePoints) else s.points.nodes
 
 
 def deepest(pressed: dict[tuple[int, int], Pressed]) -> dict[tuple[int, int], Pressed]:
@@ -72,8 +78,7 @@ def deepest(pressed: dict[tuple[int, int], Pressed]) -> dict[tuple[int, int], Pr
 def overconstrained(system: System, s: Surface, i: int, most: Pressed, candidate: bool) -> Finding:
     """What there is to say of a held node that a tool presses; ``candidate``: it is one of the contact surface (number i)."""
     depth, t, node, _ = most
-    x, y = system.X[node]
-    where = f"node {node - system.offsets[s.body]} of {s.body!r} at ({x:.4g}, {y:.4g})"
+    where = f"node {node - system.offsets[s.body]} of {s.body!r} at ({coordinates(system.X[node])})"
     tool = s.against
     if candidate:
         return Finding(
@@ -101,11 +106,11 @@ def _advice_to_release(system: System, s: Surface, most: Pressed) -> str:
         for name, support in owner.fixed.items():
             body, _, side = name.partition(".")
             of_side = mesh.edges[side] if side in mesh.edges else np.array([mesh.corners.get(side, -1)])
-            if body == s.body and own in of_side and getattr(support, "xy"[most.axis]) is not None:
+            if body == s.body and own in of_side and getattr(support, "xyz"[most.axis]) is not None:
                 beside[name] = support
     if len(beside) != 1 or s.body in s.description.surface or set(beside) & set(s.description.surface):
         return "take the support off the contact surface, or let it act along the surface only"
     ((name, support),) = beside.items()
-    if support.x is None or support.y is None:
+    if sum(getattr(support, axis) is not None for axis in "xyz") == 1:
         return f"remove the support {name!r}, or keep the tool off it"
     return f"support {name!r}, which meets the contact surface there, only along that surface, or keep the tool off it"

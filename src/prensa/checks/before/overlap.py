@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.checks.before.solids_overlap import Solid, deepest, lies_on, solid
 from prensa.checks.thresholds import TOUCHING_DEPTH
-from prensa.errors import Finding
+from prensa.errors import Finding, coordinates
 from prensa.mesh.mesh import segments
 from prensa.system.contact_surfaces import distance
 from prensa.system.system import System
@@ -17,12 +18,11 @@ from prensa.types import Array, Flags, Index
 
 
 class Overlap(NamedTuple):
-    """Two bodies in the order of the description, and the node or element centre (x, y) of one that lies deepest in the other."""
+    """Two bodies in the order of the description, and the ``place`` (d,) of one that lies deepest in the other."""
 
     first: str
     second: str
-    x: float
-    y: float
+    place: tuple[float, ...]
     depth: float
 
 
@@ -39,7 +39,13 @@ class _Outline(NamedTuple):
 def overlaps(system: System) -> Iterator[Overlap]:
     """Pairs of bodies that lie in one another."""
     x = system.positions(system.initial().u)
-    outlines = [_outline(system, body, x) for body in system.meshes] if system.dofs.dimension == 2 else []
+    if system.dofs.dimension == 3:
+        for one, other in combinations(_solids(system, x), 2):
+            place, depth = max(deepest(one, other), deepest(other, one), key=lambda found: found[1])
+            if depth > 0.0:
+                yield Overlap(one.body, other.body, tuple(place.tolist()), depth)
+        return
+    outlines = [_outline(system, body, x) for body in system.meshes]
     for a, b in combinations(outlines, 2):
         worst = max(_deepest(a, b), _deepest(b, a), key=lambda found: found.depth)
         if worst.depth > TOUCHING_DEPTH * min(a.shortest, b.shortest):
@@ -49,7 +55,10 @@ def overlaps(system: System) -> Iterator[Overlap]:
 def neighbours(system: System) -> Iterator[Overlap]:
     """Pairs of bodies that lie on one another along an edge at least, without tie or contact; the middle of such an edge."""
     x = system.positions(system.initial().u)
-    outlines = [_outline(system, body, x) for body in system.meshes] if system.dofs.dimension == 2 else []
+    if system.dofs.dimension == 3:
+        yield from _solids_beside(system, x)
+        return
+    outlines = [_outline(system, body, x) for body in system.meshes]
     for a, b in combinations(outlines, 2):
         if b.body in system.tied_bodies(a.body) or _in_contact(system, a.body, b.body):
             continue
@@ -66,8 +75,25 @@ def neighbours(system: System) -> Iterator[Overlap]:
             on = (distance(places, other.points, other.edges).reshape(3, -1) <= near).all(axis=0)
             if on.any():
                 k = close[np.argmax(on)]
-                yield Overlap(a.body, b.body, float(middles[k, 0]), float(middles[k, 1]), 0.0)
+                yield Overlap(a.body, b.body, tuple(middles[k].tolist()), 0.0)
                 break
+
+
+def _solids(system: System, x: Array) -> list[Solid]:
+    """All bodies in space."""
+    first = system.offsets
+    return [solid(b, x[first[b] :][: len(m.points)], m.cells, m.boundary) for b, m in system.meshes.items()]
+
+
+def _solids_beside(system: System, x: Array) -> Iterator[Overlap]:
+    """As `neighbours`, in space: the middle of a face that lies on the other body."""
+    for one, other in combinations(_solids(system, x), 2):
+        if other.body in system.tied_bodies(one.body) or _in_contact(system, one.body, other.body):
+            continue
+        found = lies_on(one, other)
+        found = lies_on(other, one) if found is None else found
+        if found is not None:
+            yield Overlap(one.body, other.body, tuple(found.tolist()), 0.0)
 
 
 def _in_contact(system: System, *bodies: str) -> bool:
@@ -90,10 +116,10 @@ def _deepest(one: _Outline, other: _Outline) -> Overlap:
     places = one.places[((one.places > low) & (one.places < high)).all(axis=1)]
     places = places[within(places, other.points[other.edges[:, 0]], other.points[other.edges[:, 1]])]
     if not len(places):
-        return Overlap(one.body, other.body, 0.0, 0.0, 0.0)
+        return Overlap(one.body, other.body, (0.0, 0.0), 0.0)
     d = distance(places, other.points, other.edges)
     k = int(np.argmax(d))
-    return Overlap(one.body, other.body, float(places[k, 0]), float(places[k, 1]), float(d[k]))
+    return Overlap(one.body, other.body, tuple(places[k].tolist()), float(d[k]))
 
 
 def within(x: Array, a: Array, b: Array) -> Flags:
@@ -128,11 +154,11 @@ def overlapping_bodies(system: System) -> Iterator[Finding]:
             meets = "their contact presses them apart from the first increment on; move it ('origin') if no such fit is meant"
         yield Finding(
             f"bodies.{o.second}",
-            f"it overlaps body {o.first!r}, by {o.depth:.3g} {system.problem.units.length} at ({o.x:.4g}, {o.y:.4g}): {meets}",
+            f"it overlaps body {o.first!r}, by {o.depth:.3g} {system.problem.units.length} at ({coordinates(o.place)}): {meets}",
         )
     for o in neighbours(system):
         yield Finding(
             f"bodies.{o.second}",
-            f"it lies on body {o.first!r} at ({o.x:.4g}, {o.y:.4g}), and nothing holds the two together or apart; join them with "
-            "'ties', or make one a tool",
+            f"it lies on body {o.first!r} at ({coordinates(o.place)}), and nothing holds the two together or apart; join them "
+            "with 'ties', or make one a tool",
         )

@@ -50,8 +50,6 @@ CHECKS: tuple[Check[System], ...] = (
     tool_paths, edges_between_nodes, rigid_motions, joint_motions, tied_gaps, measured_places, closed_dies,
 )  # fmt: skip
 """In the order in which they are reported."""
-OF_THE_PLANE: tuple[Check[System], ...] = (tied_gaps,)
-"""Those of them that know nothing of bodies in space; ties there are refused where their sides lie apart."""
 AFTER: dict[Check[System], tuple[Check[System], ...]] = {
     tools_inside: AT_REST,
     tool_paths: (*AT_REST, tools_inside),
@@ -64,8 +62,7 @@ def preflight(system: System) -> list[Finding]:
     """All findings on a discretised problem, the fatal ones first."""
     found: list[Finding] = []
     refused: set[Check[System]] = set()
-    solid = system.dofs.dimension == 3
-    for check in (c for c in CHECKS if not (solid and c in OF_THE_PLANE)):
+    for check in CHECKS:
         if refused.isdisjoint(AFTER.get(check, ())):
             own = list(check(system))
             found += own

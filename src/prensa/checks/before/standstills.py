@@ -8,8 +8,9 @@ import numpy as np
 
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding
+from prensa.model.fields import motions_in
 from prensa.model.problem import Step
-from prensa.system.moments import AXES, stages
+from prensa.system.moments import stages
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array
@@ -26,7 +27,7 @@ def standstills(system: System) -> Iterator[Finding]:
 def _standstill(system: System, plan: StepPlan, at_start: Array, before: StepPlan) -> Iterator[Finding]:
     """A step that is to change something and in which nothing changes: totals of the step before, written again."""
     step = system.problem.steps[plan.number]
-    written = next(_repeated(step, plan), None) or _nothing(step, plan)
+    written = next(_repeated(step, plan, system.problem.space), None) or _nothing(step, plan)
     rests = step.duration is not None  # time is to pass
     if written is None or rests or not _unchanged(plan, before) or plan.friction != before.friction:
         return
@@ -37,10 +38,10 @@ def _standstill(system: System, plan: StepPlan, at_start: Array, before: StepPla
     yield Finding(*written)
 
 
-def _repeated(step: Step, plan: StepPlan) -> Iterator[tuple[str, str]]:
+def _repeated(step: Step, plan: StepPlan, space: str | None) -> Iterator[tuple[str, str]]:
     """Path and words of each number of a step that says nothing new if nothing changes in it."""
     for name, motion in step.move.items():
-        for axis in AXES:
+        for axis in motions_in(space):
             if isinstance(value := getattr(motion, axis), float) and value:
                 yield (
                     f"steps.{plan.number}.move.{name}.{axis}",
@@ -49,7 +50,7 @@ def _repeated(step: Step, plan: StepPlan) -> Iterator[tuple[str, str]]:
                     "again",
                 )
     for name, support in step.fixed.items():
-        for axis in ("x", "y"):
+        for axis in "xyz":
             if isinstance(value := getattr(support, axis), float) and value:
                 yield (
                     f"steps.{plan.number}.fixed.{name}.{axis}",

@@ -9,8 +9,8 @@ import numpy as np
 from prensa.checks.check import StepBegun, warning
 from prensa.checks.thresholds import NO_DIFFERENCE, SLIGHT
 from prensa.errors import Finding
-from prensa.model.fields import force_along
-from prensa.system.moments import AXES, stages
+from prensa.model.fields import force_along, motions_in
+from prensa.system.moments import stages
 from prensa.system.planning import plan_step
 from prensa.system.schedule import Amplitude, StepPlan, Table, tabulated
 from prensa.system.state import State
@@ -32,7 +32,7 @@ def _beginnings(
     h = min((float(s.points.depth.min()) for s in system.surfaces), default=system.length)
     for path, name, axis, value, dofs in _tables(system, plan.number):
         # Turns are held against a radian, ways against an element.
-        least = SLIGHT * (h if axis != "rz" else 1.0)
+        least = SLIGHT * (h if axis[0] != "r" else 1.0)
         relative = path.split(".")[2] == "by"
         first = tabulated(value)(plan.t0)
         for dof in dofs:
@@ -63,15 +63,13 @@ def _jumps(system: System, plan: StepPlan) -> Iterator[str]:
     plan: with the true start of its step. What `table_starts` predicted, which knows it where nothing was driven by force,
     is left out.
     """
-    if system.dofs.dimension != 2:
-        return
     here = dict(zip(plan.fixed.tolist(), plan.values(plan.t0).tolist()))
     missing = {int(dof): way for g in plan.groups for dof, way in zip(g.dofs, g.missing(plan.t0).tolist())}
     h = min((float(s.points.depth.min()) for s in system.surfaces), default=system.length)
     found = []
     for path, name, axis, value, dofs in _tables(system, plan.number):
         way = max(dofs, key=lambda dof: abs(missing.get(dof, 0.0)), default=-1)
-        if abs(missing.get(way, 0.0)) > SLIGHT * (h if axis != "rz" else 1.0):
+        if abs(missing.get(way, 0.0)) > SLIGHT * (h if axis[0] != "r" else 1.0):
             found.append((path, name, tabulated(value)(plan.t0), here[way]))
     known = {n.path for n in table_starts(system)} if found else set()
     for path, name, first, place in found:
@@ -132,7 +130,7 @@ def _tables(system: System, number: int) -> Iterator[tuple[str, str, str, Table,
     p, step = system.problem, system.problem.steps[number]
     for kind in ("move", "by"):
         for name, motion in getattr(step, kind).items():
-            for i, axis in enumerate(AXES):
+            for i, axis in enumerate(motions_in(p.space)):
                 if isinstance(value := getattr(motion, axis), tuple):
                     path = f"steps.{number}.{kind}.{name}.{axis}"
                     if name in p.tools:
@@ -142,7 +140,7 @@ def _tables(system: System, number: int) -> Iterator[tuple[str, str, str, Table,
                         yield path, f"{name!r}", axis, value, _dofs(system, name, axis)
     for prefix, owner in [("", p)] * (number == 0) + [(f"steps.{number}.", step)]:
         for name, support in owner.fixed.items():
-            for axis in ("x", "y"):
+            for axis in "xyz":
                 if isinstance(value := getattr(support, axis), tuple):
                     yield f"{prefix}fixed.{name}.{axis}", f"{name!r}", axis, value, _dofs(system, name, axis)
 

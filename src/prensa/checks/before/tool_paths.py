@@ -9,7 +9,7 @@ import numpy as np
 from prensa.checks.before.held_nodes import Pressed, deepest, held, overconstrained
 from prensa.checks.during.penetration import Watch, inside, watches
 from prensa.checks.thresholds import ALONG, NO_DIFFERENCE
-from prensa.errors import Finding, Severity
+from prensa.errors import Finding, Severity, coordinates
 from prensa.linear.rigid_modes import CLOSED
 from prensa.system.moments import Moment, contact_path, driven, moments
 from prensa.system.system import System
@@ -33,8 +33,7 @@ def tool_paths(system: System) -> Iterator[Finding]:
                 continue
             pairs = system.nodes_seen(s, m.u)
             nearest[i] = min(nearest[i], float(pairs.g.min()))
-            if system.dofs.dimension == 2:  # what is free across a support is one axis there
-                held(system, s, i, m, x, pressed)
+            held(system, s, i, m, x, pressed)
         for notice in _crossing(system, m, x):
             reported.setdefault(notice.path, notice)
         at_rest = set(system.problem.bodies) - moved - _touched(system, nearest, known)
@@ -106,7 +105,7 @@ def _crossing(system: System, m: Moment, x: Array) -> Iterator[Finding]:
                 yield Finding(
                     contact_path(system, i),
                     f"tools {tb.name!r} and {ta.name!r} cross: at time {m.t:.4g} they overlap by {-between[k]:.4g} near "
-                    f"({x[nodes[k], 0]:.4g}, {x[nodes[k], 1]:.4g}) and leave the body no room; check their travels",
+                    f"({coordinates(x[nodes[k]])}) and leave the body no room; check their travels",
                     Severity.REFUSE,
                 )
             same = (facing > 1.0 - NO_DIFFERENCE) & (np.maximum(pa.g, pb.g) < -CLOSED * h) & (np.abs(pa.g - pb.g) < CLOSED * h)

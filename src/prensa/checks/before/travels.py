@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from prensa.errors import Finding
-from prensa.system.moments import AXES, stages
+from prensa.model.fields import motions_in
+from prensa.system.moments import stages
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array, Flags
@@ -24,8 +25,8 @@ def _never_there(system: System, plan: StepPlan, at_start: Array, known: Flags) 
     until = system.problem.steps[plan.number].until
     for name, target in until.travel.items() if until is not None else ():
         first = system.tool_dof(list(system.problem.tools).index(name))
-        for i, axis in enumerate(AXES):
-            value, dof = getattr(target, axis), first + i
+        for i, axis in enumerate(motions_in(system.problem.space)):
+            value, dof = getattr(target, axis, None), first + i
             if value is None or dof not in plan.fixed or not known[dof]:
                 continue
             where = int(np.searchsorted(plan.fixed, dof))
