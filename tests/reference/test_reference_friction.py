@@ -16,6 +16,7 @@ from prensa.reference import (
     circular_path_lag,
     flat_punch_stick,
     levanov,
+    lubkin_torsion,
     sliding_wedge,
     slip_hardening,
     smooth_cap,
@@ -75,6 +76,22 @@ def test_partial_slip_on_unloading():
     assert mirrored.traction(x) == pytest.approx(-loaded.traction(x), abs=1e-12)
     same = cattaneo_mindlin(P=1000.0, a=5.0, mu=0.3, Q=180.0, Q_max=180.0)
     assert same.traction(x) == pytest.approx(loaded.traction(x), abs=1e-12)
+
+
+def test_a_twisted_sphere_sticks_inside_and_slips_outside():
+    """Moments of full stick and full slip, Deresiewicz's expansion for small twists, values of an independent program."""
+    given = {"P": 20.0, "a": 0.51488576, "mu": 0.3, "G": 1000.0 / 2.6}
+    a, whole = given["a"], 0.3 * 20.0 * 0.51488576
+    stuck, slipped = lubkin_torsion(**given, c=a * (1.0 - 1e-6)), lubkin_torsion(**given, c=1e-6 * a)
+    assert stuck.moment == pytest.approx(16.0 / 3.0 * given["G"] * a**3 * stuck.twist, rel=1e-5)
+    assert slipped.moment == pytest.approx(3.0 * np.pi / 16.0 * whole, rel=1e-9)
+    for c, twist, moment in ((0.95, 0.0011176568, 0.29014849), (0.5, 0.013281808, 1.6329374), (0.2, 0.027612875, 1.8089252)):
+        found = lubkin_torsion(**given, c=c * a)
+        assert (found.twist, found.moment) == pytest.approx((twist, moment), rel=1e-6)
+    for c, within in ((0.99, 2e-4), (0.95, 4e-3)):
+        found = lubkin_torsion(**given, c=c * a)
+        root = math.sqrt(1.0 - 1.5 * found.moment / whole)
+        assert given["G"] * a**2 * found.twist / (0.3 * 20.0) == pytest.approx((1.0 - root) * (3.0 - root) / 8.0, rel=within)
 
 
 @pytest.mark.parametrize("law", LAWS, ids=str)
@@ -180,6 +197,7 @@ def test_laws_of_forming_have_the_limits_of_their_sources():
     [
         ("Q", lambda: cattaneo_mindlin(P=1.0, a=1.0, mu=0.3, Q=0.31)),
         ("Q", lambda: cattaneo_mindlin(P=1.0, a=1.0, mu=0.3, Q=0.2, Q_max=0.1)),
+        ("c", lambda: lubkin_torsion(P=1.0, a=1.0, mu=0.3, G=1.0, c=1.1)),
         ("Q_max", lambda: cattaneo_mindlin(P=1.0, a=1.0, mu=0.3, Q=0.2, Q_max=0.4)),
         ("k_T", lambda: slip_hardening(1.0, p=50.0, k_T=5.0, law=MuLinear(0.3, -0.2))),
         ("k_T", lambda: slip_hardening(1.0, p=50.0, k_T=5.0, law=MuExponential(0.3, 0.1, 0.02))),

@@ -1,4 +1,4 @@
-"""Friction, mostly in closed form: partial slip, slip hardening of one point, wedge, circular path, capstan, die, laws.
+"""Friction, mostly in closed form: partial slip and twist, slip hardening of one point, wedge, circular path, capstan, die, laws.
 
 Sign convention of this module: a traction is positive along the drag, that is, along positive displacement of the body.
 """
@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.integrate import quad
+from scipy.special import ellipe, ellipkm1
 
 from ._check import Array, not_negative, positive
 
@@ -74,6 +76,46 @@ def cattaneo_mindlin(*, P: float, a: float, mu: float, Q: float, Q_max: float | 
         mu=mu,
         p0=2.0 * P / (math.pi * a),
     )
+
+
+@dataclass(frozen=True)
+class PartialTwist:
+    """Spherical contact under P, twisted about its normal: radii a of the contact and c of the stick (length), twist, moment.
+
+    twist: of the sphere about its axis against the body far away (rad). P, moment: force, force length.
+    """
+
+    a: float
+    c: float
+    P: float
+    twist: float
+    moment: float
+
+
+def lubkin_torsion(*, P: float, a: float, mu: float, G: float, c: float) -> PartialTwist:
+    """P (force), a, c (length), mu (-), G (stress) -> PartialTwist: a sphere pressed, then twisted until it sticks within c.
+
+    The pressure is Hertz's, p0 = 3 P/(2 pi a^2); G is the shear modulus of the half-space under a rigid sphere, of two bodies
+    1/G = 1/G1 + 1/G2. Torsion displaces along circles only: nothing couples with the pressure. With
+    phi(t) = (2 mu p0/(pi G)) t (K(k) - E(k)), k^2 = 1 - t^2/a^2, in the slip c < t < a and phi = 4 twist t/pi within c, where
+    it is continuous, the moment is 4 pi G times the integral of t phi over 0 < t < a: 16 G a^3 twist/3 without slip,
+    3 pi mu P a/16 when all of it slips.
+
+    Raises ValueError for P, a, mu, G not above 0 or c outside (0, a].
+    Source: Lubkin (1951), J. Appl. Mech. 18, 183; Deresiewicz (1954), J. Appl. Mech. 21, 52; Johnson (1985), ch. 7.
+    """
+    positive(P=P, a=a, mu=mu, G=G, c=c)
+    if c > a:
+        raise ValueError(f"c = {c!r}: the stick lies within the contact; give 0 < c <= a = {a!r}")
+
+    def slope(t: float) -> float:
+        """Of phi over t, in the slip."""
+        m1 = (t / a) ** 2  # 1 - k^2: near the edge K and E differ by little, near the middle K is large
+        return float(3.0 * mu * P / (math.pi**2 * a * a * G) * (ellipkm1(m1) - ellipe(1.0 - m1)))
+
+    twist = 0.25 * math.pi * slope(c)
+    slip = quad(lambda t: t * t * slope(t), c, a, epsabs=0.0, epsrel=1e-10)[0] if c < a else 0.0
+    return PartialTwist(a=a, c=c, P=P, twist=twist, moment=4.0 * math.pi * G * (slope(c) * c**3 / 3.0 + slip))
 
 
 def flat_punch_stick(mu: float, nu: float, n: int = 300) -> float:

@@ -63,7 +63,7 @@ def sphere(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
         tools={"ball": pr.Revolved(pr.Circle(10.0), touching="block.top", at=(0.0, 0.0, 0.0))},
         contacts=(pr.Contact("block.top", "ball"),),
         fixed={"block.left": "x", "block.back": "z", "block.bottom": "xyz"},
-        steps=(pr.Step("press", move={"ball": pr.Motion(y=-1.0)}, increments=4),),
+        steps=(pr.Step("press", move={"ball": pr.Motion(y=-2.0)}, increments=8),),
     )))  # fmt: skip
     for depth, force in tables.BLOCK_SPHERE_FORCE.items():
         yield row(f"P (N) at {depth:g} mm", force, 4.0 * abs(increments[round(4 * depth) - 1].force("ball").y), 0.005)

@@ -128,4 +128,6 @@ def stl_die(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     exact_forces, ours = np.array(forces)
     for k in (3, 7, 11):
         yield row(f"force (N) at {0.1 * (k + 1):.1f} mm", float(exact_forces[k]), float(ours[k]), 0.01)
+    worst = 100.0 * float(np.abs(ours / exact_forces - 1.0).max())
+    yield row("force, largest difference in an increment (%)", 0.0, worst, 1.0, "absolute")
     yield row("work (N mm)", float(exact_forces.sum()) * 0.1, float(ours.sum()) * 0.1, 0.01)
