@@ -34,7 +34,7 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "identify": "prensa.inverse.identify",
     "results": "prensa.output.result",
     "Die": "prensa.dies.stress",
-    "ShrinkRing": "prensa.dies.stress",
+    "ShrinkRing": "prensa.dies.ring",
     "die_stress": "prensa.dies.stress",
     "tool_loads": "prensa.dies.loads",
     "wear": "prensa.dies.wear",

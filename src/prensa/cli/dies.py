@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from prensa.dies.stress import Die, ShrinkRing
+from prensa.dies.ring import ShrinkRing
+from prensa.dies.stress import Die
 from prensa.errors import PrensaError
 from prensa.measures.units import length_unit, pressure_unit
 from prensa.model.problem import Archard, File, Problem
@@ -66,6 +67,8 @@ def lines_of(summary: dict[str, Any], problem: Problem) -> Iterator[str]:
     yield f"{summary['tool']} at increment {summary['increment']}, time {summary['time']:.4g}: " \
           f"pressure ≤ {summary['pressure']:.4g} {stress}, forces balanced to {summary['imbalance']:.1e}"  # fmt: skip
     yield f"largest von Mises stress {mises['value']:.4g} {stress} at {where.format(*mises['at'])}"
+    if ring := summary.get("ring"):
+        yield f"shrink ring: largest von Mises stress {ring['value']:.4g} {stress} at {where.format(*ring['at'])}"
     yield f"largest deflection {moved['value']:.4g} {length} at {where.format(*moved['at'])}"
     if worn["relative"]:
         yield f"wear deepest at {worn['s']:.4g} {length} of the outline; relative, without --k and --hardness"

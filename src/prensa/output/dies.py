@@ -43,9 +43,12 @@ def write_loads(path: Path, worn: Wear) -> Path:
 def summary_of(found: DieStress) -> dict[str, Any]:
     """The largest von Mises stress and deflection of a die, and its forces."""
     (mises, where), (moved, there) = found.largest_mises, found.largest_deflection
+    ring = found.largest_mises_of_ring
     return {
         "tool": found.tool, "increment": found.number, "time": found.time,
-        "mises": {"value": mises, "at": where.tolist()}, "deflection": {"value": moved, "at": there.tolist()},
+        "mises": {"value": mises, "at": where.tolist()},
+        **({} if ring is None else {"ring": {"value": ring[0], "at": ring[1].tolist()}}),
+        "deflection": {"value": moved, "at": there.tolist()},
         "force": found.force.tolist(), "load": found.load.tolist(), "reaction": found.reaction.tolist(),
         "imbalance": found.imbalance,
         "pressure": float(found.pressure.max()), "shear": float(np.abs(found.shear).max()),

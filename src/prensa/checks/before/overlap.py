@@ -12,6 +12,7 @@ from prensa.checks.thresholds import TOUCHING_DEPTH
 from prensa.errors import Finding
 from prensa.mesh.mesh import segments
 from prensa.system.contact_surfaces import distance
+from prensa.system.interference import with_all_shares
 from prensa.system.system import System
 from prensa.types import Array, Flags, Index
 
@@ -38,7 +39,7 @@ class _Outline(NamedTuple):
 
 def overlaps(system: System) -> Iterator[Overlap]:
     """Pairs of bodies that lie in one another."""
-    x = system.positions(system.initial().u)
+    x = _placed(system)
     outlines = [_outline(system, body, x) for body in system.meshes] if system.dofs.dimension == 2 else []
     for a, b in combinations(outlines, 2):
         worst = max(_deepest(a, b), _deepest(b, a), key=lambda found: found.depth)
@@ -48,7 +49,7 @@ def overlaps(system: System) -> Iterator[Overlap]:
 
 def neighbours(system: System) -> Iterator[Overlap]:
     """Pairs of bodies that lie on one another along an edge at least, without tie or contact; the middle of such an edge."""
-    x = system.positions(system.initial().u)
+    x = _placed(system)
     outlines = [_outline(system, body, x) for body in system.meshes] if system.dofs.dimension == 2 else []
     for a, b in combinations(outlines, 2):
         if b.body in system.tied_bodies(a.body) or _in_contact(system, a.body, b.body):
@@ -68,6 +69,11 @@ def neighbours(system: System) -> Iterator[Overlap]:
                 k = close[np.argmax(on)]
                 yield Overlap(a.body, b.body, float(middles[k, 0]), float(middles[k, 1]), 0.0)
                 break
+
+
+def _placed(system: System) -> Array:
+    """Node positions (n, d) at the beginning, without the overlaps that ties are meant to have."""
+    return system.positions(system.with_slaves(with_all_shares(system.dofs, system.initial().u)))
 
 
 def _in_contact(system: System, *bodies: str) -> bool:
