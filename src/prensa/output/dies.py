@@ -71,14 +71,14 @@ def in_report(stored: Stored, case: Case) -> dict[str, Any]:
     worn, pictures, without = [], [], []
     for tool, law in case.output.wear.items() if len(stored) else ():
         try:
-            found = wear(tool_loads(stored, case.problem, tool), law.k, law.hardness)
+            found = wear(tool_loads(stored, case.problem, tool), law=law)
         except PrensaError as error:
             without.append(str(error))
             continue
         most = found.loads.envelope
         k = int(np.argmax(most.pressure))
         row = {"tool": tool, "pressure": float(most.pressure[k]), "pressed": float(found.loads.s[k])}
-        worn.append({**row, **wear_summary(found, law.depth)})
+        worn.append({**row, **wear_summary(found)})
         buffer = io.BytesIO()
         figure = draw_loads(found, case.problem)
         for axes in figure.axes:
@@ -114,7 +114,7 @@ def draw_loads(worn: Wear, problem: Problem) -> Figure:
         _steps(third, loads, loads.slid, style.CYCLE[0])
         third.set_ylabel(f"sliding ({length})")
         _steps(fourth, loads, worn.depth, style.CYCLE[0])
-        fourth.set_ylabel("wear, relative" if worn.rate == 1.0 else f"wear a part ({length})")
+        fourth.set_ylabel("wear, relative" if worn.relative else f"wear a part ({length})")
         fourth.set_xlabel(f"along the outline of {loads.tool} ({length})")
         plot.legend(figure, first)
     return figure
