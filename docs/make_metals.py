@@ -36,7 +36,7 @@ def table() -> str:
 
 
 def _numbers(flow: FlowCurve) -> Iterator[tuple[str, float]]:
-    return ((key, value) for key, value in plain(flow).items() if key != "type")
+    return ((key, value) for key, value in plain(flow).items() if key != "type" and value)
 
 
 def page(text: str) -> str:

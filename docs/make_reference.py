@@ -37,11 +37,12 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     "Materials": tuple(dict(public("material")).values()),
     "Flow curves": tuple(dict(public("flow")).values()),
     "Damage laws": tuple(dict(public("damage")).values()),
+    "Wear laws": tuple(dict(public("wear")).values()),
     "Tools": (*(cls for _, cls in public("tool") if getattr(cls, "offered", True)), model.Springs, model.Press),
     "Contacts": (model.Contact, model.NoContact, model.Interference, *dict(public("enforcement")).values()),
     "Friction": tuple(dict(public("friction")).values()),
     "Supports, motions and loads": (model.Fixed, model.Motion, model.Crank, model.Feed, model.Push, model.Load),
-    "How it is solved, and what is written": (model.Numerics, model.Output, model.Archard),
+    "How it is solved, and what is written": (model.Numerics, model.Output),
 }  # fmt: skip
 
 # What the types do not tell.

@@ -397,7 +397,7 @@ def forging_window(run: Run) -> Iterator[Row]:
     """One run of the window: the elementary formula, and the damage of its equator beside flow without friction."""
     height, strain = 21.0, math.log(30.0 / 21.0)
     radius = 10.0 * math.sqrt(30.0 / height)
-    force = math.pi * radius**2 * 965.0 * strain**0.14 * (1.0 + 2.0 * 0.1 * radius / (3.0 * height))
+    force = math.pi * radius**2 * 1015.0 * strain**0.17 * (1.0 + 2.0 * 0.1 * radius / (3.0 * height))
     yield row("force (kN), elementary formula", 1e-3 * force, 450.0 * run["used"], 0.03)
     yield row("damage at the equator, none without friction", 0.0, run["equator"], 0.0, "at least")
 

@@ -50,17 +50,17 @@ GROUPS = {
     "Contacts, supports, loads": (
         "Contact", "NoContact", "BodyContact", "Fixed", "Motion", "Crank", "Feed", "Push", "Load", "Springs", "Press",
     ),
-    "Dies and wear": ("Die", "ShrinkRing", "Archard", "die_stress", "tool_loads", "wear"),
+    "Dies and wear": ("Die", "ShrinkRing", "die_stress", "tool_loads", "wear"),
     "Heat": ("Heat", "Conductor"),
     "Sweeps, gradients, calibration": ("sweep", "converge", "gradient", "calibrate", "identify", "Observe", "Test"),
     "Errors": ("PrensaError", "CaseError", "SolveError"),
     "Your own laws": (
-        "FlowCurve", "FrictionLaw", "Enforcement", "ToolShape", "IsotropicMaterial", "Material", "DamageLaw", "PointCurve",
-        "PointMaterial",
+        "FlowCurve", "FrictionLaw", "Enforcement", "ToolShape", "IsotropicMaterial", "Material", "DamageLaw", "WearLaw",
+        "PointCurve", "PointMaterial",
     ),
 }  # fmt: skip
 LAWS = {"friction": "Friction laws", "enforcement": "Enforcement of contact", "tool": "Tools", "flow": "Flow curves",
-        "damage": "Damage laws", "material": "Materials"}  # fmt: skip
+        "damage": "Damage laws", "wear": "Wear laws", "material": "Materials"}  # fmt: skip
 LISTED = re.compile(r"^- \[.+$|^\[.+$", re.MULTILINE)  # of the first page: its lists, not what it shows
 SECTION = re.compile(r"^## (.+)$", re.MULTILINE)
 GALLERY = "gallery/forming.md"

@@ -7,7 +7,7 @@ from typing import Any
 __version__ = "0.1.0"
 
 _MODEL = (
-    "Annulus", "ArcSide", "Archard", "Body", "Box", "Bricks", "Case", "Contact", "Crank", "Cylinder", "Disc", "Extrusion", "Feed",
+    "Annulus", "ArcSide", "Body", "Box", "Bricks", "Case", "Contact", "Crank", "Cylinder", "Disc", "Extrusion", "Feed",
     "File", "Fixed", "Grade", "Interference", "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch",
     "Points", "Press", "Problem", "Push", "Rectangle", "Remesh", "Revolution", "Sizes", "SplineSide", "Springs", "Start", "Step",
     "Strip", "Tetrahedra", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",
@@ -34,10 +34,11 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "identify": "prensa.inverse.identify",
     "results": "prensa.output.result",
     "Die": "prensa.dies.stress",
-    "ShrinkRing": "prensa.dies.stress",
+    "ShrinkRing": "prensa.dies.ring",
     "die_stress": "prensa.dies.stress",
     "tool_loads": "prensa.dies.loads",
     "wear": "prensa.dies.wear",
+    "WearLaw": "prensa.friction.wear_law",
     "evaluate": "prensa.result.results",
     "ProgressBar": "prensa.output.progress",
     "DamageLaw": "prensa.materials.damage_law",

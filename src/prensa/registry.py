@@ -143,6 +143,7 @@ DOORS = {
         Door("tool", "prensa.tools.shapes", "prensa.tools.tool:ToolShape"),
         Door("flow", "prensa.materials.flow", "prensa.materials.flow_curve:FlowCurve"),
         Door("damage", "prensa.materials.damage", "prensa.materials.damage_law:DamageLaw"),
+        Door("wear", "prensa.friction.wear", "prensa.friction.wear_law:WearLaw", "archard"),
         Door("material", "prensa.materials.solids", "prensa.materials.material:Material"),
     )
 }

@@ -96,16 +96,102 @@ def test_loads_read_back_are_those_of_the_increments(run):
     assert stored.largest_force == 1
 
 
+def hoop(body, at, a, b, inner, outer, fit):
+    """Mean hoop stress of a body in axisymmetry at a radius, and Lamé's of a tube a … b under two pressures.
+
+    The bore of a ring lies where it is before the fit, inside its seat.
+    """
+    on = np.abs(body.X[:, 0] - at) < 1.01 * fit
+    known = (inner * a**2 - outer * b**2 + (inner - outer) * (a * b / at) ** 2) / (b**2 - a**2)
+    return body.stress[on, 2].mean(), known
+
+
 def test_shrink_ring_is_lame():
-    """A ring of steel shrunk on a tube: displacement of the bore by the pressure that closes the interference."""
+    """A ring of steel shrunk on a tube: displacement of the bore by the pressure that closes the interference, hoop stresses."""
     inc = list(pr.solve(container()))[-1]
     ring, ends = pr.ShrinkRing(10.0, 0.01, E=210e3), {"start": "y", "end": "y"}
     die = pr.Die(10.0, 200e3, 0.3, span=(0.0, 5.0), size=0.25, ring=ring, fixed=ends)
     found = pr.die_stress(inc, container(), "wall", die)
     a, b, c = 10.0, 20.0, 30.0
     give = shell_flexibility(210e3, 0.3, b, c, b, 1.0, 0.0) - shell_flexibility(200e3, 0.3, a, b, b, 0.0, 1.0)
-    u = shell_flexibility(200e3, 0.3, a, b, a, 0.0, 0.01 / give)
+    u, p = shell_flexibility(200e3, 0.3, a, b, a, 0.0, 0.01 / give), 0.01 / give
     assert found.u[:, 0].mean() == pytest.approx(u, rel=3e-3)
+    bodies = found.increment.bodies
+    tube, around = (a, b, 0.0, p), (b, c, p, 0.0)
+    for at, body, of in ((a, "die", tube), (b, "die", tube), (b, "ring", around), (c, "ring", around)):
+        ours, known = hoop(bodies[body], at, *of, 0.01)
+        assert ours == pytest.approx(known, rel=3e-3), (at, body)
+    assert found.largest_mises_of_ring[0] == bodies["ring"].mises.max()
+    assert found.largest_mises_of_ring[1][0] == pytest.approx(b, abs=0.02)
+
+
+@pytest.mark.parametrize("mesh", ["offset", "grid", "triangles"])
+def test_a_ring_about_a_flat_die_is_lame(mesh):
+    """A disc in a ring, both without Poisson's effect, free along the axis: one pressure in the disc, Lamé's stress in the ring.
+
+    The interference is a tenth of an element and more, and nothing says that the two overlap.
+    """
+    inc = list(pr.solve(upsetting(fixed={"billet.bottom": "y"}, steps=(
+        pr.Step("touch", move={"die": pr.Motion(y=-1e-9)}, increments=1),))))[-1]  # fmt: skip
+    E, I, b, c = 210e3, 0.1, 20.0, 30.0
+    ring, held = pr.ShrinkRing(c - b, I, E=E, nu=0.0), {"back": "y"}
+    die = pr.Die(10.0, E, 0.0, span=(0.0, b), size=2.0, ring=ring, fixed=held)
+    if mesh == "grid":
+        die = pr.Die(E=E, nu=0.0, ring=ring, fixed={"top": "y"}, mesh=pr.Rectangle((b, 10.0), (10, 6), origin=(0.0, 7.5)))
+    elif mesh == "triangles":
+        corners = ((0.0, 7.5), (b, 7.5), (b, 17.5), (0.0, 17.5))
+        drawing = pr.Outline(points=corners, sides=["face", "outside", "top", "axis"], size=2.0)
+        die = pr.Die(E=E, nu=0.0, ring=ring, fixed={"top": "y"}, mesh=drawing)
+    found = pr.die_stress(inc, upsetting(), "die", die)
+    bore = b - I  # where the ring's own strains are, and the same force as on the seat
+    p = I * E / b / ((c**2 + bore**2) / (c**2 - bore**2) + 1.0)  # Lamé 1852, a solid shaft
+    disc, about = (found.increment.bodies[name] for name in ("die", "ring"))
+    inside = disc.X[:, 0] < 0.5 * b
+    assert disc.stress[inside][:, [0, 2]] == pytest.approx(-p, rel=1e-4)
+    for at in (bore, c):
+        ours, known = hoop(about, at, bore, c, p * b / bore, 0.0, I)
+        assert ours == pytest.approx(known, rel=5e-3), at
+
+
+@pytest.mark.parametrize("space", ["plane strain", "plane stress"])
+def test_a_ring_in_the_plane_is_lame(space):
+    """About a quarter of a round cavity between lines of symmetry, which hold die and ring alone."""
+    problem, a, b, c, E, nu, I = ring_in_a_cavity(space), 10.0, 20.0, 30.0, 2e5, 0.3, 0.05
+    die = pr.Die(b - a, E, nu, size=0.5, ring=pr.ShrinkRing(c - b, I, E=E, nu=nu))
+    problem = replace(problem, steps=(pr.Step("press", loads={"b.inner": pr.Load(pressure=1e-6)}, increments=1),))
+    found = pr.die_stress(list(pr.solve(problem))[-1], problem, "die", die)
+    stiff = E if space == "plane stress" else E / (1 - nu**2)
+    bore = b - I
+    p = I * stiff / (b * ((c**2 + bore**2) / (c**2 - bore**2) + (b**2 + a**2) / (b**2 - a**2)))
+    assert np.hypot(*found.u.T).mean() == pytest.approx(2 * p * a * b**2 / (b**2 - a**2) / stiff, rel=3e-3)
+    assert found.imbalance < 1.0  # nothing but the ring loads it: its forces are round-off beside its own
+
+
+def test_rings_that_surround_nothing_are_refused(last):
+    """On a flat die in the plane, where a die is cut, conical, or touched outside; of no size, or of one that no steel bears."""
+    inc, problem = last
+    ring, wide = pr.ShrinkRing(10.0, 0.05), (0.0, 20.0)
+    cone = pr.Patch(((0.0, 7.5), (18.0, 7.5), (20.0, 27.5), (0.0, 27.5)), (8, 8))
+    for die, words in (
+        (pr.Die(20.0, ring=ring), "is cut at the radius .*--span"),
+        (pr.Die(20.0, span=wide, ring=pr.ShrinkRing(10.0, -0.05)), "interference .* must be positive, got -0.05"),
+        (pr.Die(20.0, span=wide, ring=pr.ShrinkRing(0.0, 0.05)), "thickness .* must be positive, got 0"),
+        (pr.Die(20.0, span=wide, ring=pr.ShrinkRing(10.0, 0.5)), "2.5 % of the radius 20 of its seat.*give at most 0.2 mm"),
+        (drawn(ring=pr.ShrinkRing(10.0, 0.5)), "give at most 0.2 mm"),
+        (replace(drawn(ring=ring), mesh=cone), "has no cylinder"),
+    ):  # fmt: skip
+        with pytest.raises(pr.PrensaError, match=words):
+            pr.die_stress(inc, problem, "die", die)
+    mandrel = replace(container(), tools={"wall": pr.Profile(points=((10.0, 0.0), (10.0, 5.0)), at=(0.0, 0.0))}, bodies={
+        "billet": pr.Body(pr.Rectangle(size=(10, 5), n=(8, 4), origin=(10, 0)), pr.Elastic(E=2e5, nu=0.3))},
+        contacts=(pr.Contact("billet.left", "wall"),), steps=(
+            pr.Step("press", loads={"billet.right": pr.Load(pressure=1.0)}, increments=1),))  # fmt: skip
+    with pytest.raises(pr.PrensaError, match="is the face that the workpiece touches"):
+        pr.die_stress(list(pr.solve(mandrel))[-1], mandrel, "wall", pr.Die(5.0, ring=ring))
+    flat = upsetting(space="plane stress", fixed={"billet.bottom": "y", "billet.left": "x"}, thickness=3.0)
+    for tool, die in ((flat, pr.Die(20.0, ring=ring)), (flat, drawn(ring=ring))):
+        with pytest.raises(pr.PrensaError, match=r"surround nothing|goes in axisymmetry alone"):
+            pr.die_stress(list(pr.solve(flat))[-1], tool, "die", die)
 
 
 def test_back_pressure_is_lame():
@@ -233,7 +319,7 @@ def test_meshes_that_do_not_fit_are_refused(last):
         (pr.Die(fixed={"top": "y"}, mesh=rectangle((5.0, 20.0), **above)), "draw the side of the mesh longer"),
         (pr.Die(mesh=rectangle((20.0, 20.0), **above)), "nothing holds the mesh"),
         (pr.Die(fixed={"tip": "y"}, mesh=rectangle((20.0, 20.0), **above)), "no side 'tip'; did you mean 'top'"),
-        (drawn(thickness=3.0), "leave 'thickness' out"), (drawn(ring=pr.ShrinkRing(1.0, 0.1)), "leave 'ring' out"),
+        (drawn(thickness=3.0), "leave 'thickness' out"), (drawn(back_pressure=3.0), "leave 'back_pressure' out"),
     ):  # fmt: skip
         with pytest.raises(pr.PrensaError, match=words):
             pr.die_stress(inc, problem, "die", die)

@@ -56,6 +56,22 @@ def test_a_block_that_slides_wears_its_plate_by_pressure_times_way(ran):
     assert np.abs(found.x[:, 1]).max() < 1e-12
 
 
+def test_a_law_of_ones_own_wears_tools_in_space(ran):
+    """The depth that it states a second, at each point, and its volume: of a law of Archard's form k/H times ∫ p ds."""
+
+    class Own(pr.WearLaw):
+        c: float
+
+        def rate(self, at):
+            return self.c * at.pressure * at.speed
+
+    run = pr.results(ran[0])
+    found, plain, archard = (run.tool_map("plate", law) for law in (Own(1e-8), None, pr.Archard(1e-5, 1e3)))
+    assert found.wear == pytest.approx(1e-8 * plain.wear, rel=1e-12, abs=1e-30) and found.wear.max() > 0.0
+    assert archard.wear == pytest.approx(found.wear, rel=1e-12, abs=1e-30)
+    assert found.work == pytest.approx(1e-8 * plain.work, rel=1e-12)
+
+
 def test_maps_are_files_for_spreadsheets_and_paraview(ran, tmp_path):
     """From the command line, with the depth of Archard's law; options of sections are refused."""
     folder, _ = ran

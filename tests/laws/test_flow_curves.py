@@ -61,6 +61,11 @@ CURVES: dict[str, tuple[Any, Formula]] = {
         pr.SwiftVoce(565.0, 0.007, 0.26, 150.0, 200.0, 12.0, 0.6),
         lambda a, r: 0.6 * 565.0 * (0.007 + a) ** 0.26 + 0.4 * (150.0 + 200.0 * (1.0 - np.exp(-12.0 * a))),
     ),
+    "hensel_spittel": (
+        pr.HenselSpittel(900.0, 300.0, 0.05, 0.1, -1e-3, 0.2, 0.01, -1e-3, -1e-4, 0.02, -0.1, 1e-5, 0.03),
+        lambda a, r: 900.0 * np.exp(-0.3) * 300.0**0.03 * (a + 0.05) ** 0.2 * np.exp(-1e-3 / (a + 0.05))
+        * (1.05 + a) ** (-0.03 + 0.02) * np.exp(-0.1 * (a + 0.05)) * (r + 0.1) ** (0.01 + 0.003),
+    ),
     "table": (pr.FlowTable(POINTS), lambda a, r: tabled(a)),
     "a user's table": (RatedTable(POINTS, 0.02), lambda a, r: tabled(a) * (1.0 + 0.02 * r)),
 }

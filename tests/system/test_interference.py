@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.checks.before.overlap import overlaps
 from prensa.checks.before.starting_places import starting_places
 from prensa.checks.before.tied_gaps import tied_gaps
 from prensa.errors import PrensaError
@@ -181,6 +182,15 @@ def test_gaps_and_overlaps_that_a_tie_takes_away_are_reported_with_size_and_plac
     assert kind == ("overlap" if sign > 0 else "lie apart") and float(size) == pytest.approx(DELTA, rel=0.01)
     assert not list(tied_gaps(discretise(fit("plane strain", 0.0, n, interference=None))))
     assert not list(tied_gaps(discretise(fit("plane strain", 0.0, n, "q8", interference=None))))
+
+
+@pytest.mark.parametrize(("drawn", "by"), [(0.0, 1.0), (0.4, "geometry")])
+def test_an_overlap_that_is_meant_is_not_reported(drawn, by):
+    """Of a tie with interference, however large; that of a third body, drawn into one of the two, is."""
+    meant = fit("plane strain", drawn, (8, 8), interference=by)
+    assert not list(overlaps(discretise(meant)))
+    away = {**meant.bodies, "other": replace(meant.bodies["hub"], mesh=pr.Rectangle((2.0, 2.0), (4, 4), (12.0, 1.0)))}
+    assert [(o.first, o.second) for o in overlaps(discretise(replace(meant, bodies=away)))] == [("hub", "other")]
 
 
 def test_what_cannot_go_together_with_interference_is_refused():

@@ -752,7 +752,7 @@ def die(
     ] = None,
     back_pressure: Annotated[float, typer.Option(help="Pre-pressure on the back of the die.")] = 0.0,
     ring: Annotated[
-        str | None, typer.Option(metavar="THICKNESS:INTERFERENCE", help="A shrink ring about the back, as in 20:0.05.")
+        str | None, typer.Option(metavar="THICKNESS:INTERFERENCE", help="A shrink ring about the die, as in 20:0.05.")
     ] = None,
     k: Annotated[float | None, typer.Option("--k", help="Archard's coefficient of wear.")] = None,
     hardness: Annotated[float | None, typer.Option(help="Of the tool, a pressure.")] = None,

@@ -6,10 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from prensa.dies.stress import Die, ShrinkRing
+from prensa.dies.ring import ShrinkRing
+from prensa.dies.stress import Die
 from prensa.errors import PrensaError
+from prensa.friction.wear.archard import Archard
+from prensa.friction.wear_law import WearLaw
 from prensa.measures.units import length_unit, pressure_unit
-from prensa.model.problem import Archard, File, Problem
+from prensa.model.problem import File, Problem
 from prensa.model.schema import loads
 from prensa.output.result import RunResult
 
@@ -46,10 +49,11 @@ def _file(path: Path) -> File:
     return File(str(path))
 
 
-def law_of(k: float | None, hardness: float | None, depth: float | None, run: RunResult, tool: str) -> Archard:
-    """Archard's law of the options, else that of the case; raises PrensaError where something is missing."""
+def law_of(k: float | None, hardness: float | None, depth: float | None, run: RunResult, tool: str) -> WearLaw:
+    """Archard's law of the options, else the law of the case; raises PrensaError where something is missing."""
     if k is None and hardness is None and depth is None:
-        return loads(run.summary["case"], bounded=False).output.wear.get(tool, Archard())
+        of_case: WearLaw = loads(run.summary["case"], bounded=False).output.wear.get(tool, Archard())
+        return of_case
     return Archard(k=k, hardness=hardness, depth=depth)
 
 
@@ -67,6 +71,8 @@ def lines_of(summary: dict[str, Any], problem: Problem) -> Iterator[str]:
     yield f"{summary['tool']} at increment {summary['increment']}, time {summary['time']:.4g}: " \
           f"pressure ≤ {summary['pressure']:.4g} {stress}, forces balanced to {summary['imbalance']:.1e}"  # fmt: skip
     yield f"largest von Mises stress {mises['value']:.4g} {stress} at {where.format(*mises['at'])}"
+    if ring := summary.get("ring"):
+        yield f"shrink ring: largest von Mises stress {ring['value']:.4g} {stress} at {where.format(*ring['at'])}"
     yield f"largest deflection {moved['value']:.4g} {length} at {where.format(*moved['at'])}"
     if worn["relative"]:
         yield f"wear deepest at {worn['s']:.4g} {length} of the outline; relative, without --k and --hardness"

@@ -11,6 +11,7 @@ import numpy as np
 from prensa.dies.spread import Touch, touch
 from prensa.dies.surface import in_space, outline_of
 from prensa.errors import PrensaError
+from prensa.friction.wear_law import Sliding
 from prensa.model.names import suggest
 from prensa.model.problem import Problem
 from prensa.result.increment import Increment, ToolState
@@ -26,6 +27,17 @@ class Profile(NamedTuple):
     shear: Array
 
 
+class Rubbed(NamedTuple):
+    """The k nodes of a contact in an increment of some ``seconds``: what rubs at each, its ``area`` (k,), of the whole thickness
+    or circumference, and its ``shares`` (k, m) in the intervals, on the way that it slid.
+    """
+
+    sliding: Sliding
+    area: Array
+    shares: Array
+    seconds: float
+
+
 @dataclass(frozen=True)
 class ToolLoads:
     """Loads of a tool along its outline: m intervals of its coordinate, n increments.
@@ -33,7 +45,8 @@ class ToolLoads:
     ``borders`` (m + 1,) coordinates (length), ``x`` (m, 2) middles in the tool's frame, ``area`` (m,) of the intervals (of the
     whole thickness, or circumference); ``number``, ``time`` (n,) of the increments, ``seconds`` (n,) that they took; ``normal``,
     ``shear`` (n, m) forces on the intervals; ``sliding`` (n, m) way (length) that the workpiece slid over them in each increment,
-    ``work`` (n, m) normal force times way, of which Archard's law makes wear. Sums over m are those of the nodes of the contacts.
+    ``work`` (n, m) normal force times way, of which Archard's law makes wear. Sums over m are those of the nodes of the contacts,
+    which ``rubbed`` has contact by contact, for any law of wear.
     """
 
     tool: str
@@ -47,6 +60,7 @@ class ToolLoads:
     shear: Array
     sliding: Array
     work: Array
+    rubbed: tuple[Rubbed, ...] = ()
 
     @property
     def s(self) -> Array:
@@ -132,20 +146,26 @@ def _collected(
 ) -> ToolLoads:  # fmt: skip
     m, period = len(borders) - 1, placed.shape.period
     made = np.zeros((4, len(rows), m))
-    width = np.diff(borders)
-    for k, (*_, touches) in enumerate(rows):
+    width, rubbed = np.diff(borders), []
+    around = 2.0 * np.pi if problem.space == "axisymmetric" else problem.thickness
+    for k, (*_, lasted, touches) in enumerate(rows):
         for t in touches:
             made[:2, k] += np.stack([t.normal, t.shear]) @ t.shares(borders, period)
             passed = _passed(t, borders, period)
             made[2, k] += t.slid * 0.5 * (t.left + t.right) @ passed / width
             made[3, k] += t.normal * t.slid @ passed
+            area = around * t.width
+            rubbed.append(Rubbed(Sliding(np.maximum(t.normal, 0.0) / area, t.slid / lasted), area, passed, lasted))
     size = 4.0 * float(np.abs(borders).max())
     ends = in_space(outline_of(placed, size).at(borders), state)
     middles = outline_of(placed, size).at(0.5 * (borders[1:] + borders[:-1]))
     axis = problem.space == "axisymmetric"
     depth = np.pi * np.abs(ends[1:, 0] + ends[:-1, 0]) if axis else problem.thickness
     number, time, seconds = (np.array([r[i] for r in rows]) for i in range(3))
-    return ToolLoads(tool, borders, middles, width * depth, number, time, seconds, *made)
+    normal, shear, sliding, work = made
+    return ToolLoads(
+        tool, borders, middles, width * depth, number, time, seconds, normal, shear, sliding, work, tuple(rubbed)
+    )  # fmt: skip
 
 
 def _passed(t: Touch, borders: Array, period: float) -> Array:

@@ -47,6 +47,12 @@ class Touch:
             total += self._up_to(borders[None, :] - (at + turn)[:, None])
         return np.asarray(np.diff(total, axis=1))
 
+    @property
+    def width(self) -> Array:
+        """Integral (k,) of each node's hat along s, about an axis times the radius."""
+        rl, ra, rr = self.r.T
+        return np.asarray(self.left * _half(1.0, ra, rl) + self.right * _half(1.0, ra, rr))
+
     def _up_to(self, d: Array) -> Array:
         """Share (k, m) of each hat up to distances d (k, m) from its node."""
         (rl, ra, rr), a, b = self.r.T[:, :, None], self.left[:, None], self.right[:, None]

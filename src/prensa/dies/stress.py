@@ -6,20 +6,21 @@ It goes one way: the tool was rigid in the run, and its give is not fed back to 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from prensa.analysis import solve
 from prensa.dies.own_mesh import own_mesh
+from prensa.dies.ring import ShrinkRing, with_ring_on_back, with_ring_outside
 from prensa.dies.section import depths_of, face_nodes, mesh_of, offset
 from prensa.dies.spread import Touch, touch
 from prensa.dies.surface import Outline, in_space, outline_of
 from prensa.errors import PrensaError
 from prensa.materials.solids.elastic import Elastic
 from prensa.model.names import suggest
-from prensa.model.problem import Body, Fixed, Load, Points, Problem, Step, Tie
+from prensa.model.problem import Body, Fixed, Load, Points, Problem, Step
 from prensa.model.units import factor
 from prensa.precision import DRAWN
 from prensa.result.increment import Increment, ToolState
@@ -34,16 +35,6 @@ STEEL = "210 GPa"
 
 
 @dataclass(frozen=True)
-class ShrinkRing:
-    """A shrink ring about the back of a die: ``thickness`` and ``interference`` (lengths), ``E`` (None: steel) and ``nu``."""
-
-    thickness: float
-    interference: float
-    E: float | None = None
-    nu: float = 0.3
-
-
-@dataclass(frozen=True)
 class Die:
     """What a die is made of, and how it is held.
 
@@ -52,10 +43,11 @@ class Die:
     ``span``: coordinates of the outline between which there is a
     section, None for what is touched and a thickness more; ``size``: length of elements at the face, None for a fortieth of
     what is touched, ``growth`` of them from one to the next away from there (more than 1).
-    ``back_pressure``: pre-pressure on the back; ``ring``: a shrink ring there. ``fixed``: sides (``back``, ``start``, ``end``,
-    ``face``) and what holds them (``x``, ``y``, ``xy``), empty for the back: along its normal in axisymmetry and next to a line
-    of symmetry, else altogether. Where a ring or a pressure acts on it, or it looks outwards in axisymmetry, an end holds
-    along y. A mesh is held by its own sides, which ``fixed`` names.
+    ``back_pressure``: pre-pressure on the back; ``ring``: a shrink ring, in axisymmetry about the cylinder of the largest
+    radius, in the plane about a back that goes around an opening. ``fixed``: sides (``back``, ``start``, ``end``, ``face``) and
+    what holds them (``x``, ``y``, ``xy``), empty for the back: along its normal in axisymmetry and next to a line of symmetry,
+    else altogether. Where a pressure or, in the plane, a ring acts on it, or it looks outwards in axisymmetry, an end holds
+    along y, or lines of symmetry hold alone. A mesh is held by its own sides, which ``fixed`` names.
     """
 
     thickness: float = 0.0
@@ -104,7 +96,15 @@ class DieStress:
     @property
     def largest_mises(self) -> tuple[float, Array]:
         """Largest von Mises stress of the die, and where (2,)."""
-        body = self.increment.bodies["die"]
+        return self._largest_of("die")
+
+    @property
+    def largest_mises_of_ring(self) -> tuple[float, Array] | None:
+        """Largest von Mises stress of the shrink ring, and where (2,); None without one."""
+        return self._largest_of("ring") if "ring" in self.increment.bodies else None
+
+    def _largest_of(self, name: str) -> tuple[float, Array]:
+        body = self.increment.bodies[name]
         k = int(np.argmax(body.mises))
         return float(body.mises[k]), body.X[k]
 
@@ -155,7 +155,12 @@ def die_stress(increment: Increment, problem: Problem, tool: str, die: Die, seco
     axis = problem.space == "axisymmetric"
     mesh = mesh_of(_placed(strip, state), ("face", "back"), axis)
     made = _problem(problem, tool, die, mesh, force, lines)
-    made = _with_ring(made, die, strip, state, axis, lines)
+    if die.ring is not None:
+        steel = _elastic(problem, die.ring.E, die.ring.nu)
+        if axis:
+            made = with_ring_outside(made, mesh, tool, die.ring, steel, _cut(die, span, outline))
+        else:
+            made = with_ring_on_back(made, mesh, tool, die.ring, steel, strip[-1], state, lines)
     last = list(solve(made))[-1]
     return _result(tool, made, last, increment, s, mesh, force)
 
@@ -171,6 +176,8 @@ def _of_own_mesh(increment: Increment, problem: Problem, tool: PlacedTool, die: 
         _refuse_beyond(tool.name, t, shares, (float(own.s[0]), float(own.s[-1])), "draw the side of the mesh longer")
         force += shares.T @ t.force
     made = _problem(problem, tool.name, die, own.mesh, force, {}, "t6" if own.triangles else "q8")
+    if die.ring is not None:
+        made = with_ring_outside(made, own.mesh, tool.name, die.ring, _elastic(problem, die.ring.E, die.ring.nu))
     return _result(tool.name, made, list(solve(made))[-1], increment, own.s, own.mesh, force)
 
 
@@ -188,8 +195,10 @@ def refuse_die(problem: Problem, tool: str, die: Die) -> None:
         raise PrensaError(f"unknown tool {tool!r}{suggest(tool, problem.tools)}; tools: {tools}")
     if not die.growth > 1.0:
         raise PrensaError(f"'growth' of the elements of a die must be more than 1, got {die.growth:g}")
+    if die.ring is not None:
+        die.ring.refuse(tool)
     if die.mesh is not None:
-        _refuse_with_mesh(tool, die)
+        _refuse_with_mesh(tool, die, problem.space)
         return
     if not die.thickness > 0:
         raise PrensaError(
@@ -206,11 +215,16 @@ def refuse_die(problem: Problem, tool: str, die: Die) -> None:
         raise PrensaError(f"the span {ends} of tool {tool!r} has no length; give FROM:TO, as in --span 0:20")
 
 
-def _refuse_with_mesh(tool: str, die: Die) -> None:
+def _refuse_with_mesh(tool: str, die: Die, space: str) -> None:
     """Refuse what an offset section has and a mesh has not."""
     given = {
-        "thickness": die.thickness, "span": die.span, "size": die.size, "ring": die.ring, "back_pressure": die.back_pressure,
+        "thickness": die.thickness, "span": die.span, "size": die.size, "back_pressure": die.back_pressure,
     }  # fmt: skip
+    if space != "axisymmetric" and die.ring is not None:
+        raise PrensaError(
+            f"the die of {tool!r} has a mesh of its own, about which a shrink ring goes in axisymmetry alone: leave the ring "
+            "out, or give the section by its 'thickness'"
+        )
     if beside := [name for name, value in given.items() if value]:
         raise PrensaError(f"the die of {tool!r} has a mesh of its own: leave {beside[0]!r} out, which is of a section by offset")
     if not die.fixed:
@@ -267,6 +281,15 @@ def _span(
     return (lo, hi), held
 
 
+def _cut(die: Die, span: tuple[float, float], outline: Outline) -> list[str]:
+    """Ends of a section at which nothing says that the die ends there too: neither its user nor its outline."""
+    if die.span is not None:
+        return []
+    ends = (float(outline.s[0]), float(outline.s[-1]))
+    near = DRAWN * (ends[1] - ends[0])
+    return [name for name, at, end in zip(("start", "end"), span, ends) if abs(at - end) > near]
+
+
 def _crossing(s: Array, d: Array, middle: float, way: int) -> float | None:
     """Coordinate nearest to ``middle`` in the direction ``way`` at which distances d (n,) from a line end; None without."""
     beyond = np.flatnonzero((d <= DRAWN * np.abs(d).max()) & ((s - middle) * way > 0))
@@ -320,7 +343,10 @@ def _supports(problem: Problem, die: Die, back: Array, force: Array, lines: Mapp
     along = "x" if abs(d[1]) > abs(d[0]) else "y"  # the component nearest to the back's normal
     given = dict(die.fixed)
     axis = problem.space == "axisymmetric"
-    if not given and (die.ring is not None or die.back_pressure or (axis and along == "x")):
+    loaded = bool(die.back_pressure) or (die.ring is not None and not axis)
+    if not given and loaded and set(lines.values()) == {"x", "y"}:
+        given = {}  # lines of symmetry hold it both ways
+    elif not given and (loaded or (axis and along == "x")):
         given = {"start" if (force[1] < 0) == (back[0, 1] < back[-1, 1]) else "end": "y"}
     elif not given:
         given = {"back": along if axis or lines else "xy"}
@@ -331,22 +357,6 @@ def _supports(problem: Problem, die: Die, back: Array, force: Array, lines: Mapp
         if not (axis and how == "x"):
             out.setdefault(side, set()).update(how)
     return {f"die.{s}": Fixed(x="held" if "x" in h else None, y="held" if "y" in h else None) for s, h in out.items()}
-
-
-def _with_ring(
-    made: Problem, die: Die, lines: Array, state: ToolState, axis: bool, mirrors: Mapping[str, str]
-) -> Problem:  # fmt: skip
-    """The die with its shrink ring, which the ends of the die hold as they hold it."""
-    if die.ring is None:
-        return made
-    depths = np.linspace(0.0, die.ring.thickness, max(len(lines) // 2, 2) + 1)
-    rings = offset(made.name, lines[-1], depths, mirrors)
-    mesh = mesh_of(_placed(rings, state), ("bore", "back"), axis)
-    held = {f"ring.{k.partition('.')[2]}": v for k, v in made.fixed.items() if k in ("die.start", "die.end")}
-    return replace(
-        made, bodies=dict(made.bodies) | {"ring": Body(mesh, _elastic(made, die.ring.E, die.ring.nu), "q8")},
-        ties=(Tie("ring.bore", "die.back", die.ring.interference),), fixed=dict(made.fixed) | held,
-    )  # fmt: skip
 
 
 def _result(

@@ -1,4 +1,4 @@
-"""Wear of a tool by Archard's law: dV = (k/H) N ds, a depth of (k/H) ∫ p ds at each place."""
+"""Wear of a tool by a law: its depth at each place, and the worn volume, of what rubbed there in a run."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import numpy as np
 
 from prensa.dies.loads import ToolLoads
 from prensa.errors import PrensaError
+from prensa.friction.wear.archard import Archard
+from prensa.friction.wear_law import Sliding, WearLaw
 from prensa.types import Array
 
 
@@ -16,14 +18,19 @@ from prensa.types import Array
 class Wear:
     """Wear of a tool in one part.
 
-    ``rate``: k/H (area over force), 1 of relative wear; ``depth`` (m,) over the intervals of the tool's coordinate, ``volume``
-    worn (of the whole thickness, or circumference), both per part and for ``rate`` 1 as ∫ p ds and ∫ N ds.
+    ``law``; ``depth`` (m,) over the intervals of the tool's coordinate, ``volume`` worn (of the whole thickness, or
+    circumference), the sum of depths times areas: both per part, and of relative wear ∫ p ds and ∫ N ds.
     """
 
     loads: ToolLoads
-    rate: float
+    law: WearLaw
     depth: Array
     volume: float
+
+    @property
+    def relative(self) -> bool:
+        """Whether depths are no lengths."""
+        return self.law.relative
 
     @property
     def deepest(self) -> tuple[float, float]:
@@ -40,15 +47,17 @@ class Wear:
             If the wear is relative, or the depth not positive.
 
         """
-        if self.rate == 1.0:
-            raise PrensaError("parts until a depth need the rate of wear k/H of the tool; give it, as in 2e-9 (mm²/N)")
+        if self.relative:
+            raise PrensaError("parts until a depth need the rate of wear k/H of the tool; give it, as in k=1e-5, hardness=6000")
         if not depth > 0.0:
             raise PrensaError(f"the permitted depth must be positive, got {depth:g}")
         return depth / self.deepest[0] if self.deepest[0] > 0.0 else np.inf
 
 
-def wear(loads: ToolLoads, k: float | None = None, hardness: float | None = None) -> Wear:
-    """Wear by Archard (1953), J. Appl. Phys. 24, 981, eq. 1, of what a tool bore in a run.
+def wear(
+    loads: ToolLoads, k: float | None = None, hardness: float | None = None, *, law: WearLaw | None = None
+) -> Wear:  # fmt: skip
+    """Wear by a ``law`` of what a tool bore in a run, without one by Archard (1953), J. Appl. Phys. 24, 981, eq. 1.
 
     ``k``: his coefficient, without dimension; ``hardness`` H (pressure) of the tool. Without both, relative wear. The way is that
     of slip: what the tangential penalty gives elastically does not count.
@@ -56,24 +65,38 @@ def wear(loads: ToolLoads, k: float | None = None, hardness: float | None = None
     Raises
     ------
     PrensaError
-        If one of the two is missing or not positive.
+        If one of the two is missing or not positive, or both they and a law are given; if depths by a law are not one number a
+        place, or less than nothing.
 
     """
+    if law is not None and not (k is None and hardness is None):
+        raise PrensaError("wear takes a law, or k and hardness of Archard's; give one of the two")
     if (k is None) != (hardness is None):
         raise PrensaError("wear takes Archard's coefficient k and the hardness H together; give both or neither")
-    rate = 1.0
-    if k is not None and hardness is not None:
-        if not (k > 0.0 and hardness > 0.0):
-            raise PrensaError(f"Archard's coefficient and the hardness must be positive, got {k:g} and {hardness:g}")
-        rate = k / hardness
-    worn = loads.work.sum(axis=0)
-    depth = rate * worn / np.where(loads.area > 0.0, loads.area, 1.0)
-    return Wear(loads, rate, depth, float(rate * worn.sum()))
+    if k is not None and hardness is not None and not (k > 0.0 and hardness > 0.0):
+        raise PrensaError(f"Archard's coefficient and the hardness must be positive, got {k:g} and {hardness:g}")
+    by = Archard(k=k, hardness=hardness) if law is None else law
+    worn = np.zeros(len(loads.area))
+    for rubbed in loads.rubbed:
+        worn += (rated(by, rubbed.sliding.pressure, rubbed.sliding.speed) * rubbed.area * rubbed.seconds) @ rubbed.shares
+    depth = worn / np.where(loads.area > 0.0, loads.area, 1.0)
+    return Wear(loads, by, depth, float(worn.sum()))
 
 
-def wear_summary(worn: Wear, permitted: float | None) -> dict[str, Any]:
-    """Deepest wear, worn volume, and parts until a ``permitted`` depth where one is given."""
+def rated(law: WearLaw, pressure: Array, speed: Array) -> Array:
+    """Depths per second (n,) of a law; raises PrensaError where it gives something else."""
+    found = np.asarray(law.rate(Sliding(pressure, speed)), dtype=np.float64)
+    if found.shape != pressure.shape or not np.isfinite(found).all() or (found < 0.0).any():
+        raise PrensaError(
+            f"wear law {law.type!r}: its rate must be a number for each of the {len(pressure)} places, finite and not negative; "
+            "try it with prensa.testing.check_wear"
+        )
+    return found
+
+
+def wear_summary(worn: Wear) -> dict[str, Any]:
+    """Deepest wear, worn volume, and parts until a permitted depth where the law has one."""
     depth, s = worn.deepest
-    sliding = float(worn.loads.slid.max())
-    out = {"relative": worn.rate == 1.0, "depth": depth, "s": s, "volume": worn.volume, "sliding": sliding}
+    sliding, permitted = float(worn.loads.slid.max()), worn.law.depth
+    out = {"relative": worn.relative, "depth": depth, "s": s, "volume": worn.volume, "sliding": sliding}
     return out if permitted is None else {**out, "permitted": permitted, "parts": worn.parts_until(permitted)}

@@ -73,7 +73,6 @@ from prensa.model.units import (
     in_one_second,
 )
 from prensa.model.until import ToolForce, ToolTravel, Until
-from prensa.model.wear import Archard, WearValue
 from prensa.registry import DOORS
 
 
@@ -652,14 +651,25 @@ class Numerics:
         return self
 
 
+def _relative(value: Any) -> Any:
+    """'relative' is Archard's law without numbers."""
+    return {} if value == "relative" else value
+
+
+if TYPE_CHECKING:  # members are known when the program runs
+    WearValue: TypeAlias = Any
+else:
+    WearValue = Annotated[union("wear"), BeforeValidator(_relative)]
+
+
 @described
 class Output:
     """What a run writes: fields every ``fields`` increments (0: only the last of each step), pictures, report.
 
     ``mirror``: sides (``left``, ``right``, ``bottom``, ``top``, in space ``back`` and ``front``) of the bodies on which pictures
     show their mirror image, where a part of the whole was modelled; in axisymmetry the axis mirrors by itself. ``wear``: by
-    tool, an `Archard` or ``relative``: loads along the tool's outline and its wear, in the report. ``points``: fields have
-    stresses, plastic strains and damage at the integration points too, which nothing was recovered from.
+    tool, a wear law (`Archard` where none is named) or ``relative``: loads along its outline and its wear, in the report.
+    ``points``: fields have stresses, plastic strains and damage at the integration points too, which nothing was recovered from.
     """
 
     fields: Annotated[Whole, Field(ge=0)] = 1
@@ -727,7 +737,7 @@ class Case:
 
 
 __all__ = [
-    "Annulus", "ArcSide", "Archard", "Body", "Box", "Bricks", "Case", "Contact", "Crank", "Cylinder", "Disc", "Extrusion", "Feed",
+    "Annulus", "ArcSide", "Body", "Box", "Bricks", "Case", "Contact", "Crank", "Cylinder", "Disc", "Extrusion", "Feed",
     "File", "Fixed", "Grade", "Interference", "Load", "Motion", "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch",
     "Points", "Press", "Problem", "Push", "Rectangle", "Remesh", "Revolution", "Sizes", "SplineSide", "Springs", "Start", "Step",
     "Strip", "Tetrahedra", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",

@@ -9,7 +9,7 @@ from typing import Any
 from prensa.dies.stress import Die
 from prensa.dies.wear import wear, wear_summary
 from prensa.errors import PrensaError
-from prensa.model.problem import Archard
+from prensa.friction.wear_law import WearLaw
 from prensa.output import plot
 from prensa.output.dies import (
     DIE_SUMMARY,
@@ -27,7 +27,7 @@ from prensa.output.vtk import write_fields
 
 
 def write_die(
-    run: RunResult, tool: str, die: Die, at: int | str, law: Archard, out: Path | None = None
+    run: RunResult, tool: str, die: Die, at: int | str, law: WearLaw, out: Path | None = None
 ) -> tuple[Path, dict[str, Any]]:
     """Compute the stresses of a die and leave them, the tool's loads and wear in a folder; returns it and the summary.
 
@@ -41,19 +41,19 @@ def write_die(
     found = run.die(tool, die, at)
     loads = run.loads(tool)
     folder = _folder(run, tool, out)
-    worn = wear(loads, law.k, law.hardness)
+    worn = wear(loads, law=law)
     write_loads(folder / "loads.csv", worn)
     write_columns(folder / "face.csv", face_columns(found))
     write_fields(folder / "die.vtu", found.increment)
     for name, figure in figures(found, worn, problem):
         with replacing(folder / f"{name}.png") as temporary:
             plot.save(figure, temporary, format="png")
-    made = {**summary_of(found), "wear": wear_summary(worn, law.depth)}
+    made = {**summary_of(found), "wear": wear_summary(worn)}
     write_text(folder / DIE_SUMMARY, json.dumps(made, indent=1) + "\n")
     return folder, made
 
 
-def write_map(run: RunResult, tool: str, law: Archard, out: Path | None = None) -> tuple[Path, dict[str, Any]]:
+def write_map(run: RunResult, tool: str, law: WearLaw, out: Path | None = None) -> tuple[Path, dict[str, Any]]:
     """Leave the loads and the wear of a tool in space over its surface in a folder; returns it and the summary.
 
     Raises
@@ -62,7 +62,7 @@ def write_map(run: RunResult, tool: str, law: Archard, out: Path | None = None) 
         As of `RunResult.tool_map`, or if the folder cannot be made.
 
     """
-    found = run.tool_map(tool).worn(law)
+    found = run.tool_map(tool, law)
     folder = _folder(run, tool, out)
     for kind in ("csv", "vtu"):
         found.save(folder / f"map.{kind}")

@@ -43,9 +43,12 @@ def write_loads(path: Path, worn: Wear) -> Path:
 def summary_of(found: DieStress) -> dict[str, Any]:
     """The largest von Mises stress and deflection of a die, and its forces."""
     (mises, where), (moved, there) = found.largest_mises, found.largest_deflection
+    ring = found.largest_mises_of_ring
     return {
         "tool": found.tool, "increment": found.number, "time": found.time,
-        "mises": {"value": mises, "at": where.tolist()}, "deflection": {"value": moved, "at": there.tolist()},
+        "mises": {"value": mises, "at": where.tolist()},
+        **({} if ring is None else {"ring": {"value": ring[0], "at": ring[1].tolist()}}),
+        "deflection": {"value": moved, "at": there.tolist()},
         "force": found.force.tolist(), "load": found.load.tolist(), "reaction": found.reaction.tolist(),
         "imbalance": found.imbalance,
         "pressure": float(found.pressure.max()), "shear": float(np.abs(found.shear).max()),
@@ -68,14 +71,14 @@ def in_report(stored: Stored, case: Case) -> dict[str, Any]:
     worn, pictures, without = [], [], []
     for tool, law in case.output.wear.items() if len(stored) else ():
         try:
-            found = wear(tool_loads(stored, case.problem, tool), law.k, law.hardness)
+            found = wear(tool_loads(stored, case.problem, tool), law=law)
         except PrensaError as error:
             without.append(str(error))
             continue
         most = found.loads.envelope
         k = int(np.argmax(most.pressure))
         row = {"tool": tool, "pressure": float(most.pressure[k]), "pressed": float(found.loads.s[k])}
-        worn.append({**row, **wear_summary(found, law.depth)})
+        worn.append({**row, **wear_summary(found)})
         buffer = io.BytesIO()
         figure = draw_loads(found, case.problem)
         for axes in figure.axes:
@@ -111,7 +114,7 @@ def draw_loads(worn: Wear, problem: Problem) -> Figure:
         _steps(third, loads, loads.slid, style.CYCLE[0])
         third.set_ylabel(f"sliding ({length})")
         _steps(fourth, loads, worn.depth, style.CYCLE[0])
-        fourth.set_ylabel("wear, relative" if worn.rate == 1.0 else f"wear a part ({length})")
+        fourth.set_ylabel("wear, relative" if worn.relative else f"wear a part ({length})")
         fourth.set_xlabel(f"along the outline of {loads.tool} ({length})")
         plot.legend(figure, first)
     return figure

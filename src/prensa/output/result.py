@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
     from prensa.dies.loads import ToolLoads
     from prensa.dies.stress import Die, DieStress
+    from prensa.friction.wear_law import WearLaw
     from prensa.output.along import Profile
     from prensa.output.tool_maps import ToolMap
 
@@ -110,14 +111,15 @@ class RunResult(Shown):
 
         return tool_loads(self.increments, self.increments.problem, tool, intervals)
 
-    def tool_map(self, tool: str) -> ToolMap:
+    def tool_map(self, tool: str, law: WearLaw | None = None) -> ToolMap:
         """Largest pressure and shear, sliding and wear over the surface of a tool in space, in the tool's own axes.
 
+        Wear is by a ``law``, without one ∫ p ds.
         ``save`` writes a surface for ParaView (``.vtu``) or a table (``.csv``).
         """
         from prensa.output.tool_maps import tool_map
 
-        return tool_map(self.increments, self.increments.problem, tool)
+        return tool_map(self.increments, self.increments.problem, tool, law)
 
     def die(self, tool: str, die: Die, at: int | str = "largest force") -> DieStress:
         """The section of a tool as an elastic body under the forces of an increment, as in `at`: see `prensa.die_stress`."""

@@ -261,7 +261,7 @@ def _wear(directory: Path, system: System, case: Case) -> dict[str, Any]:
     stored = Stored(directory, case, {t.name: Placement(_pair(t.at), _pair(t.direction)) for t in system.tools})
     for tool, law in case.output.wear.items() if len(stored) else ():
         with suppress(PrensaError):  # nothing has pressed on it
-            out[tool] = wear_summary(wear(tool_loads(stored, case.problem, tool), law.k, law.hardness), law.depth)
+            out[tool] = wear_summary(wear(tool_loads(stored, case.problem, tool), law=law))
     return out
 
 

@@ -8,19 +8,22 @@ the points of the tool's surface; a point of that has the values of the place th
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from prensa.dies.loads import lasting
+from prensa.dies.wear import rated
 from prensa.errors import PrensaError, take_path
+from prensa.friction.wear.archard import Archard
+from prensa.friction.wear_law import WearLaw
 from prensa.mesh.bricks import around_faces
 from prensa.mesh.faces import multilinear
 from prensa.mesh.generate import mesh_of
 from prensa.model.names import suggest
-from prensa.model.problem import Archard, Problem
+from prensa.model.problem import Problem
 from prensa.output.files import replacing
 from prensa.output.tool_surfaces import TRACED, motion, surface
 from prensa.result.increment import ContactState, Increment, ToolState
@@ -32,8 +35,8 @@ class ToolMap:
     """What a tool bore in a run, at m points of its surface.
 
     ``x`` (m, 3) in the tool's frame and its ``triangles`` (t, 3); ``pressure``, ``shear`` (m,) the largest of all increments;
-    ``sliding`` (m,) way (length) that the bodies slid over each point while they pressed; ``wear`` (m,) ∫ p ds, which Archard's
-    k/H makes a depth; ``work``: ∫ N ds of all nodes, which k/H makes the worn volume.
+    ``sliding`` (m,) way (length) that the bodies slid over each point while they pressed; ``wear`` (m,) by the law of the
+    tool, a depth, or ∫ p ds of relative wear; ``work``: the worn volume of all nodes, or ∫ N ds.
     """
 
     tool: str
@@ -56,10 +59,6 @@ class ToolMap:
         places = {f"{name}_at": self.x[int(np.argmax(values))].tolist() for name, values in self.fields.items()}
         return {name: float(values.max()) for name, values in self.fields.items()} | places | {"work": self.work}
 
-    def worn(self, law: Archard) -> ToolMap:
-        """With the wear as a depth and the work as a volume, where the law of the tool is known."""
-        return replace(self, wear=law.rate * self.wear, work=law.rate * self.work)
-
     def save(self, path: str | Path) -> Path:
         """Write the map: a surface for ParaView where the name ends with ``.vtu``, else a table (CSV); returns the path."""
         path = take_path("save", path)
@@ -77,15 +76,17 @@ class ToolMap:
 
 
 class _Pressed(NamedTuple):
-    """Faces that press in an increment: corners (f, 4, 3) in the tool's frame; pressure, shear, slip (3, f, 4); ∫ N ds."""
+    """Faces that press in an increment: corners (f, 4, 3) in the tool's frame; pressure, shear, slip, wear (4, f, 4); volume."""
 
     x: Array
     values: Array
     work: float
 
 
-def tool_map(increments: Iterable[Increment], problem: Problem, tool: str) -> ToolMap:
+def tool_map(increments: Iterable[Increment], problem: Problem, tool: str, law: WearLaw | None = None) -> ToolMap:
     """Collect the loads of a tool in space from the increments of a run, from `solve` or read back from its folder.
+
+    Wear is by a ``law``, without one ∫ p ds.
 
     Raises
     ------
@@ -97,14 +98,14 @@ def tool_map(increments: Iterable[Increment], problem: Problem, tool: str) -> To
         raise PrensaError(f"unknown tool {tool!r}{suggest(tool, problem.tools)}")
     if problem.space != "solid":
         raise PrensaError("tools of sections have loads along their outlines: take 'loads'")
-    faces = _Faces(problem)
+    faces, by = _Faces(problem), Archard() if law is None else law
     pressed: list[_Pressed] = []
     state = None
     for increment, seconds in lasting(increments):
         state = increment.tools[tool]
         touching = [c for c in increment.contacts.values() if c.tool == tool and c.pressure.any()]
         if touching:
-            pressed.append(_joined([_pressed(faces.of(c), c, state, seconds) for c in touching]))
+            pressed.append(_joined([_pressed(faces.of(c), c, state, seconds, by) for c in touching]))
     if not pressed or state is None:
         raise PrensaError(f"nothing has pressed on the tool {tool!r} in this run; name one that something presses on")
     corners = np.concatenate([p.x.reshape(-1, 3) for p in pressed])
@@ -136,15 +137,16 @@ class _Faces:
         return self._known[key]
 
 
-def _pressed(faces: Index, c: ContactState, state: ToolState, seconds: float) -> _Pressed:
+def _pressed(faces: Index, c: ContactState, state: ToolState, seconds: float, law: WearLaw) -> _Pressed:
     turn, move = motion(state)
-    slip = np.zeros(len(c.node)) if c.speed is None else np.nan_to_num(c.speed) * seconds
-    values = np.stack([c.pressure, np.abs(c.shear), slip])
+    speed = np.zeros(len(c.node)) if c.speed is None else np.nan_to_num(c.speed)
+    worn = rated(law, np.maximum(c.pressure, 0.0), np.abs(speed)) * seconds
+    values = np.stack([c.pressure, np.abs(c.shear), speed * seconds, worn])
     if faces.shape[1] == 6:  # contact is at the middles of the sides alone, which the corners take over
         middles = around_faces(faces)[:, 1::2]
         faces = np.concatenate([middles, middles[:, :1]], axis=1)
     near = faces[(c.pressure[faces] > 0.0).any(axis=1)]
-    return _Pressed(((c.x - move) @ turn)[near], values[:, near], float(c.pressure * c.weight @ slip))
+    return _Pressed(((c.x - move) @ turn)[near], values[:, near], float(worn @ c.weight))
 
 
 def _joined(parts: list[_Pressed]) -> _Pressed:
@@ -153,7 +155,7 @@ def _joined(parts: list[_Pressed]) -> _Pressed:
 
 
 def _collected(pressed: list[_Pressed], points: Array, margin: float, apart: float) -> Array:
-    """Largest pressure and shear, sliding and ∫ p ds (4, m) at points (m, 3): places ``apart`` on faces as long as ``margin``."""
+    """Largest pressure and shear, sliding and wear (4, m) at points (m, 3): places ``apart`` on faces as long as ``margin``."""
     from scipy.spatial import cKDTree
 
     count = max(int(np.ceil(margin / apart)), 1)
@@ -162,10 +164,10 @@ def _collected(pressed: list[_Pressed], points: Array, margin: float, apart: flo
     found = np.zeros((4, len(points)))
     for p in pressed:
         places = np.einsum("qa,faj->fqj", N, p.x).reshape(-1, 3)
-        values = np.einsum("qa,vfa->vfq", N, p.values).reshape(3, -1)
+        values = np.einsum("qa,vfa->vfq", N, p.values).reshape(4, -1)
         off, nearest = cKDTree(places).query(points, distance_upper_bound=margin / count)
         near = np.isfinite(off)
-        pressure, shear, slip = values[:, nearest[near]]
+        pressure, shear, slip, worn = values[:, nearest[near]]
         found[:2, near] = np.maximum(found[:2, near], [pressure, shear])
-        found[2:, near] += np.where(pressure > 0.0, [slip, pressure * slip], 0.0)
+        found[2:, near] += np.where(pressure > 0.0, [slip, worn], 0.0)
     return found

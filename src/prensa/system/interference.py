@@ -50,6 +50,15 @@ def share_groups(problem: model.Problem, dofs: DofMap, number: int, step_start: 
     return out
 
 
+def with_all_shares(dofs: DofMap, u: Array) -> Array:
+    """Degrees of freedom (ndof,) u with the overlaps of all ties grown: where the sides touch as they were drawn, unstrained."""
+    if TIE_SHARES not in dofs.fields:
+        return u
+    out = u.copy()
+    out[dofs.fields[TIE_SHARES].slice] = 1.0
+    return out
+
+
 def grown(problem: model.Problem, contact: model.Contact, time: float) -> float:
     """Share (0 … 1) of the overlap of a contact that there is at a time."""
     given = interference_of(contact)

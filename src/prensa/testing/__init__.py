@@ -8,5 +8,6 @@ from prensa.testing.damage import check_damage
 from prensa.testing.friction import check_friction
 from prensa.testing.materials import check_flow, check_material
 from prensa.testing.tools import check_tool
+from prensa.testing.wear import check_wear
 
-__all__ = ["LawError", "check_damage", "check_flow", "check_friction", "check_material", "check_tool"]
+__all__ = ["LawError", "check_damage", "check_flow", "check_friction", "check_material", "check_tool", "check_wear"]

@@ -13,6 +13,7 @@ from prensa.checks.thresholds import TOUCHING_DEPTH
 from prensa.errors import Finding, coordinates
 from prensa.mesh.mesh import segments
 from prensa.system.contact_surfaces import distance
+from prensa.system.interference import with_all_shares
 from prensa.system.system import System
 from prensa.types import Array, Flags, Index
 
@@ -38,7 +39,7 @@ class _Outline(NamedTuple):
 
 def overlaps(system: System) -> Iterator[Overlap]:
     """Pairs of bodies that lie in one another."""
-    x = system.positions(system.initial().u)
+    x = _placed(system)
     if system.dofs.dimension == 3:
         for one, other in combinations(_solids(system, x), 2):
             place, depth = max(deepest(one, other), deepest(other, one), key=lambda found: found[1])
@@ -54,7 +55,7 @@ def overlaps(system: System) -> Iterator[Overlap]:
 
 def neighbours(system: System) -> Iterator[Overlap]:
     """Pairs of bodies that lie on one another along an edge at least, without tie or contact; the middle of such an edge."""
-    x = system.positions(system.initial().u)
+    x = _placed(system)
     if system.dofs.dimension == 3:
         yield from _solids_beside(system, x)
         return
@@ -94,6 +95,11 @@ def _solids_beside(system: System, x: Array) -> Iterator[Overlap]:
         found = lies_on(other, one) if found is None else found
         if found is not None:
             yield Overlap(one.body, other.body, tuple(found.tolist()), 0.0)
+
+
+def _placed(system: System) -> Array:
+    """Node positions (n, d) at the beginning, without the overlaps that ties are meant to have."""
+    return system.positions(system.with_slaves(with_all_shares(system.dofs, system.initial().u)))
 
 
 def _in_contact(system: System, *bodies: str) -> bool:

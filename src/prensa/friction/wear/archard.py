@@ -1,18 +1,22 @@
-"""Wear of tools by Archard's law, as cases ask for it."""
+"""Archard's law of wear.
+
+Archard (1953), J. Appl. Phys. 24, 981, eq. 1.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from prensa.model.fields import described
+from prensa.friction.wear_law import Sliding, WearLaw
 from prensa.model.units import Length, Number, Pressure
+from prensa.types import Array
 
 
-@described
-class Archard:
-    """Wear of a tool by Archard's law, a depth of (k/H) ∫ p ds: his coefficient ``k`` and the ``hardness`` H of the tool.
+class Archard(WearLaw):
+    """Wear of a tool by Archard's law (1953), a depth of (k/H) ∫ p ds: his coefficient ``k`` and the ``hardness`` H of the tool.
 
     ``depth``: permitted, of which follows how many parts the tool makes. Without ``k`` and ``hardness`` (``relative``) wear is
     ∫ p ds, to be compared between places and designs.
@@ -21,6 +25,9 @@ class Archard:
     k: Annotated[Number, Field(gt=0)] | None = None
     hardness: Annotated[Pressure, Field(gt=0)] | None = None
     depth: Annotated[Length, Field(gt=0)] | None = None
+    type: Literal["archard"] = "archard"
+
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({}, {"k": 1e-5, "hardness": 6000.0, "depth": 0.05})
 
     @model_validator(mode="after")
     def _check(self) -> Archard:
@@ -32,18 +39,9 @@ class Archard:
 
     @property
     def relative(self) -> bool:
-        """Whether wear is ∫ p ds, without a rate."""
+        """Whether wear is ∫ p ds, without k/H."""
         return self.k is None
 
-    @property
-    def rate(self) -> float:
-        """k/H, 1 of relative wear."""
-        return 1.0 if self.k is None or self.hardness is None else self.k / self.hardness
-
-
-def _relative(value: Any) -> Any:
-    """'relative' is a law without numbers."""
-    return {} if value == "relative" else value
-
-
-WearValue = Annotated[Archard, BeforeValidator(_relative)]
+    def rate(self, at: Sliding) -> Array:
+        """(k/H) p v."""
+        return (1.0 if self.k is None or self.hardness is None else self.k / self.hardness) * at.pressure * at.speed

@@ -1,0 +1,1 @@
+"""Wear laws, one a file."""
