@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from prensa.checks.during.closing import FOLDS
 from prensa.mesh.mesh import segments
 from prensa.mesh.overlap import overlaps
 from prensa.result.folding import UNFOLDED, Fold, Folding
+from prensa.solver.before_folds import before_it_closes
 from prensa.system.failure import Folded
 from problems import pressed_block, stroke
 
@@ -117,3 +119,33 @@ def test_what_locates_a_count_grows_continuously_to_each_number() -> None:
     assert Folding(90.0, (), (place(1.25), place(1.5))).counted == 0.75
     assert Folding(90.0, (place(0.5),), (place(1.75),)).counted == 1.25
     assert Folding(90.0, (), (place(1.0),)).counted == 1.0 == Folding(90.0, (place(1.0 - 1e-12),)).counted
+
+
+@pytest.mark.parametrize(
+    ("begins", "closes", "fails", "ends"),
+    [
+        (0.3, 0.5, 2.0, (0.3, 0.5)), (0.05, 0.1, 0.6, (0.05, 0.1)), (0.4, 0.4, 2.0, None), (0.3, 0.9, 0.2, None),
+        (0.5, 2.0, 2.0, None),
+    ],
+)
+def test_increments_are_halved_until_the_fold_is_open(begins: float, closes: float, fails: float, ends: tuple | None) -> None:
+    """Past attempts that fail; what jumps, or cannot be computed in between, leaves the increment as long as it was."""
+    tried = []
+
+    def solve(time: float):
+        tried.append(time)
+        context = SimpleNamespace(time=time, state=SimpleNamespace(clock=SimpleNamespace(time=0.0)))
+        return context, SimpleNamespace(converged=time < fails or time == 1.0)
+
+    def new(outcome) -> list[Fold]:
+        time, none = outcome[0].time, np.arange(3)
+        gap = 0.0 if time >= closes else 1.0
+        return [Fold(none, none, 0.0, 0.0, gap, 0.5 * gap)] if time >= begins else []
+
+    whole = solve(1.0)
+    found = before_it_closes(new, whole, solve, 1e-5)
+    assert len(tried) < 20 and found.found is (ends is not None)
+    if ends is None:
+        assert found.outcome is whole
+    else:
+        assert ends[0] <= found.outcome[0].time < ends[1] and found.outcome[1].converged

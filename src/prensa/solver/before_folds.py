@@ -26,8 +26,8 @@ def before_it_closes(
     """The outcome of an increment, or of the shorter one in which a fold that it would begin and close has only begun.
 
     ``new``: folds at the end of an increment that were not reported yet; ``solve``: the outcome of the increment from the same
-    committed state to another time, which comes back as it is where it fails. A fold that begins and closes within the duration
-    ``shortest`` jumps: there is nothing to report before it.
+    committed state to another time, which may fail: the fold is looked for before that. One that begins and closes within the
+    duration ``shortest`` jumps: there is nothing to report before it, and the increment is as good as it was.
     """
 
     def met(now: Outcome) -> bool:
@@ -38,9 +38,7 @@ def before_it_closes(
     smooth, closed = outcome[0].state.clock.time, outcome[0].time
     while closed - smooth > shortest:
         tried = solve(0.5 * (smooth + closed))
-        if not tried[1].converged:
-            return Halved(tried, False)
-        if met(tried):
+        if not tried[1].converged or met(tried):
             closed = tried[0].time
         elif new(tried):
             return Halved(tried, True)
