@@ -163,3 +163,13 @@ def test_ten_others_are_not_reported(name: str, caplog) -> None:
         for i in pr.solve(others()[name]):
             assert i.measure("b.folds") == 0
     assert not [r for r in caplog.records if FOLDS in r.getMessage()]
+
+
+@pytest.mark.parametrize("name", others())
+def test_nor_are_they_in_a_single_increment(name: str, caplog) -> None:
+    """As long as it can be: no fold is passed over, and none is seen where there is none."""
+    p = others()[name]
+    with caplog.at_level(logging.WARNING, "prensa"):
+        for i in pr.solve(replace(p, steps=tuple(replace(step, increments=1) for step in p.steps))):
+            assert i.measure("b.folds") == 0 and i.measure("b.fold_opening") > 1.5
+    assert not [r for r in caplog.records if FOLDS in r.getMessage()]

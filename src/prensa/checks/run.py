@@ -48,6 +48,7 @@ class RunChecks:
         self.policy, self.between_nodes = policy, BetweenNodes(system, on_finer)
         corners = Corners(system)
         folding = Folding(system, policy, corners)
+        self.closing = Closing(system)
         self.validity = validity or Validity(system, policy)
         penalties = PenaltyShare(system)
         self.step_begins: list[Check[StepBegun]] = [partial(table_jumps, system)]
@@ -57,7 +58,7 @@ class RunChecks:
         ]  # fmt: skip
         self.rejected: list[Check[Rejected]] = [Distortion(system, policy)]
         self.solved: list[Check[Solved]] = [
-            Penetration(system, folding), symmetry_lines, Closing(system), SelfIntersection(system), folding,
+            Penetration(system, folding), symmetry_lines, self.closing, SelfIntersection(system), folding,
         ]  # fmt: skip
         self.committed: list[Check[Committed]] = [self.validity]
         self.step_ends: list[Check[Committed]] = [

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from prensa.errors import PrensaError, take
-from prensa.measures import bodies, contacts, cuts, damage, filling
+from prensa.measures import bodies, contacts, cuts, damage, filling, folds
 from prensa.measures.bodies import Outline, Place
 from prensa.measures.columns import columns, directions, force_columns, place_columns
 from prensa.measures.measure import Gradient, Measure, MeasureError, Slope, Value
@@ -41,7 +41,7 @@ POSITIONS = ("x", "y", "ux", "uy")
 SPATIAL_POSITIONS = ("x", "y", "z", "ux", "uy", "uz")
 EXTENTS = {2: {"height": "y", "width": "x"}, 3: {"height": "y", "width": "x", "depth": "z"}}
 """Names of the extents of a body, and along which axis they are."""
-OF_OUTLINES = ("angle", "folding_angle", "folds", *filling.FILL, *filling.POCKETS)
+OF_OUTLINES = ("angle", *folds.OF_FOLDS, *filling.FILL, *filling.POCKETS)
 """What is measured along an outline, a line: bodies in space have none, but where a plane cuts them (`prensa.measures.cuts`)."""
 NODAL_FIELDS = (
     "mises", "plastic_strain", "displacement", "stress.xx", "stress.yy", "stress.zz", "stress.xy", "mean_stress", "triaxiality",
@@ -155,7 +155,7 @@ def _names_of_body(problem: Problem, name: str) -> Iterator[str]:
     positions = SPATIAL_POSITIONS if d == 3 else POSITIONS
     yield from (f"{name}.{q}" for q in ("plastic_power", "max.plastic_power", "volume"))
     if d == 2:
-        yield from (f"{name}.{q}" for q in ("folding_angle", "folds"))
+        yield from (f"{name}.{q}" for q in folds.OF_FOLDS)
         yield from (f"{name}.{q}" for q in (*filling.FILL, *filling.POCKETS) if problem.tools)
     yield from (f"{name}.{p}.{q}" for p in corners for q in (*positions, *_fields(problem)))
     for outline in (name, *(f"{name}.{e}" for e in edges)):
@@ -192,7 +192,7 @@ def _mesh(problem: Problem, body: str) -> Mesh:
 class _Part:
     """What a measure is made of before it has its text: unit, value, slope, and its geometry if it has one.
 
-    ``turn``: what may be added to a direction, that then is the same one.
+    ``turn``: what may be added to a direction, that then is the same one; ``located``: see `Measure.located`.
     """
 
     unit: str
@@ -201,6 +201,7 @@ class _Part:
     body: str = ""
     geometry: Callable[[Any, Any], float] | None = None
     turn: float = math.inf
+    located: Value | None = None
 
 
 class _Reader:
@@ -228,7 +229,7 @@ class _Reader:
         if text.count("(") > DEEPEST:
             raise MeasureError(f"a measure with {text.count('(')} brackets; name one of an increment, such as 'punch.force.y'")
         part = self.part(written)
-        return Measure(written, part.unit, part.value, part.slope)
+        return Measure(written, part.unit, part.value, part.slope, located=part.located)
 
     def part(self, text: str) -> _Part:
         """What a text is made of."""
@@ -372,10 +373,9 @@ class _Reader:
             raise MeasureError(f"'{body}.{rest}' {words}")
         if self.solid and quantity.rpartition(".")[2] == "barrel":
             return self._barrel_of_cut(body, rest, quantity, where)
-        if quantity == "folding_angle" and not where:
-            return _Part("deg", lambda i: float(i.folding[body].angle))
-        if quantity == "folds" and not where:
-            return _Part("", lambda i: float(len(i.folding[body].folds)))
+        if quantity in folds.OF_FOLDS and not where:
+            unit, value, located = folds.measured(body, quantity)
+            return _Part(unit, value, located=located)
         if quantity in (*filling.FILL, *filling.POCKETS) and not where:
             filling.refuse(p, f"{body}.{quantity}")
             unit = volume_unit(p) if quantity.endswith("volume") else ""

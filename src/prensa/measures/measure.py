@@ -66,7 +66,8 @@ class Measure:
     """A number of an increment: ``name`` as it is written, ``unit`` in the units of the case ('' for plain numbers).
 
     ``over_run``: 'max' or 'min' of all increments so far, which tables of a run have and no increment knows; '' of others. Made
-    by `prensa.measures.parse`.
+    by `prensa.measures.parse`. ``located``: of a count, a number that grows continuously from each one to the next, so that the
+    moment at which one more is counted can be located; None of numbers that are continuous themselves.
     """
 
     name: str
@@ -74,6 +75,7 @@ class Measure:
     _value: Value = field(repr=False, compare=False)
     _slope: Slope | None = field(default=None, repr=False, compare=False)
     over_run: str = ""
+    located: Value | None = field(default=None, repr=False, compare=False)
 
     def value(self, increment: Increment) -> float:
         """The number.

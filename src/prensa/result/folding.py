@@ -1,10 +1,18 @@
 """Folds of an outline before they close: parts of the surface of one body that come together across a void.
 
-The measure is the gap of two places of an outline over the way along the outline between them, which is 1 on a straight side,
-2/π at the ends of a half circle and tan(φ/2) beside a corner that is open by an angle φ. A fold begins where more than half of
-what it was at the beginning has gone, so that as much motion again closes the gap; where the sides face each other by more than
-a right angle; and where what is left of the gap is less than the sides of elements there, so that no mesh shows what is in it.
-A void that a tool fills does not close.
+The *opening* of two places of an outline, a node and a place on a piece of it, says how far they are from a fold: 2 on a straight
+side, 1 where a fold begins, 0 where it has closed. It is continuous, so that the moment can be located, and the greatest of
+
+- twice the gap over the way along the outline between the two, over what that was at the beginning. Gap over way is 1 on a
+  straight side, 2/π at the ends of a half circle and tan(φ/2) beside a corner that is open by an angle φ: at 1 half of it has
+  gone, and as much motion again closes the gap;
+- the gap over the size of the sides of elements there: below 1 no mesh shows what is in it;
+- 1 + c/o, with the greater of these two, o, and the cosine c between the outward normals, or between a normal and the way from
+  the other place: below 1 the sides face each other by more than a right angle, and by how much counts less and less;
+- 1 − 2 g/gap, with the gap g of the nearest tool from the middle between the two: a void that a tool fills does not close.
+
+Places that have not come closer in the step have none. A fold is a place where the opening is below 1, the least one of all pairs
+between whose flanks it lies; an outline that has passed through itself (`prensa.mesh.overlap`) is closed there.
 """
 
 from __future__ import annotations
@@ -14,44 +22,112 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.mesh.mesh import segments
+from prensa.mesh.overlap import Overlap, overlaps
 from prensa.precision import SMALLEST
 from prensa.system.system import System
 from prensa.types import Array, Flags, Index
 
 STRAIGHT_ANGLE = float(np.degrees(np.pi))
+UNFOLDED = 2.0
+"""The opening of a straight side."""
+CLOSING = 1.0
+"""The opening at which a fold begins."""
 
 
 class Fold(NamedTuple):
-    """A place (x, y) where two parts of an outline, nodes (3,) of the body, are about to close over a ``gap`` (length)."""
+    """A place (x, y) where two parts of an outline, ``nodes`` (k,) of the body, close over a ``gap`` (length).
+
+    ``arc`` (n,): nodes of the outline between the two; ``opening``: see above, 0 with a gap of 0 where they have met.
+    """
 
     nodes: Index
+    arc: Index
     x: float
     y: float
     gap: float
+    opening: float
 
 
 class Folding(NamedTuple):
-    """The smallest ``angle`` (degrees) by which a re-entrant corner of an outline is open, 180 without one, and its folds."""
+    """The smallest ``angle`` (degrees) by which a re-entrant corner of an outline is open, 180 without one, and its folds.
+
+    ``forming``: places whose opening was asked for and is 1 or more, the nearest to a fold first, as ``folds`` are.
+    """
 
     angle: float
     folds: tuple[Fold, ...]
+    forming: tuple[Fold, ...] = ()
+
+    @property
+    def opening(self) -> float:
+        """The least opening, 2 without a fold."""
+        return min((f.opening for f in (*self.folds, *self.forming)), default=UNFOLDED)
+
+    @property
+    def counted(self) -> float:
+        """Number of folds and, of the next one that forms, the share by which it is there: it grows continuously to a number."""
+        return len(self.folds) + (UNFOLDED - self.forming[0].opening if self.forming else 0.0)
 
 
-def folding(system: System, u: Array, start: Array) -> dict[str, Folding]:
-    """Re-entrant corners and folds of the bodies at degrees of freedom u (ndof,), of what has moved since ``start`` (ndof,)."""
+class _Loop(NamedTuple):
+    """A closed outline in walking order: places (m, 2) of its nodes now, at the start of the step and at first."""
+
+    now: Array
+    then: Array
+    first: Array
+
+
+class _Pairs(NamedTuple):
+    """Nodes ``a`` (k,) of a loop and places on the pieces of it after nodes ``b``, at a ``share`` of them."""
+
+    a: Index
+    b: Index
+    share: Array
+
+    def across(self, x: Array) -> Array:
+        """Ways (k, 2) from the nodes to the places, the loop being at x (m, 2)."""
+        c = (self.b + 1) % len(x)
+        return np.asarray((1.0 - self.share)[:, None] * x[self.b] + self.share[:, None] * x[c] - x[self.a])
+
+    def of(self, keep: Flags) -> _Pairs:
+        """Some of them."""
+        return _Pairs(self.a[keep], self.b[keep], self.share[keep])
+
+
+def folding(system: System, u: Array, start: Array, below: float = UNFOLDED) -> dict[str, Folding]:
+    """Re-entrant corners and folds of the bodies at degrees of freedom u (ndof,), of what has moved since ``start`` (ndof,).
+
+    ``below``: of places with an opening below this; with `CLOSING` of folds alone, which takes half the time.
+    """
     if system.dofs.dimension != 2:
         return {}
     now, then = system.positions(u), system.positions(start)
     out = {}
     for body, mesh in system.meshes.items():
-        first = system.offsets[body]
-        angle, folds = STRAIGHT_ANGLE, list[Fold]()
-        for loop in _loops(segments(mesh.boundary)):
-            places = [p[loop + first] for p in (now, then, system.X)]
-            angle = min(angle, _least_angle(system, u, places[0]))
-            folds += [f._replace(nodes=loop[f.nodes]) for f in _of_loop(system, u, *places)]
-        out[body] = Folding(angle, tuple(folds))
+        own = slice(system.offsets[body], system.offsets[body] + len(mesh.points))
+        ends = segments(mesh.boundary)
+        met = [(ends[o.segments], o) for o in overlaps(now[own], ends)]
+        angle, found = STRAIGHT_ANGLE, list[Fold]()
+        for nodes in _loops(ends):
+            loop = _Loop(*(p[own][nodes] for p in (now, then, system.X)))
+            angle = min(angle, _least_angle(system, u, loop.now))
+            folds = [_closed(nodes, rim, o) for rim, o in met if np.isin(rim[:1], nodes).any()]
+            folds += _of_loop(system, u, loop, below, [f.arc for f in folds])
+            found += [f._replace(nodes=nodes[f.nodes], arc=nodes[f.arc]) for f in folds]
+        found.sort(key=lambda f: f.opening)
+        closing = sum(f.opening < CLOSING for f in found)
+        out[body] = Folding(angle, tuple(found[:closing]), tuple(found[closing:]))
     return out
+
+
+def _closed(nodes: Index, rim: Index, overlap: Overlap) -> Fold:
+    """A fold that has closed, by segments ``rim`` (k, 2) of a loop of ``nodes``; its nodes as the loop counts them."""
+    at = np.flatnonzero(np.isin(nodes, rim))
+    # from behind the longest part of the loop that has none of them
+    k = int(np.argmax(np.diff(at, append=at[0] + len(nodes))))
+    first, last = int(at[(k + 1) % len(at)]), int(at[k])
+    arc = (first + np.arange((last - first) % len(nodes) + 1)) % len(nodes)
+    return Fold(at, arc, overlap.x, overlap.y, 0.0, 0.0)
 
 
 def _loops(ends: Index) -> list[Index]:
@@ -66,12 +142,12 @@ def _loops(ends: Index) -> list[Index]:
     return out
 
 
-def _in_void(system: System, u: Array, x: Array) -> Flags:
-    """Whether places x (k, 2) lie in no tool."""
-    free = np.ones(len(x), dtype=bool)
+def _nearest_tool(system: System, u: Array, x: Array) -> Array:
+    """Gaps (k,) of the nearest tools from places x (k, 2), negative inside, infinite without any."""
+    gap = np.full(len(x), np.inf)
     for master in system.tool_masters.values() if len(x) else ():
-        free &= ~(master.seen(x, u).g <= 0.0)
-    return free
+        gap = np.fmin(gap, master.seen(x, u).g)
+    return gap
 
 
 def _least_angle(system: System, u: Array, x: Array) -> float:
@@ -81,62 +157,92 @@ def _least_angle(system: System, u: Array, x: Array) -> float:
     turn = np.arctan2(on[:, 1] * back[:, 0] - on[:, 0] * back[:, 1], (on * back).sum(axis=1))
     opening = np.degrees(turn) % (2.0 * STRAIGHT_ANGLE)
     sharp = np.flatnonzero(opening < STRAIGHT_ANGLE)
-    sharp = sharp[_in_void(system, u, (x + 0.25 * (back + on))[sharp])]
+    sharp = sharp[_nearest_tool(system, u, (x + 0.25 * (back + on))[sharp]) > 0.0]
     return float(opening[sharp].min(initial=STRAIGHT_ANGLE))
 
 
-def _of_loop(system: System, u: Array, now: Array, then: Array, first: Array) -> list[Fold]:
-    """Folds of a loop of nodes (m, 2) now, at the start of the step and at first; the nearest to closing of each place."""
+def _of_loop(system: System, u: Array, loop: _Loop, below: float, met: list[Index]) -> list[Fold]:
+    """Folds of a loop with an opening ``below`` a number, the nearest to closing of each place; not on arcs that have ``met``."""
+    m = len(loop.now)
+    pairs, opening = _openings(system, u, loop, below)
+    across, taken, out = pairs.across(loop.now), np.zeros(m, dtype=bool), list[Fold]()
+    for arc in met:
+        taken[arc] = True
+    for e in np.argsort(opening, kind="stable"):
+        a, b = int(pairs.a[e]), int(pairs.b[e])
+        inner = np.arange(a, a + (b + 1 - a) % m + 1) % m
+        inner = inner if 2 * len(inner) <= m else np.setdiff1d(np.arange(m), inner[1:-1])
+        if not taken[inner].any():
+            place = loop.now[a] + 0.5 * across[e]
+            nodes, gap = np.array([a, b, (b + 1) % m]), float(np.hypot(*across[e]))
+            out.append(Fold(nodes, inner, float(place[0]), float(place[1]), gap, float(opening[e])))
+        taken[inner] = True
+    return out
+
+
+def _openings(system: System, u: Array, loop: _Loop, below: float) -> tuple[_Pairs, Array]:
+    """Pairs of a loop whose opening is ``below`` a number, and their openings."""
+    pairs = _candidates(loop.now, below)
+    length = np.hypot(*(np.roll(loop.now, -1, axis=0) - loop.now).T)
+    size = 0.5 * (length + np.roll(length, 1))
+    gap = np.hypot(*pairs.across(loop.now).T)
+    ratio, before = (np.hypot(*pairs.across(x).T) / _along(x, pairs) for x in (loop.now, loop.first))
+    # of what was closed at the beginning nothing can go
+    opening = np.full(len(gap), np.inf)
+    np.divide(UNFOLDED * ratio, before, out=opening, where=before > 0.0)
+    opening = np.maximum(opening, gap / (0.5 * (size[pairs.a] + length[pairs.b])))
+    keep = (opening < below) & (gap < np.hypot(*pairs.across(loop.then).T))
+    pairs, opening = pairs.of(keep), np.maximum(opening[keep], SMALLEST)
+    opening = np.maximum(opening, 1.0 + _facing(loop.now, pairs) / opening)
+    keep = opening < below
+    pairs, opening, across = pairs.of(keep), opening[keep], pairs.of(keep).across(loop.now)
+    gap = np.maximum(np.hypot(*across.T), SMALLEST)
+    tool = _nearest_tool(system, u, loop.now[pairs.a] + 0.5 * across)
+    opening = np.maximum(opening, 1.0 - 2.0 * np.clip(tool, -gap, gap) / gap)
+    return pairs.of(opening < below), opening[opening < below]
+
+
+def _candidates(x: Array, below: float) -> _Pairs:
+    """Nodes of a loop at x (m, 2) and the nearest places on pieces, not those beside them, less than ``below`` of a size away."""
     from scipy.spatial import cKDTree
 
-    m = len(now)
-    length = np.hypot(*(np.roll(now, -1, axis=0) - now).T)
+    m = len(x)
+    length = np.hypot(*(np.roll(x, -1, axis=0) - x).T)
     size = 0.5 * (length + np.roll(length, 1))
-    i, j = cKDTree(now).query_pairs(float(size.max()), output_type="ndarray").T if m > 3 else np.zeros((2, 0), dtype=np.int64)
+    # a place is at most half of a piece away from one of the piece's nodes
+    reach = float(np.hypot(0.5 * below * (size.max() + length.max()), 0.5 * length.max()))
+    i, j = cKDTree(x).query_pairs(reach, output_type="ndarray").T if m > 3 else np.zeros((2, 0), dtype=np.int64)
     apart = np.minimum(j - i, m - (j - i)) > 1
     i, j = i[apart], j[apart]
     a = np.concatenate([i, i, j, j])  # a node, and the pieces before and after the other
     b = np.concatenate([(j - 1) % m, j, (i - 1) % m, i])
     keep = ((b - a) % m > 0) & ((a - b) % m > 1)
     a, b = a[keep], b[keep]
-    c = (b + 1) % m
-    way = now[c] - now[b]
-    share = np.clip(((now[a] - now[b]) * way).sum(axis=1) / np.maximum((way**2).sum(axis=1), SMALLEST), 0.0, 1.0)
-
-    def across(x: Array) -> Array:
-        return (1.0 - share)[:, None] * x[b] + share[:, None] * x[c] - x[a]
-
-    gap = np.hypot(*across(now).T)
-    ratio, before = (np.hypot(*across(x).T) / _along(x, a, b, share) for x in (now, first))
-    near = (gap < 0.5 * (size[a] + length[b])) & (2.0 * ratio < before) & (gap < np.hypot(*across(then).T))
-    k = np.flatnonzero(near)
-    k = k[_facing(now, a[k], b[k], across(now)[k])]
-    k = k[_in_void(system, u, now[a[k]] + 0.5 * across(now)[k])]
-    out: list[Fold] = []
-    taken = np.zeros(m, dtype=bool)
-    for e in k[np.argsort(ratio[k])]:
-        inner = np.arange(a[e], a[e] + (c[e] - a[e]) % m + 1) % m
-        inner = inner if 2 * len(inner) <= m else np.setdiff1d(np.arange(m), inner[1:-1])
-        if not taken[inner].any():
-            place = now[a[e]] + 0.5 * across(now)[e]
-            out.append(Fold(np.array([a[e], b[e], c[e]]), float(place[0]), float(place[1]), float(gap[e])))
-        taken[inner] = True
-    return out
+    way = x[(b + 1) % m] - x[b]
+    share = ((x[a] - x[b]) * way).sum(axis=1) / np.maximum((way**2).sum(axis=1), SMALLEST)
+    return _Pairs(a, b, np.clip(share, 0.0, 1.0))
 
 
-def _along(x: Array, a: Index, b: Index, share: Array) -> Array:
-    """The shorter way (k,) along a loop at x (m, 2) from nodes a to places on the pieces after nodes b."""
+def _along(x: Array, pairs: _Pairs) -> Array:
+    """The shorter way (k,) along a loop at x (m, 2) from the nodes of pairs to their places."""
     length = np.hypot(*(np.roll(x, -1, axis=0) - x).T)
     at = np.concatenate([[0.0], np.cumsum(length)])
-    way = np.abs(at[b] + share * length[b] - at[a])
+    way = np.abs(at[pairs.b] + pairs.share * length[pairs.b] - at[pairs.a])
     return np.asarray(np.minimum(way, at[-1] - way))
 
 
-def _facing(x: Array, a: Index, b: Index, across: Array) -> Flags:
-    """Whether nodes a and the pieces after nodes b look at each other, by more than a right angle, over ways (k, 2) between."""
+def _facing(x: Array, pairs: _Pairs) -> Array:
+    """Cosines (k,) by which the two of pairs of a loop at x (m, 2) look past each other, negative where they face each other.
+
+    The greatest of three: of their outward normals, and of each one and the way from the other to it. Of the two normals at a
+    node, that which faces more.
+    """
     t = np.roll(x, -1, axis=0) - x
-    normal = np.stack([t[:, 1], -t[:, 0]], axis=1)  # outward, the body being on the left
-    other = normal[b]
-    own = [normal[a], normal[a - 1]]
-    looks = [((n * other).sum(axis=1) < 0.0) & ((across * n).sum(axis=1) > 0.0) for n in own]
-    return np.asarray((looks[0] | looks[1]) & ((across * other).sum(axis=1) < 0.0))
+    normal = np.stack([t[:, 1], -t[:, 0]], axis=1) / np.maximum(np.hypot(*t.T), SMALLEST)[:, None]  # the body being on the left
+    across = pairs.across(x)
+    across /= np.maximum(np.hypot(*across.T), SMALLEST)[:, None]
+    other = normal[pairs.b]
+    ways = [
+        np.maximum((own * other).sum(axis=1), -(across * own).sum(axis=1)) for own in (normal[pairs.a], normal[pairs.a - 1])
+    ]
+    return np.asarray(np.maximum(np.minimum(*ways), (across * other).sum(axis=1)))

@@ -20,9 +20,11 @@ from prensa.linear.threads import ONE_OF_BLAS
 from prensa.measures import parse
 from prensa.model import problem as model
 from prensa.policy import Policy
+from prensa.result.folding import Fold
 from prensa.result.increment import Increment
 from prensa.result.results import increment_of
 from prensa.solver.approach import first_touch, starts_inside
+from prensa.solver.before_folds import before_it_closes
 from prensa.solver.blows import balanced, blow_energy
 from prensa.solver.commit import committed
 from prensa.solver.diagnosis import InUse, failed_increment, hint, last_good
@@ -208,7 +210,9 @@ class TimeStepping(IncrementSolver):
                 due = self.due(state, plan, c.time, result.u)
                 c, result = solve(due) if due < c.time else (c, result)
             if result.converged:
-                c, result = self.stopping.search(self.as_long_as_balanced((c, result), solve), solve)
+                c, result = self.before_folds_close(self.as_long_as_balanced((c, result), solve), solve)
+            if result.converged:
+                c, result = self.stopping.search((c, result), solve)
             if result.converged:
                 self.look_inside(c, result)
                 self.stopping.refuse(c)
@@ -240,6 +244,29 @@ class TimeStepping(IncrementSolver):
             return float(self.view(*outcome).energy["imbalance"] - c.state.energy.imbalance)
 
         return balanced(outcome, solve, missing, self.numerics.energy_tolerance * energy)
+
+    def before_folds_close(self, outcome: Outcome, solve: Callable[[float], Outcome]) -> Outcome:
+        """An increment, shorter where a fold would begin and close in it; reported all the same where its end is given."""
+        c, result = outcome
+        if not result.converged:
+            return outcome
+        shortest = self.policy.min_share * (c.plan.t1 - c.plan.t0)
+        halved = before_it_closes(self.new_folds, outcome, solve, shortest)
+        if self.times is None:
+            return halved.outcome
+        if halved.found:
+            c, result = halved.outcome
+            self.messages.report([self.checks.closing], Solved(c, result, self.outlines(result)))
+        return outcome
+
+    def new_folds(self, outcome: Outcome) -> list[Fold]:
+        """Folds at the end of an increment that were not reported yet."""
+        c, result = outcome
+        return self.checks.closing.new(c, self.outlines(result))
+
+    def outlines(self, result: NewtonResult) -> Array:
+        """Degrees of freedom (ndof,) that are right on the outlines of the bodies."""
+        return result.u if result.recover is None or self.condensed is None else self.condensed.outlined(result.u)
 
     def stays_inside(self, state: State, cutbacks: int) -> Failure | None:
         """The tool that starts deepest inside a body, if the first increment fails on: shorter ones have the same overlap."""
@@ -289,8 +316,8 @@ class TimeStepping(IncrementSolver):
 
     def look_inside(self, c: Context, result: NewtonResult) -> None:
         """Raise `SolveError` if a check ends the run with an increment, `Nearing` if it has to go on with planes of symmetry."""
-        known = result.u if result.recover is None or self.condensed is None else self.condensed.outlined(result.u)
-        reason = self.messages.report(self.checks.solved, Solved(c, result, known, result.recover is None, self.guard))
+        given = Solved(c, result, self.outlines(result), result.recover is None, self.guard)
+        reason = self.messages.report(self.checks.solved, given)
         if reason is not None:
             raise SolveError(
                 f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}. {last_good(self.last)} "

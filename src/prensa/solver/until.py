@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
@@ -250,14 +251,20 @@ def _criteria(system: System, number: int, policy: Policy) -> Iterator[Criterion
             unit = 1.0 if kind == "travel" else unit * system.length
         yield Criterion(path, words, value, float(target), abs(float(target)) or unit)
     for name, (measure, target) in targets(system.problem, number).items():
+        yield _measured(system, name, measure, target, policy)
 
-        def measured(look: Look, measure: Measure = measure) -> float:
-            return measure.value_or_nan(look.increment())
 
-        force, length = powers(measure.unit)
-        unit = (policy.until_force_strain * system.stiffness) ** force * system.length**length
-        words = f"measure {name!r} has reached {target:.6g}"
-        yield Criterion(f"until.measure.{name}", words, measured, target, abs(target) or unit, rate=measure.unit.endswith("/s"))
+def _measured(system: System, name: str, measure: Measure, target: float, policy: Policy) -> Criterion:
+    """A measure and its target."""
+    force, length = powers(measure.unit)
+    size = abs(target) or (policy.until_force_strain * system.stiffness) ** force * system.length**length
+    path, words = f"until.measure.{name}", f"measure {name!r} has reached {target:.6g}"
+    if measure.located is None:
+        rate = measure.unit.endswith("/s")
+        return Criterion(path, words, lambda look: measure.value_or_nan(look.increment()), target, size, rate=rate)
+    located, tolerance = measure.located, policy.until_share * size
+    # what is met is met a tolerance before its target: that is to be where the count changes, or just beyond
+    return Criterion(path, words, lambda look: located(look.increment()), math.ceil(target) + tolerance, size)
 
 
 def _damaged(system: System, number: int, policy: Policy) -> Iterator[Criterion]:

@@ -63,9 +63,9 @@ NotEvaluated = ElementFailed | FrictionTooSoft
 
 
 class Fold(NamedTuple):
-    """Two sides ('body.boundary') of an outline that have passed through each other at (x, y).
+    """Two sides ('body.boundary') of an outline that have passed through each other, about (x, y).
 
-    ``depth``: the least way back, there, of an end of one of the two segments that cross.
+    ``depth``: that of their overlap on average (see `prensa.mesh.overlap`).
     """
 
     first: str

@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.checks.check import Solved, ended_by
-from prensa.checks.thresholds import NO_DIFFERENCE, NOTABLE_DEPTH
+from prensa.checks.thresholds import NO_DIFFERENCE, TOUCHING_DEPTH
 from prensa.contact.surface import Surface
 from prensa.elements.shapes import table
 from prensa.errors import Finding
-from prensa.mesh.crossing import apart, left, near
 from prensa.mesh.mesh import segments
+from prensa.mesh.overlap import overlaps
 from prensa.model.problem import Contact
 from prensa.precision import SMALLEST
 from prensa.system.contact_surfaces import contact_edges
@@ -91,23 +91,18 @@ def hanging(system: System, u: Array) -> Hang | None:
 
 
 def _of_body(system: System, o: Outline, x: Array) -> Fold | None:
-    a, b = x[o.ends[:, 0]], x[o.ends[:, 1]]
-    first, second = apart(o.ends, *near(a, b))
-    # distances of the ends of each segment from the line of the other, positive on the left
-    of_second = left(a[first], b[first], np.stack([a[second], b[second]]))
-    of_first = left(a[second], b[second], np.stack([a[first], b[first]]))
-    crossing = (of_second[0] * of_second[1] < 0) & (of_first[0] * of_first[1] < 0)
-    if not crossing.any():
+    """The deepest fold of a body with nodes at x (n, 2), of those deeper than outlines that just touch are.
+
+    Wrinkles of a surface, one or two sides of elements long, cross too, and nothing is wrong but their elements. By their mean
+    depth they are told from flanks that have met: it is less, however far one node is on the wrong side. A wall that has come out
+    on the far side of another is through, however thin.
+    """
+    deep = [k for k in overlaps(x, o.ends) if k.stretches > 2 or k.depth > TOUCHING_DEPTH * k.size]
+    if not deep:
         return None
-    back = np.minimum(np.abs(of_first).min(axis=0), np.abs(of_second).min(axis=0))
-    length = np.minimum(np.hypot(*(b - a)[first].T), np.hypot(*(b - a)[second].T))
-    deep = np.where(crossing & (back > NOTABLE_DEPTH * length), back, 0.0)
-    k = int(np.argmax(deep))
-    if not deep[k] > 0:
-        return None
-    place = 0.25 * (a[first[k]] + b[first[k]] + a[second[k]] + b[second[k]])
-    names = [" and ".join(sides_of(system, o.body, o.ends[i])) for i in (first[k], second[k])]
-    return Fold(names[0], names[1], float(place[0]), float(place[1]), float(deep[k]))
+    worst = max(deep, key=lambda found: found.depth)
+    names = sorted(" and ".join(sides_of(system, o.body, o.ends[k])) for k in worst.pair)
+    return Fold(names[0], names[1], worst.x, worst.y, worst.depth)
 
 
 def sides_of(system: System, body: str, nodes: Index) -> list[str]:

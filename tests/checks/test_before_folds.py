@@ -1,0 +1,151 @@
+"""Folds are reported before they close, and `until` meets the moment at which one begins, however long increments are."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.checks.during.closing import FOLDS
+from prensa.mesh.mesh import segments
+from prensa.mesh.overlap import overlaps
+from prensa.result.folding import UNFOLDED, Fold, Folding
+from prensa.solver.before_folds import before_it_closes
+from prensa.system.failure import Folded
+from problems import pressed_block, stroke
+
+INCREMENTS = (12, 4, 1)  # of a step in which the fold begins after 0.29 and has closed after 0.53 of it
+
+
+def notched(*notches: float, until: pr.Until | None = None, increments: int | None = None, **more) -> pr.Problem:
+    """A soft block with notches of 64° in its free side, at these heights, which close when it is pressed."""
+    points, sides = [[0.0, 0.0], [4.0, 0.0]], ["bottom"]
+    for y in notches:
+        points += [[4.0, y - 0.5], [3.2, y], [4.0, y + 0.5]]
+        sides += ["right"] * 3
+    points += [[4.0, notches[-1] + 1.5], [0.0, notches[-1] + 1.5]]
+    step = replace(stroke(-0.7 * len(notches), increments=increments), until=until)
+    return pressed_block(
+        step, material=pr.Elastic(1000.0, 0.3), mesh=pr.Outline(points=points, sides=[*sides, "right", "top", "left"], size=0.35),
+        element="t6", fixed={"b.bottom": "y", "b.left": "x"}, **more,
+    )  # fmt: skip
+
+
+def followed(problem: pr.Problem, caplog, **options) -> tuple[list[tuple[pr.Increment, int]], list[str], pr.SolveError | None]:
+    """Increments, each with the number of folds that were reported by then; the words of all reports; and what ended the run."""
+    done, error = [], None
+
+    def said() -> list[str]:
+        return [r.getMessage() for r in caplog.records if FOLDS in r.getMessage()]
+
+    with caplog.at_level(logging.WARNING, "prensa"):
+        try:
+            for i in pr.solve(problem, **options):
+                done.append((i, len(said())))
+        except pr.SolveError as caught:
+            error = caught
+    return done, said(), error
+
+
+def through(i: pr.Increment) -> bool:
+    """Whether the outline has passed through itself at all."""
+    shape = i.shapes["b"]
+    return bool(overlaps(shape.x, segments(pr.discretise(i.problem).meshes["b"].boundary)))
+
+
+@pytest.mark.parametrize("increments", INCREMENTS)
+def test_a_fold_is_reported_while_it_is_open(increments: int, caplog) -> None:
+    """In a converged increment whose outline crosses nowhere, and once; then the run ends as the flanks meet."""
+    done, said, error = followed(notched(1.5, increments=increments), caplog)
+    assert len(said) == 1 and "have met" not in said[0]
+    first = next(i for i, reports in done if reports)
+    assert first.measure("b.folds") == 1 and 0.0 < first.measure("b.fold_opening") < 1.0 and not through(first)
+    assert first.folding["b"].folds[0].gap > 0.0 and 0.29 < first.time < 0.53
+    assert error is not None and isinstance(error.reason, Folded) and first.number <= error.last.number
+    for i, _ in done:
+        assert (i.measure("b.folds") >= 1) == (i.measure("b.fold_opening") < 1.0) and (i.time > 0.29 or not i.folding["b"].folds)
+
+
+def test_where_the_ends_of_increments_are_given_it_is_reported_all_the_same(caplog) -> None:
+    """The increment is not cut, since nobody may; what is between its ends is looked at for the report."""
+    done, said, error = followed(notched(1.5), caplog, times=[0.25, 1.0])
+    assert [i.time for i, _ in done] == [0.25] and error is not None and isinstance(error.reason, Folded)
+    assert len(said) == 1 and "in increment 2" in said[0] and "have met" not in said[0]
+
+
+@pytest.mark.parametrize("increments", INCREMENTS)
+def test_the_moment_at_which_a_fold_begins_is_met(increments: int) -> None:
+    """By the count and by the opening, at the same stroke: what decides is the shape, of a body without history."""
+    ends = []
+    for measure in ("b.folds", "b.fold_opening"):
+        *_, last = pr.solve(notched(1.5, until=pr.Until(measure={measure: 1}), increments=increments))
+        assert measure in last.stopped and last.measure("b.fold_opening") == pytest.approx(1.0, abs=2e-8)
+        ends.append(last)
+    by_count, by_opening = ends
+    assert by_count.measure("b.folds") == 1 and by_opening.measure("b.fold_opening") >= by_count.measure("b.fold_opening")
+    assert by_count.time == pytest.approx(by_opening.time, abs=1e-7) == pytest.approx(0.29111, abs=2e-5)
+
+
+def test_each_place_is_reported(caplog) -> None:
+    """Two notches in one side are two folds, in one long increment too; a count of two is met where the second begins."""
+    done, said, _ = followed(notched(1.5, 3.5, increments=2), caplog)
+    assert len(said) == 2 and all("have met" not in words for words in said)
+    assert {round(i.folding["b"].folds[0].y) for i, reports in done if reports} <= {1, 2, 3}
+    *_, one = pr.solve(notched(1.5, 3.5, until=pr.Until(measure={"b.folds": 1}), increments=4))
+    *_, two = pr.solve(notched(1.5, 3.5, until=pr.Until(measure={"b.folds": 2}), increments=4))
+    assert one.measure("b.folds") == 1 and two.measure("b.folds") == 2 and one.time < two.time
+    assert two.folding["b"].folds[1].opening == pytest.approx(1.0, abs=3e-8)
+
+
+def test_openings_change_little_from_one_increment_to_the_next() -> None:
+    """From 2 on a straight side down to where the flanks all but meet, steadily and without jumps: a step can end there too."""
+    problem = notched(1.5, until=pr.Until(measure={"b.fold_opening": 0.1}), increments=50)
+    openings = [UNFOLDED, *(i.measure("b.fold_opening") for i in pr.solve(problem))]
+    steps = -np.diff(openings)
+    assert (steps > 0.0).all() and steps.max() < 0.1 and openings[-1] == pytest.approx(0.1, rel=1e-7)
+
+
+def test_what_locates_a_count_grows_continuously_to_each_number() -> None:
+    """The next place that forms counts by its share: none when straight, all where its fold begins."""
+
+    def place(opening: float) -> Fold:
+        return Fold(np.arange(3), np.arange(3), 0.0, 0.0, 1.0, opening)
+
+    assert Folding(180.0, ()).counted == 0.0 and Folding(180.0, ()).opening == UNFOLDED
+    assert Folding(90.0, (), (place(1.25), place(1.5))).counted == 0.75
+    assert Folding(90.0, (place(0.5),), (place(1.75),)).counted == 1.25
+    assert Folding(90.0, (), (place(1.0),)).counted == 1.0 == Folding(90.0, (place(1.0 - 1e-12),)).counted
+
+
+@pytest.mark.parametrize(
+    ("begins", "closes", "fails", "ends"),
+    [
+        (0.3, 0.5, 2.0, (0.3, 0.5)), (0.05, 0.1, 0.6, (0.05, 0.1)), (0.4, 0.4, 2.0, None), (0.3, 0.9, 0.2, None),
+        (0.5, 2.0, 2.0, None),
+    ],
+)
+def test_increments_are_halved_until_the_fold_is_open(begins: float, closes: float, fails: float, ends: tuple | None) -> None:
+    """Past attempts that fail; what jumps, or cannot be computed in between, leaves the increment as long as it was."""
+    tried = []
+
+    def solve(time: float):
+        tried.append(time)
+        context = SimpleNamespace(time=time, state=SimpleNamespace(clock=SimpleNamespace(time=0.0)))
+        return context, SimpleNamespace(converged=time < fails or time == 1.0)
+
+    def new(outcome) -> list[Fold]:
+        time, none = outcome[0].time, np.arange(3)
+        gap = 0.0 if time >= closes else 1.0
+        return [Fold(none, none, 0.0, 0.0, gap, 0.5 * gap)] if time >= begins else []
+
+    whole = solve(1.0)
+    found = before_it_closes(new, whole, solve, 1e-5)
+    assert len(tried) < 20 and found.found is (ends is not None)
+    if ends is None:
+        assert found.outcome is whole
+    else:
+        assert ends[0] <= found.outcome[0].time < ends[1] and found.outcome[1].converged
