@@ -1,9 +1,11 @@
-"""Random problems of four kinds that were once wrong without a word, held against finer meshes, exact contact, or statics.
+"""Random problems of kinds that were once wrong without a word, held against finer meshes, exact contact, or statics.
 
 *Bending*: clamped strips of one to eight elements across, and plates between planes down to half their height, against elements
 a quarter as long. *Confined*: bonded layers of rubber under a plate, whose force is that of exact contact. *Moved*: bodies whose
 support a later step moves, by a way, to a place, along a table, as a feed, straight or turned; the load does not change, so nor
-does what the support carries. Right is a force within a share of the reference; else the run has to name the cause.
+does what the support carries. *Free*: idle pulleys, boxes between forces, pushed tools, bodies between tools, bars on supports,
+with and without one that they need; what they carry or how they shorten is known, where they are held. Right is a force within a
+share of the reference; else the run has to name the cause.
 """
 
 from __future__ import annotations
@@ -127,7 +129,123 @@ def _moved(rng: np.random.Generator) -> Mark:
     return Mark(problem, None, carried, 0.01, 10.0 * pull)
 
 
-MARKS: dict[str, Callable[[np.random.Generator], Mark]] = {"bending": _bending, "confined": _confined, "moved": _moved}
+SIDES = {"left": ("x", 1.0), "right": ("x", -1.0), "bottom": ("y", 1.0), "top": ("y", -1.0)}
+"""Axis and sign of the way into a box from each of its sides."""
+FACING = {"left": "right", "right": "left", "bottom": "top", "top": "bottom"}
+
+
+def _free(rng: np.random.Generator) -> Mark:
+    kinds = (_pulley, _box_between_forces, _pushed_tool, _between_tools, _bar_on_supports)
+    return kinds[int(rng.integers(len(kinds)))](rng)
+
+
+def _pulley(rng: np.random.Generator) -> Mark:
+    """A belt over an idle pulley, tightened and drawn; or pulled at both ends alike: nothing keeps it from going round."""
+    n, mu, pull = int(rng.integers(20, 101)), float(rng.uniform(0.05, 1.0)), float(rng.uniform(0.2, 5.0))
+    radius, held = float(rng.uniform(20.0, 200.0)), bool(rng.random() < 0.7)
+    mesh = pr.Annulus(radius, radius + 1.0, (n, int(rng.integers(1, 3))), angles=(0.0, 0.5 * np.pi))
+    idle, loads = {"drum": pr.Push(m=0.0)}, {"belt.start": pr.Load(traction=(0.0, -pull))}
+    steps = [pr.Step("tighten", push=idle, loads=loads if held else loads | {"belt.end": pr.Load(traction=(-pull, 0.0))})]
+    if held:
+        steps.append(pr.Step("draw", push=idle, fixed={"belt.end": pr.Fixed(x=-0.002 * radius)}, increments=4))
+    problem = pr.Problem(
+        "belt", bodies={"belt": pr.Body(mesh, pr.Elastic(500.0, 0.3), "q4_enhanced")},
+        tools={"drum": pr.Circle(radius=radius, at=(0.0, 0.0))}, contacts=(pr.Contact("belt.inner", "drum"),),
+        friction=pr.Coulomb(mu), fixed={"belt.end": "x"} if held else {}, steps=steps,
+    )  # fmt: skip
+    # both ends pull alike, where nothing turns the drum; of so soft a belt the held end turns with less than 1 % of the moment
+    return Mark(problem, None, lambda inc: -float(inc.force("drum").x), 0.01, pull)
+
+
+def _box(rng: np.random.Generator, tools: tuple[str, ...], mu: float | None, nu: float = 0.3, **keys: Any) -> pr.Problem:
+    """A box of 4 × 3 with planes on some of its sides, each touching it."""
+    mesh = pr.Rectangle((4.0, 3.0), n=(int(rng.integers(1, 7)), int(rng.integers(1, 6))))
+    element = str(rng.choice(["q4", "q4_fbar", "q4_enhanced", "t6"]))
+    return pr.Problem(
+        "box", bodies={"box": pr.Body(mesh, pr.Elastic(1000.0, nu), element)},
+        tools={side: pr.Plane(touching=f"box.{side}") for side in tools},
+        friction=None if mu is None else pr.Coulomb(mu), **keys,
+    )  # fmt: skip
+
+
+def _box_between_forces(rng: np.random.Generator) -> Mark:
+    """Two planes pushed at each other, in the middle a line that is held along them or not; how near they come."""
+    side = str(rng.choice(list(SIDES)))
+    (axis, sign), other, force = SIDES[side], FACING[side], float(rng.uniform(0.3, 3.0))
+    across, held = ("y", "x")[axis == "y"], bool(rng.random() < 0.5)
+    long, wide = (4.0, 3.0) if axis == "x" else (3.0, 4.0)
+    fixed = {"box.bottom" if across == "y" else "box.left": across} | ({"box.bottom-left": "xy"} if held else {})
+    step = pr.Step("press", push={side: {axis: sign * force}, other: {axis: -sign * force}}, increments=2)
+    problem = _box(rng, (side, other), None, fixed=fixed, steps=[step])
+
+    def nearer(inc: Increment) -> float:
+        a, b = (getattr(inc.tools[tool].place, axis) for tool in (side, other))
+        return sign * float(a - b)
+
+    # plane strain
+    return Mark(problem, None, nearer, 0.01, force / wide * long * (1.0 - 0.3**2) / 1000.0)
+
+
+def _pushed_tool(rng: np.random.Generator) -> Mark:
+    """A plane pushed at a box that stands on a support, on another tool, or on nothing; with a gap or without."""
+    side, force = str(rng.choice(list(SIDES))), float(rng.uniform(0.3, 3.0))
+    (axis, sign), other = SIDES[side], FACING[side]
+    across, behind = ("y", "x")[axis == "y"], str(rng.choice(["support", "tool", "nothing"]))
+    fixed = {"box.bottom" if across == "y" else "box.left": across}
+    fixed |= {f"box.{other}": axis} if behind == "support" else {}
+    tools = (side, other) if behind == "tool" else (side,)
+    kept = {other: {axis: 0.0}} if behind == "tool" else {}
+    step = pr.Step("press", push={side: {axis: sign * force}}, move=kept, increments=2)
+    problem = _box(rng, tools, None, fixed=fixed, steps=[step])
+
+    def carried(inc: Increment) -> float:
+        """By what stands behind."""
+        force = inc.force(other) if behind == "tool" else inc.supports.get(f"box.{other}")
+        return abs(float(getattr(force, axis))) if force is not None else np.nan
+
+    return Mark(problem, None, carried, 0.01, force)
+
+
+def _between_tools(rng: np.random.Generator) -> Mark:
+    """A box between two planes, one of which goes towards the other; across, supports, friction or nothing holds it."""
+    side, by = str(rng.choice(list(SIDES))), str(rng.choice(["support", "friction", "nothing"]))
+    (axis, sign), other, way = SIDES[side], FACING[side], float(rng.uniform(0.001, 0.005))
+    across = ("y", "x")[axis == "y"]
+    long, wide = (4.0, 3.0) if axis == "x" else (3.0, 4.0)
+    fixed = {"box.bottom" if across == "y" else "box.left": across} if by == "support" else {}
+    step = pr.Step("press", move={side: {axis: sign * way}, other: {axis: 0.0}}, increments=2)
+    mu = float(rng.uniform(0.1, 0.5)) if by == "friction" else None
+    problem = _box(rng, (side, other), mu, 0.0, fixed=fixed, steps=[step])
+    return Mark(problem, None, lambda inc: abs(float(getattr(inc.force(other), axis))), 0.01, 1000.0 * way / long * wide)
+
+
+def _bar_on_supports(rng: np.random.Generator) -> Mark:
+    """A bar pulled at one end, on some of the supports that it needs, straight or turned; what all of them carry."""
+    turn, pull = float(rng.choice([0.0, rng.uniform(-0.7, 0.7)])), float(rng.uniform(1.0, 20.0))
+    c, s = float(np.cos(turn)), float(np.sin(turn))
+    corners = tuple((c * x - s * y, s * x + c * y) for x, y in ((0, 0), (40, 0), (40, 10), (0, 10)))
+    mesh = pr.Patch(corners=corners, n=(int(rng.integers(4, 21)), int(rng.integers(2, 5))))
+    offered = [("bar.left", "x"), ("bar.left", "y"), ("bar.bottom-left", "x"), ("bar.bottom-left", "y"), ("bar.top-left", "x"),
+               ("bar.bottom-right", "y")]  # fmt: skip
+    taken: dict[str, Any] = {}
+    for k in rng.permutation(len(offered))[: int(rng.integers(1, 4))].tolist():
+        name, axis = offered[k]
+        taken[name] = "xy" if name in taken else axis
+    load = {"bar.right": pr.Load(traction=(pull * c, pull * s))}
+    problem = pr.Problem(
+        "bar", bodies={"bar": pr.Body(mesh, pr.Elastic(1e5, 0.3))}, fixed=taken, steps=[pr.Step("pull", loads=load, increments=2)]
+    )
+
+    def carried(inc: Increment) -> float:
+        """Against the load."""
+        return -sum(c * float(force.x) + s * float(force.y) for force in inc.supports.values())
+
+    return Mark(problem, None, carried, 0.01, 10.0 * pull)
+
+
+MARKS: dict[str, Callable[[np.random.Generator], Mark]] = {
+    "bending": _bending, "confined": _confined, "moved": _moved, "free": _free,
+}  # fmt: skip
 
 
 def answer(problem: pr.Problem, measure: Measure) -> tuple[float, list[str]]:

@@ -129,6 +129,22 @@ def test_the_part_around_a_contact_stands_for_a_body_of_any_size():
         assert estimated(said) == pytest.approx(missed, abs=0.006)
 
 
+@pytest.mark.parametrize(("material", "way"), [(pr.Elastic(2e5, 0.3), 1.0), (pr.J2(2e5, 0.3, pr.Linear(300.0, 1000.0)), 6.0)])
+def test_the_force_that_bends_a_sheet_is_not_decided_by_what_lies_between_its_nodes(material, way, caplog):
+    """One node under a roll: elements half as long have the same force, though between its ends the sheet is hard to press."""
+    forces = []
+    for finer in (1, 2):
+        caplog.clear()
+        problem = pr.Problem(
+            "bend", bodies={"s": pr.Body(pr.Rectangle((40.0, 1.0), n=(40 * finer, 2 * finer)), material, "q4_enhanced")},
+            tools={"punch": pr.Circle(radius=2.0, at=(0.3, 3.0)), "support": pr.Circle(radius=2.0, at=(30.3, -2.0))},
+            friction=pr.Coulomb(0.1), fixed={"s.left": "x"}, steps=[pr.Step("bend", move={"punch": {"y": -way}})],
+        )  # fmt: skip
+        forces.append([*pr.solve(problem)][-1].force("punch").y)
+        assert "by an estimated" not in caplog.text
+    assert forces[0] == pytest.approx(forces[1], rel=0.05)
+
+
 def test_a_hollow_side_on_its_pulley_is_silent(caplog):
     """A few chords of a shoe that goes along a drum lie in it, though the shoe itself does not."""
     problem = pr.Problem(

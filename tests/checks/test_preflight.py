@@ -435,3 +435,16 @@ def test_a_fine_tip_is_warned_of_by_the_nodes_that_it_finds(x, depth, said):
     assert bool(found) == bool(said) and all(said in words for words in found)
     pushed = replace(p, steps=[pr.Step("press", push={"tip": pr.Push(y=-1.0)})])
     assert any("begins on one node;" in words for words in reported(pushed))
+
+
+@pytest.mark.parametrize(("walked", "above", "wrong"), [(1, 0.05, True), (-1, 0.05, False), (-1, -0.3, False)])
+def test_a_container_drawn_the_wrong_way_round_is_named_as_that(walked, above, wrong):
+    """All of the body is inside its tool then; one that starts too deep has nodes outside."""
+    chain = ((-5.0, 9.0), (-5.0, 0.0), (5.0, 0.0), (5.0, 9.0))[::walked]
+    p = single_block(
+        pr.Step("rest"), size=(4.0, 3.0), n=(4, 3), fixed={"b.left": "x"},
+        tools={"die": pr.Profile(points=chain, fillet=0.5, at=(0.0, -above))},
+    )  # fmt: skip
+    turned = [words for words in reported(p) if "all of 'b' lies inside it: its points are in the wrong order" in words]
+    assert bool(turned) == wrong and all("reverse: true" in words for words in turned)
+    assert any("starts 0.3 inside" in words for words in reported(p)) == (above < 0.0)

@@ -63,7 +63,10 @@ Changes = Annotated[
     ),
 ]  # fmt: skip
 Quiet = Annotated[
-    bool, typer.Option("--quiet", "-q", help="Print no progress and no remarks: only the result, warnings and errors.")
+    bool,
+    typer.Option(
+        "--quiet", "-q", help="Print only warnings, errors and tables; of a run nothing, its files have the answer."
+    ),
 ]
 Verbose = Annotated[
     bool, typer.Option("--verbose", "-v", help="Print on standard error what the log says, and where errors come from.")

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.errors import coordinates
 from prensa.linear.motions_in_words import in_words
 from prensa.system.interaction import Context
 from prensa.system.rigid import seen_along
@@ -152,5 +153,7 @@ def free_in_words(system: System, frame: Frame, rows: Array) -> str:
             along = "x" if abs(b) < 1e-6 else "y" if abs(a) < 1e-6 else f"({a:.3g}, {b:.3g})"
             words.append(f"move along {along}")
         else:
-            words.append(f"turn about ({centre[0] - b * size / c:.4g}, {centre[1] + a * size / c:.4g})")
+            at = np.array([centre[0] - b * size / c, centre[1] + a * size / c])
+            at[np.abs(at) <= 1e-6 * size] = 0.0  # round-off of a place in a body of this size
+            words.append(f"turn about ({coordinates(at)})")
     return " and to ".join(words)

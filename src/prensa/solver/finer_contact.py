@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 
 import numpy as np
 
 from prensa.checks.check import Check, Committed, Refusal
+from prensa.contact.passage import WORTH_SAYING
 from prensa.contact.surface import Surface
 from prensa.errors import PrensaError
 from prensa.model import problem as model
 from prensa.policy import Policy
+from prensa.result.increment import Increment
 from prensa.solver.reporting import Given, Messages
 from prensa.solver.time_stepping import TimeStepping
+from prensa.system.assembly import scatter_vector
 from prensa.system.discretise import discretise
 from prensa.system.failure import Failure
-from prensa.system.finer_part import may_part, part_of
+from prensa.system.finer_part import may_part, part_of, work_in
 from prensa.system.system import System
 from prensa.timer import Timer
 from prensa.types import Index
@@ -37,33 +41,67 @@ def missed_on_finer(
 ) -> float | None:
     """See `prensa.checks.after.between_nodes.OnFiner`: the same part of the body on its own elements, and on quarters of them.
 
-    At a given force F the tool goes deeper by (1/k' − 1/k) F where the part has a stiffness k' for k. Only the part of the work
-    that is done in it feels that, the rest of the body, of which it is ``share`` of the work, goes the same way.
+    At a given force F the tool goes less deep by F/k − F/k' where the part, with its border held as it is, has a stiffness k' for
+    k. The rest of the body goes the same way, so that of the whole, of stiffness K, a share K/k (1 − F/F') is missed. By
+    Clapeyron's theorem F²/2K is the work done in all, F²/2k that in the part less what its border alone does in it.
+
+    The part knows its border at the ends of the steps, not on the way there. Where its own elements do not give the force of the
+    whole, as in metal that is bent round its tool, it stands for nothing, and quarters of them are spared.
     """
     if not may_part(system, s):
         return None
+    solved = partial(_solved, numerics=numerics, policy=policy)
     try:
-        fine, own = (part_of(system, given.context, given.state, s, nodes, layers, halvings) for halvings in (2, 0))
-        if fine is None or own is None:
+        if (own := part_of(system, given.context, given.state, s, nodes, layers, 0)) is None:
             return None
-        there, here = (_force(s, part.problem, numerics, policy) for part in (fine, own))
+        here, whole = _force(s, *solved(own.problem)), _carried(system, s, given, own.nodes)
+        if not abs(here - whole) <= WORTH_SAYING * whole:
+            return None
+        alone = 0.0
+        if len(own.nodes) < len(system.meshes[s.body].points):  # else its border is held by supports
+            bare, last = solved(own.without(s.against))
+            alone, _ = work_in(bare, last.state, s.body)
+        share = max(own.work - alone, 0.0) / own.total if own.total > 0.0 else 1.0
+        if share <= WORTH_SAYING:  # what may be missed, too, unless the force is several times too large
+            return 0.0
+        fine = part_of(system, given.context, given.state, s, nodes, layers, 2)
+        there = 0.0 if fine is None else _force(s, *solved(fine.problem))
     except PrensaError:  # what has no answer as a part says nothing of the whole
         return None
-    return own.share * (1.0 - here / there) if there > 0.0 else None
+    return share * (1.0 - here / there) if there > 0.0 else None
 
 
-def _force(s: Surface, problem: model.Problem, numerics: model.Numerics, policy: Policy) -> float:
-    """Size of the force of a contact's tool at the end of the problem of a part.
+def _carried(system: System, s: Surface, given: Committed, nodes: Index) -> float:
+    """Size of the force of a contact's tool on nodes of its body."""
+    force = np.zeros(system.ndof)
+    for i, o in enumerate(system.tool_contacts):
+        if (o.body, o.against) == (s.body, s.against):
+            f, there = given.evaluation.contacts[i], np.isin(o.points.support, nodes).any(axis=1)
+            scatter_vector(f.F[there], f.stencils.dofs[there], force)
+    return _size(system, *force[system.tool_masters[s.against].dofs[:2]].tolist())
+
+
+def _solved(problem: model.Problem, numerics: model.Numerics, policy: Policy) -> tuple[System, Increment]:
+    """The problem of a part, and its last increment.
 
     Raises
     ------
     PrensaError
-        If that has no answer.
+        If it has no answer.
 
     """
     own = discretise(problem)
     stepping = TimeStepping(own, numerics, policy, _Silent(own, None), Timer(), condense=False)
     *_, last = stepping.run(own.initial())
+    return own, last
+
+
+def _force(s: Surface, own: System, last: Increment) -> float:
+    """Size of the force of a contact's tool."""
     force = last.force(s.against)
-    # about the axis forces along the radius cancel
-    return abs(force.y) if own.axisymmetric else float(np.hypot(force.x, force.y))
+    return _size(own, force.x, force.y)
+
+
+def _size(system: System, x: float, y: float) -> float:
+    """Size of a force: about the axis its parts along the radius cancel."""
+    return abs(y) if system.axisymmetric else float(np.hypot(x, y))

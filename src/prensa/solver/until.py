@@ -293,9 +293,12 @@ def _of_press(system: System, path: str, kind: str, name: str, target: float, po
 
 
 def _gripped(system: System, number: int, policy: Policy) -> Iterator[Criterion]:
-    """The moment from which what a step feeds would have to be held back."""
+    """The moment from which what a step feeds would have to be held back, where there is something that may grip it."""
     steps = system.problem.steps
     for name, feed in steps[number].feed.items() if number < len(steps) else ():
+        joined = system.tied_bodies(name.partition(".")[0])
+        if not any(s.body in joined or (s.opposite is not None and s.opposite.body in joined) for s in system.surfaces):
+            continue
         sign = 1.0 if feed.way > 0 else -1.0
 
         def pull(look: Look, name: str = name, axis: str = feed.axis, sign: float = sign) -> float:

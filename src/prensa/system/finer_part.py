@@ -24,10 +24,19 @@ from prensa.types import Array, Flags, Index
 
 
 class Part(NamedTuple):
-    """A ``problem`` of the surroundings of a contact, and the ``share`` of all work that is done in them."""
+    """A ``problem`` of the surroundings of a contact, their ``nodes`` (n,), the ``work`` done in them and that in all bodies."""
 
     problem: model.Problem
-    share: float
+    nodes: Index
+    work: float
+    total: float
+
+    def without(self, tool: str) -> model.Problem:
+        """The same with nothing of a tool, driven by its border and what else acts on it."""
+        p = self.problem
+        contacts = tuple(c for c in p.contacts if c.against != tool)
+        steps = tuple(replace(s, move={t: m for t, m in s.move.items() if t != tool}) for s in p.steps)
+        return replace(p, contacts=contacts, steps=steps, tools={t: d for t, d in p.tools.items() if t != tool})
 
 
 class _Cells(NamedTuple):
@@ -74,11 +83,11 @@ def part_of(
     steps = [_step(system, s.body, marked[:, :2], *way) for way in zip(ways, stages)]
     steps[-1] = replace(steps[-1], increments=c.plan.increments)
     problem = _problem(system, c, s.body, contacts, steps, values[:, :2], cells, marked)
-    return None if problem is None else Part(problem, _work_share(system, end, s.body, part.chosen))
+    return None if problem is None else Part(problem, part.nodes, *work_in(system, end, s.body, part.chosen))
 
 
-def _work_share(system: System, state: State, body: str, chosen: Flags) -> float:
-    """Share of the work done on all bodies that went into ``chosen`` elements (m,) of one of them: stored and dissipated."""
+def work_in(system: System, state: State, body: str, chosen: Flags | slice = slice(None)) -> tuple[float, float]:
+    """Work done in ``chosen`` elements (m,) of a body, and in all bodies: stored and dissipated."""
     total = own = 0.0
     for b, h in zip(system.blocks, state.history):
         work = b.law.energy(b.at_law(h))
@@ -87,7 +96,7 @@ def _work_share(system: System, state: State, body: str, chosen: Flags) -> float
         of_elements = (b.volume * work).sum(axis=1)
         total += float(of_elements.sum())
         own += float(of_elements[chosen].sum()) if b.body == body else 0.0
-    return own / total if total > 0.0 else 1.0
+    return own, total
 
 
 def _around(system: System, c: Context, s: Surface, pressed: Index, layers: int) -> _Cells:

@@ -52,6 +52,11 @@ def starting_places(system: System) -> Iterator[Finding]:
         if given is not None and given.by == "geometry":
             continue
         depth = -pairs.g / float(s.points.depth.min())
+        profile = getattr(tool.description, "type", "") == "profile"
+        if profile and depth.max() > CLOSED and _holds_all(system, s):
+            turned = tool.description.hint().removeprefix("; or ")
+            yield Finding(f"tools.{name}", f"all of {s.body!r} lies inside it: {turned}", Severity.REFUSE)
+            continue
         # A node whose nearest face of the tool looks its own way is past the tool's middle: contact would pull it out at the
         # far side.
         behind = np.where(facing > TOWARDS, depth, 0.0)
@@ -68,6 +73,14 @@ def starting_places(system: System) -> Iterator[Finding]:
             continue
         if depth.max() > CLOSED and not start.contact.closed[s.rows].any():
             yield _inside(system, s, pairs, depth)
+
+
+def _holds_all(system: System, s: Surface) -> bool:
+    """Whether no node of a contact's body lies outside of its tool: where one side of a chain is the body, it is the other."""
+    start, first = system.initial(), system.offsets[s.body]
+    own = np.arange(first, first + len(system.meshes[s.body].points))
+    g = system.tool_masters[s.against].seen(system.positions(start.u)[own], start.u).g
+    return bool((g[~np.isnan(g)] <= CLOSED * float(s.points.depth.min())).all())
 
 
 def _inside(system: System, s: Surface, pairs: Pairs, depth: Array) -> Finding:
