@@ -100,7 +100,7 @@ CASES = [(tool, "bricks", "finite", "current") for tool in TOOLS] + [
 def test_the_tangent_is_the_derivative(tool, kind, kinematics, geometry):
     """Every law within 1e-6 of the largest entry, by the tool's motions and along random directions; points stick and slip."""
     seen, parts, finite = np.zeros(3, dtype=np.int64), [], kinematics == "finite"
-    enforcements = itertools.cycle((pr.Penalty(), pr.Augmented()))
+    enforcements = itertools.cycle((pr.Penalty(), pr.Augmented(), pr.Exact()))
     for law in LAWS.values():
         system = pr.discretise(pr.Problem(
             "t", space="solid", kinematics=kinematics, contact_geometry=geometry, tools={"t": TOOLS[tool]},
@@ -146,12 +146,12 @@ def drawn(body=BOX, law=pr.Shear(0.6, k=2.0), enforcement=pr.Penalty(), incremen
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", ["penalty", "augmented", "tetrahedra"])
+@pytest.mark.parametrize("kind", ["penalty", "augmented", "exact", "tetrahedra"])
 def test_friction_is_m_k_times_the_area_now(kind):
     """To 1e-9, on a side that grows in every increment, by the table's areas; those at the end are known: it is 2.5 long then."""
     X, cells, _ = tetrahedra((2, 1, 1), (2.0, 1.0, 1.0))
     given = {
-        "penalty": {}, "augmented": {"enforcement": pr.Augmented()},
+        "penalty": {}, "augmented": {"enforcement": pr.Augmented()}, "exact": {"enforcement": pr.Exact()},
         "tetrahedra": {"body": block(X, cells, (2.0, 1.0, 1.0), pr.Tetrahedra)},
     }[kind]  # fmt: skip
     found = list(pr.solve(drawn(**given), TIGHT))

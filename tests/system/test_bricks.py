@@ -264,7 +264,6 @@ def test_a_run_in_space_is_continued_from_its_arrays_bit_for_bit(element):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"enforcement": pr.Exact(), "friction": pr.Shear(0.4, k=20.0)}, "with exact enforcement friction in space is"),
         ({"normal": (0.0, -1.0)}, "normal has 2 components; solid has 3"),
         ({"element": "q4"}, "'q4' is an element of the plane"),
         ({"remesh": "auto"}, "'remesh' is not there in space yet"),
@@ -273,7 +272,7 @@ def test_a_run_in_space_is_continued_from_its_arrays_bit_for_bit(element):
     ],
 )
 def test_what_is_not_there_in_space_yet_is_refused(change, words):
-    """Friction by a yield stress with exact contact, turning planes, loads, elements of the plane, faces inside are named."""
+    """Turning planes, loads, elements of the plane, faces inside are named."""
     X, cells, top = bricks((2, 1, 1), (1.0, 1.0, 1.0))
     given = {
         "top": top, "at": (0.0, 1.0, 0.0), "normal": (0.0, -1.0, 0.0), "supports": {}, "steps": (("press", {"y": -0.1}),),

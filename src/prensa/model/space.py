@@ -142,15 +142,3 @@ def _contacts(p: Any) -> Iterator[Finding]:
             side = tool.touching if tool is not None and str(tool.touching).startswith(f"{whole}.") else f"{whole}.top"
             words = f"in space contacts name the sides that a tool may touch, not the whole of {whole!r}; write"
             yield Finding(("contacts", i, "surface"), f"{words} 'contacts: [{{surface: {side}, against: {c.against}}}]'")
-    yield from _exact(p)
-
-
-def _exact(p: Any) -> Iterator[Finding]:
-    """Friction of contacts with multipliers, whose tractions belong to the areas that pressures do."""
-    for i, c in enumerate(p.contacts):
-        if c is None or not c.enforcement.has_multipliers:
-            continue
-        laws = [c.friction or p.friction, *(s.friction[c.name] for s in p.steps if s is not None and c.name in s.friction)]
-        if any(law is not None and not law.proportional for law in laws):
-            words = "with exact enforcement friction in space is proportional to the pressure"
-            yield Finding(("contacts", i, "enforcement"), words)
