@@ -1,4 +1,4 @@
-"""Bodies in space: billet, cylinder, ring upset with friction, a sphere on a block, a plate bent between rollers, a twisted bar.
+"""Bodies in space: billet, cylinder, ring upset with friction, exact contact, a ball, a plate between rollers, a twisted bar.
 
 References: tables of an independent program of bricks with F-bar (`prensa.reference.tables`), whose billet has the same uniform
 meshes; a second program (CalculiX, C3D20R) is within 0.1 % of its limit.
@@ -7,6 +7,7 @@ meshes; a second program (CalculiX, C3D20R) is within 0.1 % of its limit.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -50,6 +51,51 @@ def square_billet(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
             tolerance = 0.005 if mu < 0.2 or k < 4 else 0.01  # beyond 20 % the plate's edge sticks and sides fold one by one
             ours = 4e-3 * abs(increments[5 * k + 4].force("plate").y)
             yield row(f"mu = {mu:g}: F (kN) at {5 * k + 5} %", force, ours, tolerance)
+    yield row("plate and supports out of balance", 0.0, off, 1e-8, "absolute")
+
+
+def confined(enforcement: pr.Penalty | pr.Augmented | pr.Exact, E_scale: float) -> pr.Problem:
+    """A block 2 x 1.5 x 2 of distorted bricks, whose sides cannot spread, pressed by 0.001 with friction."""
+    grid = np.stack(np.meshgrid(*[np.arange(3)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    number = np.arange(27).reshape(3, 3, 3)
+    face = ((0, 0), (1, 0), (1, 1), (0, 1))
+    cells = np.stack([number[i : 2 + i, j : 2 + j, k : 2 + k] for k in (0, 1) for i, j in face], axis=-1).reshape(-1, 8)
+    x = grid * np.array([1.0, 0.75, 1.0]) + 0.15 * (grid == 1) * np.array([1.0, -1.0, -0.5])
+    ends = {"left": (0, 0), "right": (0, 2), "bottom": (1, 0), "top": (1, 2), "back": (2, 0), "front": (2, 2)}
+    sides = {name: tuple(np.flatnonzero(grid[:, axis] == end).tolist()) for name, (axis, end) in ends.items()}
+    mesh = pr.Bricks(tuple(map(tuple, x.tolist())), tuple(map(tuple, cells.tolist())), sides)
+    return pr.Problem(
+        "confined", space="solid", kinematics="small", contact_geometry="reference", friction=pr.Coulomb(0.2),
+        bodies={"b": pr.Body(mesh, pr.Elastic(1000.0 * E_scale, 0.3), "h8")}, tools={"t": pr.Plane(touching="b.top")},
+        contacts=(pr.Contact("b.top", "t", enforcement=enforcement),),
+        fixed={"b.bottom": "y", "b.left": "x", "b.right": "x", "b.back": "z", "b.front": "z"},
+        steps=(pr.Step("press", move={"t": pr.Motion(y=-0.001)}, increments=1),),
+    )  # fmt: skip
+
+
+@case("exact enforcement in space", suite="space")
+def exact(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
+    """Pressure (lambda + 2 mu) d/H on a block that cannot spread, the default 1 % less; a billet, which penalties approach."""
+    expected, off = 1000.0 * 0.7 / (1.3 * 0.4) * 0.001 / 1.5, 0.0
+    for enforcement, tolerance in ((pr.Exact(), 1e-10), (pr.Penalty(), 0.01)):
+        (inc,) = pr.solve(confined(enforcement, E_scale))
+        (pressure,) = (c.pressure for c in inc.contacts.values())
+        worst = float(pressure[np.argmax(np.abs(pressure - expected))])
+        yield row(f"{enforcement.type}: pressure farthest from the uniform one", expected, worst, tolerance)
+        off = max(off, imbalance(inc))
+    press = pr.Step("press", move={"plate": pr.Motion(y=-0.1 * BILLET[1])}, increments=4)
+    forces: list[float] = []
+    for enforcement in (pr.Exact(), pr.Penalty(), pr.Penalty(1000.0, 30.0)):
+        p = billet(4, 0.3 * mu_scale, E_scale)
+        p = replace(p, contacts=tuple(replace(c, enforcement=enforcement) for c in p.contacts), steps=(press,))
+        *_, inc = pr.solve(p)
+        off = max(off, imbalance(inc))
+        forces.append(abs(inc.force("plate").y))
+        if enforcement == pr.Exact():
+            gaps = [float(np.abs(c.gap[c.pressure > 0]).max(initial=0.0)) for c in inc.contacts.values()]
+            yield row("billet, exact: largest gap of closed points / h", 0.0, max(gaps) / (BILLET[1] / 3.0), 1e-12, "absolute")
+    yield row("billet, penalty: F against exact", forces[0], forces[1], 1e-4)
+    yield row("billet, penalty ten times as stiff: F against exact", forces[0], forces[2], 1e-5)
     yield row("plate and supports out of balance", 0.0, off, 1e-8, "absolute")
 
 
