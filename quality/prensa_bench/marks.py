@@ -159,7 +159,7 @@ def _pulley(rng: np.random.Generator) -> Mark:
 
 def _box(rng: np.random.Generator, tools: tuple[str, ...], mu: float | None, nu: float = 0.3, **keys: Any) -> pr.Problem:
     """A box of 4 × 3 with planes on some of its sides, each touching it."""
-    mesh = pr.Rectangle((4.0, 3.0), n=(int(rng.integers(1, 7)), int(rng.integers(1, 6))))
+    mesh = pr.Rectangle((4.0, 3.0), n=(int(rng.integers(2, 7)), int(rng.integers(2, 6))))
     element = str(rng.choice(["q4", "q4_fbar", "q4_enhanced", "t6"]))
     return pr.Problem(
         "box", bodies={"box": pr.Body(mesh, pr.Elastic(1000.0, nu), element)},
