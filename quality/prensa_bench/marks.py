@@ -129,9 +129,9 @@ def _moved(rng: np.random.Generator) -> Mark:
     return Mark(problem, None, carried, 0.01, 10.0 * pull)
 
 
-SIDES = {"left": ("x", 1.0), "right": ("x", -1.0), "bottom": ("y", 1.0), "top": ("y", -1.0)}
+INTO_BOX = {"left": ("x", 1.0), "right": ("x", -1.0), "bottom": ("y", 1.0), "top": ("y", -1.0)}
 """Axis and sign of the way into a box from each of its sides."""
-FACING = {"left": "right", "right": "left", "bottom": "top", "top": "bottom"}
+ACROSS_FROM = {"left": "right", "right": "left", "bottom": "top", "top": "bottom"}
 
 
 def _free(rng: np.random.Generator) -> Mark:
@@ -159,7 +159,7 @@ def _pulley(rng: np.random.Generator) -> Mark:
 
 def _box(rng: np.random.Generator, tools: tuple[str, ...], mu: float | None, nu: float = 0.3, **keys: Any) -> pr.Problem:
     """A box of 4 × 3 with planes on some of its sides, each touching it."""
-    mesh = pr.Rectangle((4.0, 3.0), n=(int(rng.integers(1, 7)), int(rng.integers(1, 6))))
+    mesh = pr.Rectangle((4.0, 3.0), n=(int(rng.integers(2, 7)), int(rng.integers(2, 6))))
     element = str(rng.choice(["q4", "q4_fbar", "q4_enhanced", "t6"]))
     return pr.Problem(
         "box", bodies={"box": pr.Body(mesh, pr.Elastic(1000.0, nu), element)},
@@ -170,8 +170,8 @@ def _box(rng: np.random.Generator, tools: tuple[str, ...], mu: float | None, nu:
 
 def _box_between_forces(rng: np.random.Generator) -> Mark:
     """Two planes pushed at each other, in the middle a line that is held along them or not; how near they come."""
-    side = str(rng.choice(list(SIDES)))
-    (axis, sign), other, force = SIDES[side], FACING[side], float(rng.uniform(0.3, 3.0))
+    side = str(rng.choice(list(INTO_BOX)))
+    (axis, sign), other, force = INTO_BOX[side], ACROSS_FROM[side], float(rng.uniform(0.3, 3.0))
     across, held = ("y", "x")[axis == "y"], bool(rng.random() < 0.5)
     long, wide = (4.0, 3.0) if axis == "x" else (3.0, 4.0)
     fixed = {"box.bottom" if across == "y" else "box.left": across} | ({"box.bottom-left": "xy"} if held else {})
@@ -188,8 +188,8 @@ def _box_between_forces(rng: np.random.Generator) -> Mark:
 
 def _pushed_tool(rng: np.random.Generator) -> Mark:
     """A plane pushed at a box that stands on a support, on another tool, or on nothing; with a gap or without."""
-    side, force = str(rng.choice(list(SIDES))), float(rng.uniform(0.3, 3.0))
-    (axis, sign), other = SIDES[side], FACING[side]
+    side, force = str(rng.choice(list(INTO_BOX))), float(rng.uniform(0.3, 3.0))
+    (axis, sign), other = INTO_BOX[side], ACROSS_FROM[side]
     across, behind = ("y", "x")[axis == "y"], str(rng.choice(["support", "tool", "nothing"]))
     fixed = {"box.bottom" if across == "y" else "box.left": across}
     fixed |= {f"box.{other}": axis} if behind == "support" else {}
@@ -208,8 +208,8 @@ def _pushed_tool(rng: np.random.Generator) -> Mark:
 
 def _between_tools(rng: np.random.Generator) -> Mark:
     """A box between two planes, one of which goes towards the other; across, supports, friction or nothing holds it."""
-    side, by = str(rng.choice(list(SIDES))), str(rng.choice(["support", "friction", "nothing"]))
-    (axis, sign), other, way = SIDES[side], FACING[side], float(rng.uniform(0.001, 0.005))
+    side, by = str(rng.choice(list(INTO_BOX))), str(rng.choice(["support", "friction", "nothing"]))
+    (axis, sign), other, way = INTO_BOX[side], ACROSS_FROM[side], float(rng.uniform(0.001, 0.005))
     across = ("y", "x")[axis == "y"]
     long, wide = (4.0, 3.0) if axis == "x" else (3.0, 4.0)
     fixed = {"box.bottom" if across == "y" else "box.left": across} if by == "support" else {}
