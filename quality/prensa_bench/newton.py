@@ -187,8 +187,8 @@ def _most(counts: Sequence[int]) -> str:
 
 
 TABLE_HEAD = (
-    "problems", "increments", "iterations, cuts", "order: median (increments)", "LDLᵀ over direct (problems)", "multigrid over direct",
-    "first contact: median, most", "start of a later step: median, most",
+    "problems", "increments", "iterations, cuts", "order: median (increments)", "LDLᵀ over direct (problems)",
+    "multigrid over direct", "first contact: median, most", "start of a later step: median, most",
 )  # fmt: skip
 
 GOALS = """Order: by the last three residuals above round-off, without old factors, of increments of four and more iterations in
