@@ -402,6 +402,21 @@ def upsetting_of_peers(quick: bool) -> str:
     )  # fmt: skip
 
 
+def convergence(quick: bool) -> str:
+    """Order of Newton's iteration in space, what GMRES costs it, first contacts and starts of sliding."""
+    to = Path(tempfile.gettempdir() if quick else "results") / "newton.jsonl"
+    words = ["--only", "random", "--count", "4"] if quick else []
+    subprocess.run([sys.executable, "-m", "prensa_bench.newton", *words, "--to", str(to)], env=ENVIRONMENT, check=True)
+    from prensa_bench import newton as of_newton
+
+    return f"""## Newton's iteration in space
+
+{of_newton.page(of_newton.stored(to))}
+
+{of_newton.GOALS}
+"""
+
+
 def put(text: str, order: list[str], name: str, section: str) -> str:
     """The file with a section in its place, today's date and this machine below it; the others as they were."""
     known = dict(re.findall(r"<!-- (\w+) -->\n(.*?)(?=\n<!-- |\Z)", text, re.DOTALL))
@@ -434,6 +449,7 @@ def main() -> None:
         "adjoint": lambda: backwards(a.quick),
         "remeshing": lambda: remeshing(a.quick),
         "space": lambda: space(a.quick, a.space),
+        "convergence": lambda: convergence(a.quick),
     }
     for name, part in parts.items():
         if (a.only and name not in a.only) or (name == "before" and not a.old):
