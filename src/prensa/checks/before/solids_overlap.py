@@ -11,9 +11,6 @@ from prensa.mesh.faces import nearest_on_faces
 from prensa.precision import DRAWN, SMALLEST
 from prensa.types import Array, Flags, Index
 
-AT_ONCE = 64
-"""Faces of which is asked together whether they lie on another body: most of those that are near do."""
-
 _ASKEW = np.linalg.qr(np.array([(2, 3, 5), (7, 11, 13), (17, 19, 29)]))[0]
 _ASKEW[:, 2] *= np.sign(np.linalg.det(_ASKEW))
 """Axes of no mesh: rays along them pass no node exactly."""
@@ -64,11 +61,10 @@ def lies_on(one: Solid, other: Solid) -> Array | None:
     corners, near = one.points[one.corners], TOUCHING_DEPTH * min(one.sizes.min(), other.sizes.min())
     low, high = other.points.min(axis=0) - near, other.points.max(axis=0) + near
     inside = corners[((corners > low) & (corners < high)).all(axis=(1, 2))]
-    for x in np.split(inside, range(AT_ONCE, len(inside), AT_ONCE)):
-        places = np.concatenate([x, x.mean(axis=1, keepdims=True)], axis=1)
-        gaps = nearest_on_faces(places.reshape(-1, 3), other.points, other.faces).reshape(places.shape[:2])
-        if len(x) and (on := (gaps <= near).all(axis=1)).any():
-            return np.asarray(places[np.argmax(on), -1])
+    for x in inside:  # of those that are near most do
+        places = np.concatenate([x, x.mean(axis=0, keepdims=True)])
+        if (nearest_on_faces(places, other.points, other.faces) <= near).all():
+            return np.asarray(places[-1])
     return None
 
 
