@@ -11,11 +11,13 @@ import pytest
 import prensa as pr
 from prensa.checks.before.overlap import overlapping_bodies
 from prensa.checks.before.preflight import preflight
+from prensa.checks.before.solids_overlap import solid, twice_inside, windings
 from prensa.checks.before.standstills import standstills
 from prensa.checks.before.table_starts import table_starts
 from prensa.checks.before.tied_gaps import tied_gaps
 from prensa.checks.before.travels import travels
 from prensa.checks.during.acceptance import least_corner, tunnelled
+from prensa.checks.during.self_intersection import SelfIntersection
 from prensa.checks.during.validity import Validity
 from prensa.errors import SolveError
 from prensa.mesh.faces import nearest_on_faces
@@ -277,3 +279,35 @@ def test_distances_from_faces_of_tetrahedra_are_found_at_their_corners_too():
     x = np.array([(3.0, 3.0, 3.0), (-1.0, -1.0, -1.0), (3.0, -2.0, 1.0), (1.0, 1.5, 1.0), (0.0, 3.0, 3.0)])
     expected = [np.sqrt(3.0), np.sqrt(3.0), np.sqrt(5.0), 0.5, np.sqrt(2.0)]
     assert nearest_on_faces(x, made.points, made.boundary) == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_body_in_space_that_passes_through_itself_is_reported():
+    """The ends of a slit ring that is bent on: once when they meet, not while a gap is left; where, and for each body once."""
+    ring = pr.Cylinder(radius=6.0, height=3.0, n=(2, 2, 24), bore=4.0, angle=6.0)
+    slit = pr.Problem(
+        "slit", space="solid", bodies={"c": pr.Body(ring, STEEL)},
+        fixed={"c.base": "xyz"}, steps=(pr.Step("s"),),
+    )  # fmt: skip
+    system = pr.discretise(slit)
+    looks, X = SelfIntersection(system), system.X
+    angle = np.arctan2(X[:, 2], X[:, 0]) % (2.0 * np.pi)
+    for closes, reported in ((0.0, False), (0.04, False), (0.1, True), (0.1, False)):
+        r, now = np.hypot(X[:, 0], X[:, 2]), angle * (1.0 + closes)
+        u = np.zeros(system.ndof)
+        system.displacement(u)[:] = np.stack([r * np.cos(now), X[:, 1], r * np.sin(now)], axis=1) - X
+        found = [str(f) for f in looks._in_space(u)]
+        assert len(found) == reported
+        assert not found or "body 'c' passes through itself near (" in found[0]
+
+
+@pytest.mark.parametrize("tetrahedra", [False, True])
+def test_bodies_in_space_lie_in_themselves_once(tetrahedra):
+    """Boxes, wedges at an axis, tubes: places behind nodes belong to them once, those before them not at all."""
+    for mesh in (pr.Box((2.0, 2.0, 2.0), (3, 2, 2)), pr.Cylinder(radius=4.0, height=5.0, n=(2, 3, 4), angle=1.0, core="wedges"),
+                 pr.Cylinder(radius=4.0, height=5.0, n=(2, 3, 16), bore=3.0)):  # fmt: skip
+        made = mesh_of(split(mesh) if tetrahedra else mesh)
+        own = solid("b", made.points, made.cells, made.boundary)
+        assert not len(twice_inside(own))
+        assert (windings(made.points[made.cells].mean(axis=1), own) == 1).all()
+        for aside in ((0.0, 5.5, 0.0), (0.0, -5.5, 0.0), (9.0, 0.0, 0.0)):
+            assert not windings(made.points + aside, own).any()

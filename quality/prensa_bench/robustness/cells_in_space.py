@@ -14,12 +14,12 @@ BRICK_SIDES = ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7,
 FIVE = ((0, 1, 3, 4), (1, 2, 3, 6), (4, 6, 5, 1), (4, 7, 6, 3), (1, 3, 4, 6))  # tetrahedra of a brick
 BRICK_SIGNS = np.array([(a, b, c) for c in (-1.0, 1.0) for a, b in ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))])
 TETRAHEDRON_SIDES = ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (2, 0, 3, 6, 7, 9))
-MIDDLES = {(0, 1): 4, (1, 2): 5, (0, 2): 6, (0, 3): 7, (1, 3): 8, (2, 3): 9}  # of a tetrahedron, by the corners beside them
+SIDE_MIDDLES = {(0, 1): 4, (1, 2): 5, (0, 2): 6, (0, 3): 7, (1, 3): 8, (2, 3): 9}  # of a tetrahedron, by the corners beside them
 GAUSS_PLACE = 0.5 / np.sqrt(3.0)  # of a side, from its middle
 CUBIC = ((-0.8, (0.25,) * 4), *((0.45, (*(1 / 6,) * k, 0.5, *(1 / 6,) * (3 - k))) for k in range(4)))
 """Weights and places of a rule that is exact for determinants of quadratic tetrahedra (Zienkiewicz & Taylor 2000, vol. 1)."""
-NEAR, FAR = (5.0 - np.sqrt(5.0)) / 20.0, (5.0 + 3.0 * np.sqrt(5.0)) / 20.0
-FOUR = tuple((0.25, (*(NEAR,) * k, FAR, *(NEAR,) * (3 - k))) for k in range(4))
+OTHERS_SHARE, OWN_SHARE = (5.0 - np.sqrt(5.0)) / 20.0, (5.0 + 3.0 * np.sqrt(5.0)) / 20.0
+FOUR = tuple((0.25, (*(OTHERS_SHARE,) * k, OWN_SHARE, *(OTHERS_SHARE,) * (3 - k))) for k in range(4))
 """The same of the four points at which the stresses of a tetrahedron are known (Hammer & Stroud 1956)."""
 
 
@@ -116,6 +116,6 @@ def _slopes(cells: Index, x: Array, at: tuple[float, ...] | list[float]) -> Arra
     by = np.zeros((10, 4))  # of Σ L (2 L − 1) x + Σ 4 L_a L_b x by each L
     for k in range(4):
         by[k, k] = 4.0 * at[k] - 1.0
-    for (a, b), k in MIDDLES.items():
+    for (a, b), k in SIDE_MIDDLES.items():
         by[k, a], by[k, b] = 4.0 * at[b], 4.0 * at[a]
     return np.asarray(np.einsum("mai,aj->mij", x[cells], by[:, 1:] - by[:, :1]))

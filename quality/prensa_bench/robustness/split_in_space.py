@@ -9,7 +9,7 @@ import numpy as np
 import prensa as pr
 from prensa.mesh.generate import mesh_of
 from prensa.types import Array, Index
-from prensa_bench.robustness.cells_in_space import BRICK_SIDES, MIDDLES, contact_points, outer_faces
+from prensa_bench.robustness.cells_in_space import BRICK_SIDES, SIDE_MIDDLES, contact_points, outer_faces
 
 ROUND_SIDES = ("outer", "inner")  # of bodies of revolution about y
 ABOUT_Y = np.array([True, False, True])  # axes across it
@@ -19,7 +19,7 @@ def split(mesh: Any) -> pr.Tetrahedra:
     """A mesh of bricks as one of tetrahedra with the same sides; middles of the edges on `ROUND_SIDES` lie on the cone there."""
     made = mesh_of(mesh)
     corners = tetrahedra(made.points, made.cells)
-    ends = np.sort(corners[:, list(MIDDLES)], axis=2)
+    ends = np.sort(corners[:, list(SIDE_MIDDLES)], axis=2)
     edges, number = np.unique(ends.reshape(-1, 2), axis=0, return_inverse=True)
     first = len(made.points)
     points = np.concatenate([made.points, made.points[edges].mean(axis=1)])

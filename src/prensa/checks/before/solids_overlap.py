@@ -6,12 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.thresholds import TOUCHING_DEPTH
+from prensa.checks.thresholds import NOTABLE_DEPTH, TOUCHING_DEPTH
 from prensa.mesh.faces import nearest_on_faces
+from prensa.precision import DRAWN, SMALLEST
 from prensa.types import Array, Flags, Index
 
-AT_ONCE = 64
-"""Faces of which is asked together whether they lie on another body: most of those that are near do."""
+_ASKEW = np.linalg.qr(np.array([(2, 3, 5), (7, 11, 13), (17, 19, 29)]))[0]
+_ASKEW[:, 2] *= np.sign(np.linalg.det(_ASKEW))
+"""Axes of no mesh: rays along them pass no node exactly."""
 
 
 class Solid(NamedTuple):
@@ -59,32 +61,40 @@ def lies_on(one: Solid, other: Solid) -> Array | None:
     corners, near = one.points[one.corners], TOUCHING_DEPTH * min(one.sizes.min(), other.sizes.min())
     low, high = other.points.min(axis=0) - near, other.points.max(axis=0) + near
     inside = corners[((corners > low) & (corners < high)).all(axis=(1, 2))]
-    for x in np.split(inside, range(AT_ONCE, len(inside), AT_ONCE)):
-        places = np.concatenate([x, x.mean(axis=1, keepdims=True)], axis=1)
-        gaps = nearest_on_faces(places.reshape(-1, 3), other.points, other.faces).reshape(places.shape[:2])
-        if len(x) and (on := (gaps <= near).all(axis=1)).any():
-            return np.asarray(places[np.argmax(on), -1])
+    for x in inside:  # of those that are near most do
+        places = np.concatenate([x, x.mean(axis=0, keepdims=True)])
+        if (nearest_on_faces(places, other.points, other.faces) <= near).all():
+            return np.asarray(places[-1])
     return None
 
 
 def enclosed(x: Array, of: Solid) -> Flags:
-    """Whether places x (n, 3) lie in a body: a ray along y leaves it an odd number of times above them."""
+    """Whether places x (n, 3) lie in a body."""
+    return windings(x, of) > 0
+
+
+def windings(x: Array, of: Solid) -> Index:
+    """How often places x (n, 3) lie in a body, twice where it has passed through itself: faces by which a ray leaves it.
+
+    Less those by which it enters. Of quadrilaterals the two triangles on one diagonal count, of others that of the corners.
+    """
     from scipy.spatial import cKDTree
 
     c = of.corners
     triangles = c[:, :3] if of.faces.shape[1] == 6 else np.concatenate([c[:, [0, 1, 2]], c[:, [0, 2, 3]]])
-    flat = of.points[triangles][..., [0, 2]]
+    x, points = x @ _ASKEW, of.points @ _ASKEW
+    flat = points[triangles][..., [0, 2]]
     middle = flat.mean(axis=1)
-    reach = float(np.linalg.norm(flat - middle[:, None], axis=2).max())
-    found = cKDTree(middle).query_ball_point(x[:, [0, 2]], reach)
-    place = np.repeat(np.arange(len(x)), [len(f) for f in found])
-    triangle = triangles[np.fromiter((j for f in found for j in f), dtype=np.int64, count=len(place))]
-    under = _under(x[place], of.points, triangle)
-    return np.asarray(np.bincount(place[under], minlength=len(x)) % 2 == 1)
+    reach = (1.0 + DRAWN) * np.linalg.norm(flat - middle[:, None], axis=2).max(axis=1)
+    found = cKDTree(x[:, [0, 2]]).query_ball_point(middle, reach)
+    triangle = triangles[np.repeat(np.arange(len(triangles)), [len(f) for f in found])]
+    place = np.fromiter((j for f in found for j in f), dtype=np.int64, count=len(triangle))
+    leaves = _leaves(x[place], points, triangle)
+    return np.bincount(place, leaves, minlength=len(x)).round().astype(np.int64)
 
 
-def _under(x: Array, points: Array, triangles: Index) -> Flags:
-    """Whether each place x (k, 3) lies below a triangle (k, 3), seen along y.
+def _leaves(x: Array, points: Array, triangles: Index) -> Index:
+    """Whether a ray along the second axis from each place x (k, 3) passes a triangle (k, 3): 1 from behind, -1 from before.
 
     Sides count from the lower node number on, and as half open: of triangles with a common side one alone has a place on it.
     """
@@ -98,4 +108,24 @@ def _under(x: Array, points: Array, triangles: Index) -> Flags:
     a, b, c = (points[triangles[:, k]] for k in range(3))
     n = np.cross(b - a, c - a)
     along = ((x - a)[:, [0, 2]] * n[:, [0, 2]]).sum(axis=1)
-    return np.asarray(within & (a[:, 1] - along / np.where(n[:, 1] == 0.0, 1.0, n[:, 1]) > x[:, 1]))
+    above = a[:, 1] - along / np.where(n[:, 1] == 0.0, 1.0, n[:, 1]) > x[:, 1]
+    return np.where(within & above, np.sign(n[:, 1]), 0.0).astype(np.int64)
+
+
+def twice_inside(of: Solid) -> Array:
+    """Places (k, 3) of nodes on the outside of a body that lie in it once more, deeper than `NOTABLE_DEPTH` of their edges.
+
+    A place that lies so far behind a node belongs to the body once; where another part of it has come there, twice.
+    """
+    c, x = of.corners, of.points
+    area = np.cross(x[c[:, 2]] - x[c[:, 0]], x[c[:, 3]] - x[c[:, 1]])
+    normal, least = np.zeros_like(x), np.full(len(x), np.inf)
+    np.add.at(normal, c, area[:, None])
+    edges = np.linalg.norm(np.roll(x[c], -1, axis=1) - x[c], axis=2)
+    edges[edges == 0.0] = np.inf
+    for node in c.T:
+        np.minimum.at(least, node, edges.min(axis=1))
+    nodes = np.unique(c)
+    n = normal[nodes] / np.maximum(np.linalg.norm(normal[nodes], axis=1), SMALLEST)[:, None]
+    behind = x[nodes] - NOTABLE_DEPTH * least[nodes, None] * n
+    return np.asarray(x[nodes][windings(behind, of) > 1])

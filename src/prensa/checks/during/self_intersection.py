@@ -11,11 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.check import Solved, ended_by
+from prensa.checks.before.solids_overlap import Solid, twice_inside
+from prensa.checks.check import Solved, ended_by, warning
 from prensa.checks.thresholds import NO_DIFFERENCE, TOUCHING_DEPTH
 from prensa.contact.surface import Surface
 from prensa.elements.shapes import table
-from prensa.errors import Finding
+from prensa.errors import Finding, coordinates
 from prensa.mesh.mesh import segments
 from prensa.mesh.overlap import overlaps
 from prensa.model.problem import Contact
@@ -43,13 +44,32 @@ class SelfIntersection:
 
     def __init__(self, system: System) -> None:
         self.system, self.outlines = system, outlines(system)
+        self.reported: set[str] = set()
+        """Bodies in space of which it is said."""
 
     def __call__(self, given: Solved) -> Iterator[Finding]:
         """Of condensed bodies the displacements are known at the end of a step."""
         if given.complete or given.context.ends_step:
             u = given.displacements()
-            if through := fold(self.system, self.outlines, u):
+            if self.system.dofs.dimension == 3:
+                yield from self._in_space(u)
+            elif through := fold(self.system, self.outlines, u):
                 yield ended_by(Folded(through, hanging(self.system, u)))
+
+    def _in_space(self, u: Array) -> Iterator[Finding]:
+        """Bodies in space that have come to lie in themselves, each once: nothing but the answer is lost there."""
+        x = self.system.positions(u)
+        for body, mesh in self.system.meshes.items():
+            if body in self.reported:
+                continue
+            first = self.system.offsets[body]
+            inside = twice_inside(Solid(body, x[:0], x[first:][: len(mesh.points)], mesh.boundary))
+            if len(inside):
+                self.reported.add(body)
+                yield warning(
+                    f"body {body!r} passes through itself near ({coordinates(inside[0])}): nothing keeps its sides apart, and "
+                    "forces are wrong from here on; end the step before, or put a tool between them"
+                )
 
 
 def outlines(system: System) -> list[Outline]:
