@@ -145,7 +145,7 @@ def return_map(q: Node, J: Node, strain: Node, metal: Metal, flows: Flows | None
 
 class _Returned(NamedTuple):
     """Of a trial strain: its trace, deviator and what of it stays, the elastic strain, the rise of the plastic strain, and the
-    flow stress as it was and is.
+    flow stress at the strain as it was and is, both at the rate of the increment.
     """
 
     trace: Node
@@ -168,7 +168,8 @@ def _returned(e: Tensor, J: Node, strain: Node, metal: Metal, flows: Flows | Non
     rise = return_map(q, J, strain, metal, flows)
     less = 1.0 - 3.0 * G * rise / q
     elastic = [third + less * x for x in d[:3]] + [less * x for x in d[3:]]
-    was = curve.at_rest(strain)
+    # at the rate of the increment: what a point that is strained faster bears from its beginning on is part of the work
+    was = curve.stress(strain, rise, metal.dt)
     now = where(differs(rise, 0.0), (q - 3.0 * G * rise) / J, was)  # by the equation that the rise solves
     return _Returned(trace, d, less, elastic, rise, was, now)
 
@@ -250,8 +251,12 @@ def begin(old: Sequence[Node], share: Node, metal: Metal) -> tuple[Node, ...]:
     more = where(moved, share * sqrt(square(D) / 1.5 + NO_STRAIN), 0.0)
     new = exponential([x - share * y for x, y in zip(e, D)])
     J = sqrt(determinant(b)) if metal.cauchy else 1.0
-    stress = metal.curve.at_rest(strain, SHIFT_COMMITTED) + metal.curve.at_rest(strain + more, SHIFT_BEGUN)
-    return (*(where(moved, x, y) for x, y in zip(new, b)), strain + more, work + 0.5 * J * stress * more, *b)
+    # The flow stress of the last increment's rate is that of its end, which the curve at rest would leave out.
+    mean = (e[0] + e[1] + e[2]) / 3.0
+    flow = 2.0 * metal.G * sqrt(1.5 * square([e[0] - mean, e[1] - mean, e[2] - mean, e[3]]) + NO_STRAIN)
+    growth = metal.curve.at_rest(strain + more, SHIFT_BEGUN) - metal.curve.at_rest(strain, SHIFT_COMMITTED)
+    spent = where(moved, (flow + 0.5 * J * growth) * more, 0.0)
+    return (*(where(moved, x, y) for x, y in zip(new, b)), strain + more, work + spent, *b)
 
 
 def return_in_principal_axes(

@@ -169,9 +169,9 @@ def _begin(kind: Template, cauchy: bool) -> Program:
     return Program(arrays, puts("new", begin(many("old", 10), given("share", 0), m)))
 
 
-def begin_finite(history: Array, share: float, cauchy: bool, flow: FlowParameters, out: Array) -> None:
+def begin_finite(history: Array, share: float, mu: float, cauchy: bool, flow: FlowParameters, out: Array) -> None:
     """Histories (n, 10) → out (n, 10), those after a ``share`` of the last plastic strain more, see `begin`."""
-    p = numbers(0.0, 0.0, flow, 0.0)
+    p = numbers(0.0, mu, flow, 0.0)
     _begin(flow.kind, cauchy)(len(history), history, p, np.array([share]), flow.knots, flow.coefficients, out)
 
 

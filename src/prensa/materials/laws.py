@@ -278,7 +278,7 @@ class J2(_Isotropic):
         k, f = self.layout.kept, self.flow
         if share and f is not None and self.finite and self.layout is PLANE:
             out = np.empty_like(history)
-            begin_finite(history, share, self.yield_on_cauchy, f, out)
+            begin_finite(history, share, self.mu, self.yield_on_cauchy, f, out)
             return out
         out = history.copy()
         if not share:  # as `begin` has it, which need not be compiled for that
@@ -286,9 +286,12 @@ class J2(_Isotropic):
             return out
         principal_axes.begin(history, k, self.finite, share, out)
         strain, more = np.ascontiguousarray(out[:, k]), out[:, k] - history[:, k]
-        # The shift is plastic flow as well: its work, by the trapezoid of the flow stress, belongs to the balance.
-        stress = self.flow_stress(np.ascontiguousarray(history[:, k])) + self.flow_stress(strain)
-        out[:, k + 1] += 0.5 * self.of_cauchy(history) * stress * more
+        # The shift is plastic flow as well: its work belongs to the balance, by the trapezoid of the flow stress, which is at
+        # the last increment's rate what the stress of its end is.
+        growth = self.flow_stress(strain) - self.flow_stress(np.ascontiguousarray(history[:, k]))
+        e = self.elastic_strains(history)
+        flow = 2.0 * self.mu * np.sqrt(1.5) * np.linalg.norm(e - e.mean(axis=1)[:, None], axis=1)
+        out[:, k + 1] += (flow + 0.5 * self.of_cauchy(history) * growth) * more
         return out
 
     def of_cauchy(self, history: Array) -> Array:
