@@ -10,7 +10,7 @@ from prensa import analysis
 from prensa.sensitivity import solve
 
 JUDGED = {"checks", "docs", "examples", "model", "robustness", "verification"}
-"""Folders whose tests look at what a run warns of."""
+"""Folders whose tests look at what a run warns of, but for modules with `JUDGES_WARNINGS` = False."""
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -20,7 +20,7 @@ def _contacts_of_few_nodes(request: pytest.FixtureRequest) -> Iterator[None]:
     Nearly every contact of a test has few nodes, and a look takes as long as such a test.
     """
     with pytest.MonkeyPatch.context() as patch:
-        if request.path.parent.name not in JUDGED:
+        if not getattr(request.module, "JUDGES_WARNINGS", request.path.parent.name in JUDGED):
             for module in (analysis, solve):
                 patch.setattr(module, "missed_on_finer", lambda *_, **__: None)
         yield

@@ -39,7 +39,9 @@ def test_case_file(path: Path) -> None:
     assert all(f"# {word}" in opening for word in ("Shows", "Source", "Expect"))
 
 
-@pytest.mark.parametrize("path", SCRIPTS, ids=lambda p: p.stem)
+@pytest.mark.parametrize(
+    "path", [pytest.param(p, id=p.stem, marks=[pytest.mark.slow] if p.stem == "gallery" else []) for p in SCRIPTS]
+)
 def test_script(
     path: Path, example: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -50,7 +52,7 @@ def test_script(
     with heard() as warnings:
         assert module.main(["--quick", "--out", str(out)]) == 0
     parts = EXPECTED_WARNINGS.get(path.stem, ())
-    assert [w for w in warnings if not any(p in w for p in parts)] == [], "a good example has nothing told of it"
+    assert [w for w in warnings if not any(p in w for p in parts)] == [], "a good example is warned of nothing"
     printed = capsys.readouterr().out
     errors = list(_errors(printed))
     assert errors, "no comparison with a reference was printed"

@@ -120,7 +120,7 @@ def on_new_meshes(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
 
 
 @case(
-    "extrusion that bursts", suite="forming",
+    "extrusion that bursts", suite="forming", slow=True,
     expected_warnings=("elements lie in the contact, forces step by", "is small against the elements"),
 )  # fmt: skip
 def bursting(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
