@@ -159,7 +159,7 @@ def _calibrating() -> Subject:
             data.write_text("time,force\n" + "\n".join(f"{t!r},{1.01 * f!r}" for t, f in rows) + "\n", encoding="utf-8")
         fit = pr.calibrate(
             problem, data, {"force": "punch.force.y"}, {"bodies.block.material.flow.s0": (100.0, 400.0)}, refine=False,
-            compare=False, keep=folder / "runs", told=lambda text: None,
+            compare=False, keep=folder / "runs", report=lambda text: None,
         )  # fmt: skip
         (folder / "answer.txt").write_text(repr(fit.parameters), encoding="utf-8")
 

@@ -54,7 +54,7 @@ def test_a_fit_finds_friction_from_damage_wear_and_surface(tmp_path: Path) -> No
     (tmp_path / "table.csv").write_text("\n".join(rows), encoding="utf-8")
     fit = pr.calibrate(
         boxed(0.3), tmp_path / "table.csv", seen, {MU: (0.02, 0.5)}, along="-t.uy", refine=False, compare=False, profiles=False,
-        told=lambda line: None,
+        report=lambda line: None,
     )  # fmt: skip
     assert fit.parameters[MU].value == pytest.approx(0.15, rel=1e-5)
 

@@ -258,8 +258,8 @@ def test_a_press_bears_the_whole_part():
     assert last.measure("t.press_utilisation") == pytest.approx(1.0, rel=1e-3)
     crank = pr.Crank(stroke=10.0, height=0.2, toward="front")
     table = {"t": pr.Plane(normal=(0.0, 0.0, 1.0), at=(0.0, 0.0, -0.1))}
-    contacts = (pr.Contact("b.back", "t"),)
-    *_, last = pr.solve(rolled(pr.Step("turn", crank={"t": crank}, increments=3), tools=table, contacts=contacts))
+    contacts, turn = (pr.Contact("b.back", "t"),), pr.Step("turn", crank={"t": crank}, increments=3)
+    *_, last = pr.solve(rolled(turn, tools=table, contacts=contacts, fixed={"b.bottom": "y", "b.front": "z", "b.left": "x"}))
     assert last.tools["t"].place.z == pytest.approx(0.2)
     assert last.force("t").z < -100.0
 

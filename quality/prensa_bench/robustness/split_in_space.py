@@ -8,6 +8,7 @@ import numpy as np
 
 import prensa as pr
 from prensa.mesh.generate import mesh_of
+from prensa.mesh.quality import POOR, quality
 from prensa.types import Array, Index
 from prensa_bench.robustness.cells_in_space import BRICK_SIDES, SIDE_MIDDLES, contact_points, outer_faces
 
@@ -32,6 +33,11 @@ def split(mesh: Any) -> pr.Tetrahedra:
         points[on] *= np.where(ABOUT_Y, (radii / np.hypot(points[on, 0], points[on, 2]))[:, None], 1.0)
     names = {name: tuple(nodes.tolist()) for name, nodes in named.items()}
     return pr.Tetrahedra(tuple(map(tuple, points.tolist())), tuple(map(tuple, cells.tolist())), names)
+
+
+def well_shaped(mesh: pr.Tetrahedra) -> bool:
+    """Whether a run would warn of none of its elements: flat bricks and wedges are split into slivers."""
+    return bool((quality(mesh_of(mesh)).jacobian >= POOR).all())
 
 
 def tetrahedra(x: Array, cells: Index) -> Index:

@@ -169,7 +169,7 @@ def _returned(e: Tensor, J: Node, strain: Node, metal: Metal, flows: Flows | Non
     less = 1.0 - 3.0 * G * rise / q
     elastic = [third + less * x for x in d[:3]] + [less * x for x in d[3:]]
     # at the rate of the increment: what a point that is strained faster bears from its beginning on is part of the work
-    was = curve.stress(strain, rise, metal.dt)
+    was = curve.stress(strain, rise, metal.dt, SHIFT_BEGUN)
     now = where(differs(rise, 0.0), (q - 3.0 * G * rise) / J, was)  # by the equation that the rise solves
     return _Returned(trace, d, less, elastic, rise, was, now)
 

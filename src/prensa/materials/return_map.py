@@ -37,6 +37,8 @@ def return_map(
     failed[lost] = True
     delta[lost] = 0.0
     on = delta != 0.0
+    # at the rate of the increment, as `hencky_j2` has it
+    y0[on] = stress_at(curve, start[on], delta[on] / dt if dt > 0.0 else np.zeros_like(delta[on]))
     safe = np.where(on, q, 1.0)
     theta = np.where(on, 1.0 - 3.0 * G * delta / safe, 1.0)
     n = np.where(on, 1.5 / safe, 0.0)[:, None] * s

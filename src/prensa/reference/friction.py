@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.integrate import quad
-from scipy.special import ellipe, ellipkm1
 
 from ._check import Array, not_negative, positive
 
@@ -107,6 +105,9 @@ def lubkin_torsion(*, P: float, a: float, mu: float, G: float, c: float) -> Part
     positive(P=P, a=a, mu=mu, G=G, c=c)
     if c > a:
         raise ValueError(f"c = {c!r}: the stick lies within the contact; give 0 < c <= a = {a!r}")
+
+    from scipy.integrate import quad
+    from scipy.special import ellipe, ellipkm1
 
     def slope(t: float) -> float:
         """Of phi over t, in the slip."""
