@@ -167,6 +167,7 @@ def roller(increments):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_energy_balance_closes():
     """A block pressed flat: to 1e-5 of the work. Sides that slide: with the increments, in 15 of them to 2e-3 of the friction."""
     *_, pressed = pr.solve(flat_blocks())

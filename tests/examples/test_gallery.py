@@ -31,6 +31,7 @@ def gallery(monkeypatch: pytest.MonkeyPatch):
     return importlib.import_module("gallery")
 
 
+@pytest.mark.slow
 def test_every_comparison_finds_its_measures(gallery) -> None:
     """Each example has the measures and steps that its comparison asks for, and each of its numbers a reference and a name."""
     for name, example in gallery._EXAMPLES.items():

@@ -9,7 +9,8 @@ import prensa as pr
 FAST = pr.JohnsonCook(A=300.0, B=200.0, n=0.3, C=0.3, rate0=1.0)
 
 SPACES = [
-    ("plane strain", "finite"), ("axisymmetric", "finite"), ("solid", "finite"), ("plane strain", "small"), ("plane stress", "small"),
+    ("plane strain", "finite"), ("axisymmetric", "finite"), ("solid", "finite"), ("plane strain", "small"),
+    ("plane stress", "small"),
 ]  # fmt: skip
 
 

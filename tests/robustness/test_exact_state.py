@@ -91,6 +91,7 @@ def test_forked_and_resumed_runs_are_the_run(problem, share, tmp_path):
     continued(problem, share, tmp_path, condense=False)
 
 
+@pytest.mark.slow
 @HYPOTHESIS
 @given(problem=problems(linear=True), share=st.floats(0.0, 1.0))
 def test_condensed_runs_that_are_forked_and_resumed_are_the_run(problem, share, tmp_path):
@@ -117,6 +118,7 @@ def test_increments_rejected_and_retried_change_nothing(problem, seed):
     retried(problem, seed, condense=False)
 
 
+@pytest.mark.slow
 @HYPOTHESIS
 @given(problem=problems(linear=True), seed=st.integers(0, 2**32 - 1))
 def test_condensed_increments_rejected_and_retried_change_nothing(problem, seed):

@@ -47,6 +47,7 @@ def test_the_judge_can_fail(monkeypatch: pytest.MonkeyPatch) -> None:
     assert refused.status == "told" and "a new mesh has other nodes" in refused.words
 
 
+@pytest.mark.slow
 def test_derivatives_are_judged_from_the_command_line() -> None:
     """As the answers are; they are not for broken inputs."""
     line = ["bench", "robustness", "--derivatives", "--family", "thin", "--seed", "991", "--first", "1", "--count", "1"]

@@ -65,6 +65,7 @@ def test_the_band_holds_the_limit_of_results_with_scatter() -> None:
     assert orders > 150 and held >= 0.95 * orders
 
 
+@pytest.mark.slow
 def test_example_1(tmp_path: Path) -> None:
     """The forces of the paper's Example 1 tend with an order to the layer's within 0.05 %; penalties do with the order 1.
 

@@ -115,6 +115,7 @@ def test_equal_cases_are_one(tmp_path: Path) -> None:
     assert work.key_of("text") != work.text_hash("text")
 
 
+@pytest.mark.slow
 def test_interrupted_anywhere_and_resumed_it_is_as_if_it_had_not_been(tmp_path: Path) -> None:
     """A sweep, some of its cases failing, is killed at random moments, twice, and continued: every file is the same."""
     written(tmp_path)
