@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from common import Array, figure, options, saved, told
+from common import Array, figure, judged, options, saved
 
 import prensa as pr
 from prensa.output import style
@@ -125,7 +125,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     chosen = options(__doc__, "cattaneo_mindlin", argv)
     increments = list(pr.solve(problem((120, 40) if chosen.quick else (240, 80))))
     found = stages(increments)
-    failed = told("Partial slip of a cylinder", list(rows(found, 0.06 if chosen.quick else 0.03)))
+    failed = judged("Partial slip of a cylinder", list(rows(found, 0.06 if chosen.quick else 0.03)))
     picture(found, chosen.out / "traction.png")
     return 1 if failed else 0
 

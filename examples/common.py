@@ -41,7 +41,7 @@ def options(description: str | None, name: str, argv: Sequence[str] | None) -> O
     return Options(given.quick, given.out)
 
 
-def told(title: str, rows: Sequence[Row]) -> int:
+def judged(title: str, rows: Sequence[Row]) -> int:
     """Print *rows* (`prensa.verify.table.row`) as a table; returns the number of those beyond their tolerance."""
     from rich.console import Console
     from rich.table import Table

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from common import beside, figure, options, saved, told
+from common import beside, figure, judged, options, saved
 
 import prensa as pr
 from prensa.errors import SolveError
@@ -267,10 +267,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Solve both examples, then the table; returns the exit code."""
     chosen = options(__doc__, "contact_integration", argv)
     found, ours = pressed("gauss2", K_N), pressed("nodal", None)
-    failed = told("Example 1 on 178 elements, beside the elastic layer", list(paper(found, ours)))
+    failed = judged("Example 1 on 178 elements, beside the elastic layer", list(paper(found, ours)))
     measured = list(table(chosen.quick))
-    failed += told("Rules × penalties, 16 contact elements, beside the recorded figures", measured)
-    failed += told("Newton beside the paper's iteration", list(iterations(4 if chosen.quick else 24)))
+    failed += judged("Rules × penalties, 16 contact elements, beside the recorded figures", measured)
+    failed += judged("Newton beside the paper's iteration", list(iterations(4 if chosen.quick else 24)))
     profiles(found, ours, chosen.out / "example1.png")
     depths(found, ours, chosen.out / "depth.png")
     ring_picture(chosen.out / "example2.png")

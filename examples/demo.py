@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from common import HERE, Array, beside, figure, half_width, options, saved, told
+from common import HERE, Array, beside, figure, half_width, judged, options, saved
 
 import prensa as pr
 from prensa.kernels.compiling import announced
@@ -94,8 +94,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         with announced(say):
             done[name] = run(case, out=results / name, quiet=chosen.quick, source=source)
     cylinder, billet = done["cylinder_on_block"], done["upsetting"]
-    failed = told("Cylinder on a block, whole block (paper, Example 1)", list(cylinder_rows(cylinder, allowed)))
-    failed += told("Upsetting with friction, μ = 0.1", list(upsetting_rows(billet, allowed)))
+    failed = judged("Cylinder on a block, whole block (paper, Example 1)", list(cylinder_rows(cylinder, allowed)))
+    failed += judged("Upsetting with friction, μ = 0.1", list(upsetting_rows(billet, allowed)))
     pressure_picture(cylinder, chosen.out / "pressure_by_depth.png")
     for result in done.values():
         for path in sorted((result.directory / "pictures").glob("*.png")):

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from common import HERE, figure, options, saved, section, told
+from common import HERE, figure, judged, options, saved, section
 
 import prensa as pr
 from prensa.output import style
@@ -92,7 +92,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         changes = [f"bodies.block.mesh.n=[{4 * n}, {3 * n}]"]
         runs[n] = list(pr.solve(pr.load(HERE / "flat_punch.yaml", changes).problem))
         print(f"{n:2d} elements under the punch: {sum(i.statistics.iterations for i in runs[n])} Newton iterations")
-    failed = told("Flat punch, (2 + π) k", list(rows(runs)))
+    failed = judged("Flat punch, (2 + π) k", list(rows(runs)))
     pressures(runs, chosen.out / "pressure.png")
     zone(runs[max(runs)][-1], chosen.out / "plastic_zone.png")
     return 1 if failed else 0

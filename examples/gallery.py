@@ -42,7 +42,7 @@ from prensa.verify.table import Row, cells, heard, not_meant, row
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-from common import beside, told  # noqa: E402  (a neighbour, also when this file is run from elsewhere)
+from common import beside, judged  # noqa: E402  (a neighbour, also when this file is run from elsewhere)
 
 Array = NDArray[np.float64]
 
@@ -77,7 +77,7 @@ class Example:
     """A case file with ``changes``, what is compared, and whether it is of those that run in seconds, or for minutes.
 
     ``box``: part of the plane (x from, to, y from, to) that its picture shows; None for all. ``section``: across which axis, in
-    space, its picture is cut in the middle. ``told``: parts of the warnings
+    space, its picture is cut in the middle. ``expected_warnings``: parts of the warnings
     that it is meant to give; any other is a failing row.
     """
 
@@ -89,7 +89,7 @@ class Example:
     long: bool = False
     box: tuple[float, float, float, float] | None = None
     section: str = ""
-    told: tuple[str, ...] = ()
+    expected_warnings: tuple[str, ...] = ()
 
 
 _EXAMPLES: dict[str, Example] = {}
@@ -130,7 +130,7 @@ def strip_drawing(run: Run) -> Iterator[Row]:
 STEPS = ("elements lie in the contact, forces step by",)  # true: what is compared are means over a passage
 
 
-@example("Plane extrusion", told=STEPS)
+@example("Plane extrusion", expected_warnings=STEPS)
 def plane_extrusion(run: Run) -> Iterator[Row]:
     """Force of the ram over the thickness of the billet."""
     yield from _through_a_wedge(run["ram"], "pressure on the ram")
@@ -146,7 +146,7 @@ def wire_drawing(run: Run) -> Iterator[Row]:
     yield row("radius of the drawn wire (mm), the die's", 4.5, run["drawn_radius"], 0.002)
 
 
-@example("Flat rolling", told=STEPS)
+@example("Flat rolling", expected_warnings=STEPS)
 def flat_rolling(run: Run) -> Iterator[Row]:
     """Force and moment over a passage, and the neutral point, beside the slab methods with elastic recovery."""
     data = {"R": 65.0, "H": 1.0, "h": 0.75, "mu": 0.1, "k": 100.0, "E": 50e3}
@@ -283,7 +283,7 @@ def draw_bending(run: Run) -> Iterator[Row]:
     yield beside("radius of the wall (mm), rho", float("nan"), 1.0 / curl)
 
 
-@example("Drawbead", told=STEPS)
+@example("Drawbead", expected_warnings=STEPS)
 def drawbead(run: Run) -> Iterator[Row]:
     """The steady pull beside that of a strip which is bent to every bar and straightened behind it."""
     apart, deep = 9.0, 2.0
@@ -392,7 +392,7 @@ def crank_press(run: Run) -> Iterator[Row]:
     yield row("torque (kN m) where the press is used most, from the slope of crank and rod", 1e-6 * torque, used, 2e-3)
 
 
-@example("Which strokes and frictions are safe", told=("beyond its tests it is extrapolated",))
+@example("Which strokes and frictions are safe", expected_warnings=("beyond its tests it is extrapolated",))
 def forging_window(run: Run) -> Iterator[Row]:
     """One run of the window: the elementary formula, and the damage of its equator beside flow without friction."""
     height, strain = 21.0, math.log(30.0 / 21.0)
@@ -538,7 +538,7 @@ def solve(name: str, pictures: Path | None = None) -> Found:
                     ends[increment.step] = k
                     shown = increment if shown is None or increment.step not in ("release", "unload") else shown
         run = Run(problem, {m: np.array(v) for m, v in table.items()}, ends, increment)
-        rows = [*chosen.compare(run), *not_meant(warnings, chosen.told)]
+        rows = [*chosen.compare(run), *not_meant(warnings, chosen.expected_warnings)]
     except PrensaError as error:
         print(f"{name}: {error}", file=sys.stderr)
         rows = [row(f"ended early: {type(error).__name__}", 0.0, float("nan"))]
@@ -572,7 +572,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     folder: Path = given.page or given.out
     failed, began, spent = 0, time.perf_counter(), 0.0
     for name, rows, seconds in _results(partial(solve, pictures=folder), wanted, given.jobs):
-        failed += told(f"{_EXAMPLES[name].title}: {name}, {seconds:.0f} s", rows)
+        failed += judged(f"{_EXAMPLES[name].title}: {name}, {seconds:.0f} s", rows)
         spent += seconds
         keep(folder, {name: rows})
         if name == _pictured(_EXAMPLES[name].case):

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from common import HERE, Array, beside, figure, half_width, options, saved, told
+from common import HERE, Array, beside, figure, half_width, judged, options, saved
 
 import prensa as pr
 from prensa.output import style
@@ -122,7 +122,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Press, compare, draw; returns the exit code."""
     chosen = options(__doc__, "hertz_depth", argv)
     found = list(stages(60 if chosen.quick else 140))
-    failed = told("Cylinder on a layer", list(rows(found, 0.01 if chosen.quick else 0.005)))
+    failed = judged("Cylinder on a layer", list(rows(found, 0.01 if chosen.quick else 0.005)))
     profiles(found, chosen.out / "pressure.png")
     departure(found, chosen.out / "departure.png")
     return 1 if failed else 0

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from common import HERE, beside, figure, options, saved, section, told
+from common import HERE, beside, figure, judged, options, saved, section
 
 import prensa as pr
 from prensa.materials.hardening import flow_curve
@@ -108,7 +108,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     problem = pr.load(HERE / "necking_bar.yaml", changes).problem
     increments = list(pr.solve(problem))
     point = exact(problem)
-    failed = told("Necking of a bar", list(rows(increments, point)))
+    failed = judged("Necking of a bar", list(rows(increments, point)))
     middle = min(increments, key=lambda i: abs(elongation(i) - 5.2))
     marked = [max(increments, key=force), middle, increments[-1]]
     curve(increments, point, marked, chosen.out / "force_elongation.png")

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from common import HERE, Array, figure, options, saved, told
+from common import HERE, Array, figure, judged, options, saved
 
 import prensa as pr
 from prensa.output import style
@@ -127,7 +127,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for mu in MUS[::2] if chosen.quick else MUS:
         curves[mu] = curve(solved(mu, mesh))
         print(f"μ = {mu:<4g} bore at 50 %: {curves[mu][1][-1]:+.2f} %")
-    failed = told("Ring compression", list(rows(curves, 1.5 if chosen.quick else 0.4)))
+    failed = judged("Ring compression", list(rows(curves, 1.5 if chosen.quick else 0.4)))
     print(why(0.2, mesh))
     chart(curves, chosen.out / "chart.png")
     return 1 if failed else 0

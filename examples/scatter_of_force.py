@@ -10,7 +10,7 @@ import sys
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from common import figure, options, saved, told
+from common import figure, judged, options, saved
 from scipy import stats
 
 import prensa as pr
@@ -78,7 +78,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         jobs=1,
         quiet=True,
     )
-    failed = told("Scatter of the force on a pad", list(rows(study, 0.2 if chosen.quick else 0.1)))
+    failed = judged("Scatter of the force on a pad", list(rows(study, 0.2 if chosen.quick else 0.1)))
     with style.styled():
         made, axes = figure(5, 3.4)
         points = axes.scatter(study[MODULUS], study[FORCE], c=study[HEIGHT], cmap=style.SEQUENTIAL)

@@ -12,7 +12,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from common import Array, figure, options, saved, told
+from common import Array, figure, judged, options, saved
 
 import prensa as pr
 from prensa.output import style
@@ -101,7 +101,7 @@ def picture(path: Path) -> None:
 def main(argv: Sequence[str] | None = None) -> int:
     """Drag, compare, draw; returns the exit code (``--quick`` changes nothing: it is quick)."""
     chosen = options(__doc__, "slip_hardening", argv)
-    failed = told("Slip hardening of one point", list(rows()))
+    failed = judged("Slip hardening of one point", list(rows()))
     picture(chosen.out / "drag.png")
     return 1 if failed else 0
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from common import HERE, Array, figure, options, saved, told
+from common import HERE, Array, figure, judged, options, saved
 
 import prensa as pr
 from prensa.output import style
@@ -100,7 +100,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     ]
     small = list(pr.solve(pr.load(HERE / "thick_tube.yaml", [mesh, *first]).problem))
     finite = list(pr.solve(pr.load(HERE / "thick_tube.yaml", [mesh]).problem))
-    failed = told("Thick tube", list(rows(small, finite, 0.02 if chosen.quick else 0.005)))
+    failed = judged("Thick tube", list(rows(small, finite, 0.02 if chosen.quick else 0.005)))
     picture(small, finite, chosen.out / "pressure.png")
     return 1 if failed else 0
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from common import HERE, figure, options, saved, section, told
+from common import HERE, figure, judged, options, saved, section
 
 import prensa as pr
 from prensa.output import style
@@ -106,7 +106,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         runs[mu] = list(pr.solve(pr.load(HERE / "upsetting.yaml", changes(mu, chosen.quick)).problem))
         cost = sum(i.statistics.iterations for i in runs[mu])
         print(f"μ = {mu:g}: {len(runs[mu])} increments, {cost} Newton iterations")
-    failed = told("Upsetting with friction", list(rows(runs, chosen.quick)))
+    failed = judged("Upsetting with friction", list(rows(runs, chosen.quick)))
     forces(runs, chosen.out / "force_stroke.png")
     shapes(runs, chosen.out / "shapes.png")
     rise = {mu: increments[-1].force("punch").y / runs[0.0][-1].force("punch").y - 1 for mu, increments in runs.items()}

@@ -268,8 +268,8 @@ def commands(app: App, count: int, seed: int, folder: Path) -> Iterator[Attempt]
         here = folder / "here"
         here.mkdir(exist_ok=True)
         kind = kinds[number % len(kinds)]
-        told, attempt = kind(rng, here, run)
-        yield told, functools.partial(_answer, attempt)
+        given, attempt = kind(rng, here, run)
+        yield given, functools.partial(_answer, attempt)
 
 
 def _answer(attempt: Check) -> str:
@@ -302,7 +302,7 @@ def _written(rng: np.random.Generator, path: Path, text: str) -> str:
 # --------------------------------------------------------------------------------------------------- files of commands
 def _deck(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
     """`prensa import`, and the case that it writes."""
-    told = _written(rng, here / "deck.inp", DECK if rng.random() < 0.5 else DECK_OF_PARTS)
+    given = _written(rng, here / "deck.inp", DECK if rng.random() < 0.5 else DECK_OF_PARTS)
 
     def attempt() -> None:
         from prensa.importers.imported import case_text
@@ -312,13 +312,13 @@ def _deck(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
         if read(text, here) == "refused":
             raise PrensaError("the case of the deck is refused in words")
 
-    return told, attempt
+    return given, attempt
 
 
 def _profile(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
     """A tool's profile out of a drawing or a table."""
     name, text = (("profile.dxf", DXF), ("profile.csv", PROFILE))[rng.integers(2)]
-    told = _written(rng, here / name, text)
+    given = _written(rng, here / name, text)
     points = name if name.endswith("csv") or rng.random() < 0.6 else f"{{path: {name}, layer: '{ODD_VALUES[rng.integers(len(ODD_VALUES))]}'}}"
 
     def attempt() -> None:
@@ -327,12 +327,12 @@ def _profile(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Chec
         if read(CASE.replace("POINTS", points), here) == "refused":
             raise PrensaError("refused in words")
 
-    return f"{points}: {told}", attempt
+    return f"{points}: {given}", attempt
 
 
 def _slips(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
     """A table of friction over slip, and what a case calls it."""
-    told = _written(rng, here / "mu.csv", SLIP_TABLE)
+    given = _written(rng, here / "mu.csv", SLIP_TABLE)
     name = "mu.csv" if rng.random() < 0.8 else str(_one(rng, (*LISTED, *ODD_VALUES)))
 
     def attempt() -> None:
@@ -343,19 +343,19 @@ def _slips(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]
         if read(GOOD.replace("{mu: 0.1}", f"{{mu: {json.dumps(name)}}}"), here) == "refused":
             raise PrensaError("refused in words")
 
-    return f"{name!r}: {told}", attempt
+    return f"{name!r}: {given}", attempt
 
 
 def _readings(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
     """A table of readings against a case, and what its columns are said to be."""
-    told = READINGS
+    given = READINGS
     if rng.random() < 0.7:
-        told = _written(rng, here / "data.csv", READINGS)
+        given = _written(rng, here / "data.csv", READINGS)
     else:
         (here / "data.csv").write_text(READINGS, encoding="utf-8")
     columns, errors = ["force=punch.fy", "width=block.right.x at y=5"], ["force=2%"]
     along = "-punch.uy" if rng.random() < 0.7 else str(_one(rng, MEASURED))
-    if told is READINGS or rng.random() < 0.3:
+    if given is READINGS or rng.random() < 0.3:
         columns[rng.integers(2)] = f"{_one(rng, ('force', 'width', 'travel', '', 'x'))}={_one(rng, MEASURED)}"
         errors = [f"{_one(rng, ('force', 'width', ''))}={_one(rng, LISTED)}"]
 
@@ -367,7 +367,7 @@ def _readings(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Che
         case = loads(GOOD, "case.yaml", here)
         ready(Test(case, here / "data.csv", observed(columns, errors), along), 1)
 
-    return f"{columns} {errors} {along!r}: {told}", attempt
+    return f"{columns} {errors} {along!r}: {given}", attempt
 
 
 def _calibration(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
@@ -379,10 +379,10 @@ def _calibration(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, 
     (here / "data.csv").write_text(READINGS, encoding="utf-8")
     (here / "fit.yaml").unlink(missing_ok=True)
     if rng.random() < 0.5:
-        told = (mutate_tree, mutate_yaml)[rng.integers(2)](rng, CALIBRATION)
-        (here / "fit.yaml").write_text(told, encoding="utf-8", errors="replace")
+        given = (mutate_tree, mutate_yaml)[rng.integers(2)](rng, CALIBRATION)
+        (here / "fit.yaml").write_text(given, encoding="utf-8", errors="replace")
     else:
-        told = _written(rng, here / "fit.yaml", CALIBRATION)
+        given = _written(rng, here / "fit.yaml", CALIBRATION)
     changes = [f"{_one(rng, ODD_PATHS)}={_one(rng, ODD_VALUES)}"] if rng.random() < 0.2 else []
 
     def attempt() -> None:
@@ -390,28 +390,28 @@ def _calibration(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, 
 
         read_calibration(here / "fit.yaml", changes)
 
-    return f"calibration {changes}: {told}", attempt
+    return f"calibration {changes}: {given}", attempt
 
 
 def _started(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
     """A case that starts from a run: its tree or its text broken, or the run's folder."""
     from prensa_bench.fuzz import mutate_tree
 
-    there, told, damage = here / "run", STARTED, "whole"
+    there, given, damage = here / "run", STARTED, "whole"
     shutil.rmtree(there, ignore_errors=True)
     shutil.copytree(run, there)
     if rng.random() < 0.6:
-        told = mutate_tree(rng, STARTED) if rng.random() < 0.6 else _broken(rng, STARTED)
+        given = mutate_tree(rng, STARTED) if rng.random() < 0.6 else _broken(rng, STARTED)
     else:
         damage = _damaged(rng, there, ("checkpoint.h5", "case.yaml", "summary.json", "history.csv"))
 
     def attempt() -> None:
         from prensa_bench.fuzz import read
 
-        if read(told, here) == "refused":
+        if read(given, here) == "refused":
             raise PrensaError("refused in words")
 
-    return f"start from a run, {damage}: {told}", attempt
+    return f"start from a run, {damage}: {given}", attempt
 
 
 # ----------------------------------------------------------------------------------------------------- words of commands

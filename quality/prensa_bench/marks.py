@@ -262,11 +262,12 @@ def answer(problem: pr.Problem, measure: Measure) -> tuple[float, list[str]]:
 
 
 def verdict(mark: Mark) -> tuple[str, float, list[str]]:
-    """'right', 'alarm' (right and warned of), 'told' or 'silent', the error, and what was said; 'none' without a reference."""
+    """'right', 'alarm' (right and warned of), 'reported' or 'silent', the error, what was said; 'none' without a reference."""
     value, said = answer(mark.problem, mark.measure)
     reference = mark.known if mark.better is None else answer(mark.better, mark.measure)[0]
     if np.isnan(reference):
         return "none", np.nan, said
     error = value / reference - 1.0
     right = bool(abs(error) <= mark.share)
-    return {(True, False): "right", (True, True): "alarm", (False, True): "told"}.get((right, bool(said)), "silent"), error, said
+    verdicts = {(True, False): "right", (True, True): "alarm", (False, True): "reported"}
+    return verdicts.get((right, bool(said)), "silent"), error, said

@@ -23,11 +23,11 @@ FINE = 300  # increments of the reference
 
 @dataclass(frozen=True)
 class Answer:
-    """Times and the force along y of what drives the body then; what was ``told``, '' if nothing."""
+    """Times and the force along y of what drives the body then; what was ``reported``, '' if nothing."""
 
     times: list[float]
     forces: list[float]
-    told: str
+    reported: str
 
     @property
     def last(self) -> float:
@@ -127,7 +127,7 @@ def euler(problem: pr.Problem) -> float:
 
 
 def verdict(problem: pr.Problem, fine: int = FINE) -> tuple[str, Answer, Answer]:
-    """'right', 'told' or 'wrong', the answer and the reference, which takes ``fine`` increments."""
+    """'right', 'reported' or 'wrong', the answer and the reference, which takes ``fine`` increments."""
     reference = answer(replace(problem, steps=(replace(problem.steps[0], increments=fine),)))
     found = answer(problem)
     end = min(found.times[-1], reference.times[-1])  # of a path that ended at a limit point what led to it
@@ -136,4 +136,4 @@ def verdict(problem: pr.Problem, fine: int = FINE) -> tuple[str, Answer, Answer]
         problem.name == "column"
     ):  # the elastica's force grows by half its shortening: a tenth is room for more than that
         right &= abs(found.last) <= 1.1 * euler(problem)
-    return "right" if right else "told" if found.told else "wrong", found, reference
+    return "right" if right else "reported" if found.reported else "wrong", found, reference

@@ -102,7 +102,7 @@ def sticking(increments=None, travel=-1.2, table=False):
 
 
 def test_a_side_that_stays_past_its_support_ends_the_run(caplog):
-    """Told when its element folds, ended twenty increments later: it went on for 406, and stopped at a 'limit point'."""
+    """Reported when its element folds, ended twenty increments later: it went on for 406, and stopped at a 'limit point'."""
     done, error = failure_of(sticking())
     reason = error.reason
     assert isinstance(reason, PastSupport) and reason.past[:2] == ("b.right",

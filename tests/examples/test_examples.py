@@ -78,7 +78,7 @@ def test_the_report_counts_failures(example: object, capsys: pytest.CaptureFixtu
     common: ModuleType = example("common")  # type: ignore[operator]
     rows = [row("right", 1.0, 1.001, 0.01), row("wrong", 1.0, 1.1, 0.01), row("lost", 1.0, np.nan, 0.01),
             common.beside("another problem", 1.0, 2.0)]  # fmt: skip
-    assert common.told("title", rows) == 2
+    assert common.judged("title", rows) == 2
     assert _errors(capsys.readouterr().out) == [(0.1, 1.0), (10.0, 1.0)]
 
 

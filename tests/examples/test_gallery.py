@@ -130,8 +130,8 @@ def test_an_example_that_is_not_compared_runs_to_its_end_and_nothing_is_reported
 def test_a_warning_that_is_not_meant_is_a_failing_row(gallery, monkeypatch) -> None:
     """A run of the gallery that warns of something that its example does not declare fails; what is declared does not."""
     changes = ("bodies.tube.material.E=70", "steps.0.increments=1")
-    for told, passed in (((), False), (("E = 70 in N/mm²", "energy balance off by"), True)):
-        doubted = gallery.Example("doubted", "thick_tube", lambda run: [], changes, told=told)
+    for declared, passed in (((), False), (("E = 70 in N/mm²", "energy balance off by"), True)):
+        doubted = gallery.Example("doubted", "thick_tube", lambda run: [], changes, expected_warnings=declared)
         monkeypatch.setitem(gallery._EXAMPLES, "doubted", doubted)
         _, rows, _ = gallery.solve("doubted")
         assert all(r.passed for r in rows) is passed and (passed or any("did you mean" in r.quantity for r in rows))

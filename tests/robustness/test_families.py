@@ -296,7 +296,7 @@ def test_verdicts_say_what_happened(tmp_path):
     late = judge_files(replace(d, limit=0.0), 0, tmp_path / "d")
     assert (late.status, late.words) == ("time", "not ended after 0 s, stage 1, step '', increment 0, time 0")
     told = judge_files(replace(d, stages=(replace(d.problem, fixed={}),)), 0, tmp_path / "e")
-    assert (told.status, told.reason) == ("told", "PreflightError")
+    assert (told.status, told.reason) == ("reported", "PreflightError")
 
 
 def test_stages_go_on_from_one_another(tmp_path):

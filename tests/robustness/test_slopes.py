@@ -44,7 +44,7 @@ def test_the_judge_can_fail(monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patched:
         patched.setattr(slopes, "with_slopes", lambda problem: problem)
         refused = judged("forgings", 991, 0, slopes=True)
-    assert refused.status == "told" and "a new mesh has other nodes" in refused.words
+    assert refused.status == "reported" and "a new mesh has other nodes" in refused.words
 
 
 @pytest.mark.slow

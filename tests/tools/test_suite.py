@@ -186,7 +186,7 @@ def test_the_suite_finds_rays_that_go_wrong_and_edges_that_are_not_reported():
         def along(self, xi, direction, limit):
             return super().along(xi, direction, limit) * self.factor
 
-    class Told(pr.ToolShape):
+    class Own(pr.ToolShape):
         factor: float
 
         def shape(self, direction, rounding=0.0):
@@ -197,9 +197,9 @@ def test_the_suite_finds_rays_that_go_wrong_and_edges_that_are_not_reported():
         def outline(self, depth):
             return pr.Ellipse((2.0, 1.0)).outline(depth)
 
-    check_tool(Told(1.0))
+    check_tool(Own(1.0))
     with pytest.raises(LawError, match="'along' ends"):
-        check_tool(Told(0.9))
+        check_tool(Own(0.9))
     with pytest.raises(LawError, match="not in 'edges'"):
         check_tool(Hidden(2.0))
 

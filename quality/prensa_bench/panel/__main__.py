@@ -103,7 +103,7 @@ def measure(store: Store, names: Sequence[str], off: Sequence[str], repeat: int)
                 record = Record(**json.loads(line))
                 store.add(record)
                 done.add(record.problem)
-                told(record)
+                show(record)
         for name in [n for n in now if n not in done][:1]:  # on which the process ended
             store.add(
                 Record(
@@ -116,7 +116,7 @@ def measure(store: Store, names: Sequence[str], off: Sequence[str], repeat: int)
             )
 
 
-def told(record: Record) -> None:
+def show(record: Record) -> None:
     """A line on standard error."""
     off = ", ".join(record.off) or "everything on"
     what = f"{record.status} {record.reason}".strip()

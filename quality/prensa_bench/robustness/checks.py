@@ -43,7 +43,7 @@ def wrong_with(d: Drawn, records: list[Record]) -> str:
 class Touching(NamedTuple):
     """A contact at one increment: nodes (k,), their own gaps ``at_node``; places x (k, 2) where pressures act, own gaps there.
 
-    Normals there, tributary areas, forces on the body, sizes of sides; ``told_with`` (k,): number of the node that is told the
+    Normals there, tributary areas, forces on the body, sizes of sides; ``pressed_as`` (k,): number of the node that is given the
     same pressure, usually the own one.
     """
 
@@ -55,7 +55,7 @@ class Touching(NamedTuple):
     area: Array
     force: Array
     size: Array
-    told_with: Index
+    pressed_as: Index
 
 
 def seen_by(tool: Placed, name: str, record: Record, row: int, x: Array) -> tuple[Array, Array]:
@@ -207,7 +207,7 @@ def outlines(d: Drawn, record: Record) -> str:
         if (t.gap < -allowed).any():
             k = int(np.argmin(t.gap + allowed))
             return f"{at}: node {t.nodes[k]} lies {-t.gap[k]:.3g} inside the tool"
-        least = np.minimum(t.gap, t.gap[t.told_with])
+        least = np.minimum(t.gap, t.gap[t.pressed_as])
         slack = getattr(c.enforcement, "tolerance", 0.0) * longest  # what the augmented form leaves
         if (least[p > 0] > SAME_GAP * size + slack).any():
             return f"{at}: pressure across an open gap of {least[p > 0].max():.3g}"
@@ -285,17 +285,17 @@ def moments(d: Drawn, record: Record) -> str:
     on_tool: dict[str, Array] = {t: np.zeros(len(h["time"])) for t in record.problem.tools}
     for row, _, c, t in touchings(d, record):
         on_tool[c.against][row] += (t.x[:, 0] * t.force[:, 1] - t.x[:, 1] * t.force[:, 0]).sum()
-    told = {}
+    moments = {}
     for name in on_tool:
         at = np.asarray(d.tools[name].at)
         x, y = at[0] + h[f"{name}.ux"], at[1] + h[f"{name}.uy"]
-        told[name] = h[f"{name}.mz"] + x * h[f"{name}.fy"] - y * h[f"{name}.fx"]
+        moments[name] = h[f"{name}.mz"] + x * h[f"{name}.fy"] - y * h[f"{name}.fx"]
     force = np.max([np.hypot(h[f"{t}.fx"], h[f"{t}.fy"]) for t in on_tool], axis=0)
     reach = max([size, *(float(np.linalg.norm(d.tools[t].at)) for t in on_tool)])
     largest = np.maximum.accumulate(force)
     allowed = (MOMENTS * largest + FORCES_WHOLE * largest.max()) * reach
     for name in on_tool if tells_forces(record.problem) else ():
-        off = np.abs(on_tool[name] + told[name])
+        off = np.abs(on_tool[name] + moments[name])
         if (off > allowed).any():
             k = int(np.argmax(off / np.maximum(allowed, 1e-300)))
             return f"time {h['time'][k]:.4g}: moments at the nodes miss that on {name} by {off[k] / (largest[k] * reach):.1e}"
@@ -303,7 +303,7 @@ def moments(d: Drawn, record: Record) -> str:
     for number, shapes in record.bodies.items():
         k = rows[number]
         held = sum(float((s.x[:, 0] * s.reaction[:, 1] - s.x[:, 1] * s.reaction[:, 0]).sum()) for s in shapes.values())
-        if abs(off_ := sum(m[k] for m in told.values()) - held) > allowed[k]:
+        if abs(off_ := sum(m[k] for m in moments.values()) - held) > allowed[k]:
             return f"time {h['time'][k]:.4g}: moments of tools and supports differ by {off_ / (largest[k] * reach):.1e}"
     return ""
 

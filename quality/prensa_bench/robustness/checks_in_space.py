@@ -248,16 +248,16 @@ def moments(d: Drawn, record: Record) -> str:
     on_tool = {t: np.zeros((len(h["time"]), 3)) for t in record.problem.tools}
     for row, c, t in touchings(d, record):
         on_tool[c.against][row] += np.cross(t.x, t.force).sum(axis=0)
-    told, force = {}, np.zeros(len(h["time"]))
+    moments, force = {}, np.zeros(len(h["time"]))
     for name in on_tool:
         u, f, m = (np.stack([h[f"{name}.{key}{a}"] for a in XYZ], axis=1) for key in "ufm")
-        told[name] = m + np.cross(np.asarray(d.tools[name].at) + u, f)
+        moments[name] = m + np.cross(np.asarray(d.tools[name].at) + u, f)
         force = np.maximum(force, np.linalg.norm(f, axis=1))
     reach = max([size, *(float(np.linalg.norm(d.tools[t].at)) for t in on_tool)])
     largest = np.maximum.accumulate(force)
     allowed = (MOMENTS * largest + FORCES_WHOLE * largest.max()) * reach
     for name in on_tool:
-        off = np.abs(on_tool[name] + told[name]).max(axis=1)
+        off = np.abs(on_tool[name] + moments[name]).max(axis=1)
         if (off > allowed).any():
             k = int(np.argmax(off / np.maximum(allowed, 1e-300)))
             return f"time {h['time'][k]:.4g}: moments at the nodes miss that on {name} by {off[k] / (largest[k] * reach):.1e}"
@@ -266,7 +266,7 @@ def moments(d: Drawn, record: Record) -> str:
         if released[k := rows[number]]:
             continue
         held = sum(np.cross(s.x, s.reaction).sum(axis=0) for s in shapes.values())
-        if (off := np.abs(sum(m[k] for m in told.values()) - held).max()) > allowed[k]:
+        if (off := np.abs(sum(m[k] for m in moments.values()) - held).max()) > allowed[k]:
             return f"time {h['time'][k]:.4g}: moments of tools and supports differ by {off / (largest[k] * reach):.1e}"
     return ""
 

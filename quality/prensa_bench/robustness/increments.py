@@ -182,7 +182,7 @@ def judge(p: pr.Problem, number: int, compare: bool) -> Outcome:
         peak, iterations, cutbacks, wrong = solve_checked(p)
     except PrensaError as error:
         spent = time.process_time() - start
-        return Outcome(number, p.name, "told", str(error), seconds=spent, reason=reason_of(error))
+        return Outcome(number, p.name, "reported", str(error), seconds=spent, reason=reason_of(error))
     status, words = ("wrong" if wrong else "right"), wrong
     if compare and not wrong:
         try:

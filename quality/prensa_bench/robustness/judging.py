@@ -76,14 +76,14 @@ def _stopped(d: Drawn, folder: Path, error: PrensaError) -> tuple[str, str, str]
     """Of one stage in space: what came before is checked, and whether its files show the reason."""
     reason, last = reason_of(error), folder / "0"
     if d.problem.space != "solid" or len(d.stages) > 1 or not (last / "history.csv").is_file():
-        return "told", str(error), reason
+        return "reported", str(error), reason
     record = read(last, d.problem)
     if len(record.steps) == 0:
-        return "told", str(error), reason
+        return "reported", str(error), reason
     if record.bodies and (wrong := checks_in_space.until_it_stopped(d, record)):
         return "wrong", f"{wrong} (before it stopped: {error})", reason
     found = stops.confirmed(d, record, reason)
-    return ("confirmed", f"{found}: {error}", reason) if found else ("told", str(error), reason)
+    return ("confirmed", f"{found}: {error}", reason) if found else ("reported", str(error), reason)
 
 
 def _same_times(one: Record, other: Record) -> bool:

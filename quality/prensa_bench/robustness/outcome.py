@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-VERDICTS = ("right", "confirmed", "told", "wrong", "time")
+VERDICTS = ("right", "confirmed", "reported", "wrong", "time")
 
 
 @dataclass(frozen=True)
 class Outcome:
     """Result of a problem, with its cost.
 
-    ``status``: 'right'; 'confirmed' (stopped for a reason that the checks find in the files too); 'told' (the solver or the
+    ``status``: 'right'; 'confirmed' (stopped for a reason that the checks find in the files too); 'reported' (the solver or the
     check before it said that it cannot, ``reason`` is the type of what it said); 'wrong' (an answer that does not hold what
     is asked of it); 'time' (not ended within its limit of processor time). ``words``: what was said, or what is wrong.
     """

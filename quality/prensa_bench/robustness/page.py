@@ -78,10 +78,10 @@ def page(tallies: list[Tally], commit: str = "") -> str:
         f"Made by `prensa bench robustness --seed {seed} --report`"
         + (f" at commit {commit}; the seed is the beginning of its hash." if commit else "."),
         f"One problem again: `prensa bench robustness --seed {tallies[0].seed} --family FAMILY --first NUMBER --count 1`.",
-        "Confirmed: stopped for a reason that the checks find in the files too. Told: the solver said that it cannot.",
+        "Confirmed: stopped for a reason that the checks find in the files too. Reported: the solver said that it cannot.",
         "Wrong: an answer that a check refutes. Time: not ended within the limit of the family. Bounds: of the share of right",
         "answers, with 95 % confidence (Clopper and Pearson). Iterations, cut-backs and seconds are means of a problem.", "",
-        "| family | seed | problems | right | bounds | confirmed | told | wrong | time | iterations | cut-backs | seconds |",
+        "| family | seed | problems | right | bounds | confirmed | reported | wrong | time | iterations | cut-backs | seconds |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]  # fmt: skip
     lines += [_row(t) for t in tallies]
@@ -98,7 +98,7 @@ def page(tallies: list[Tally], commit: str = "") -> str:
         lines += [f"| {' | '.join(key)} | {count} |" for key, count in kinds.most_common()]
         lines.append("")
     titles = (
-        ("Wrong", "wrong"), ("Told", "told"), ("Stopped, and confirmed", "confirmed"), ("Not ended in time", "time"),
+        ("Wrong", "wrong"), ("Reported", "reported"), ("Stopped, and confirmed", "confirmed"), ("Not ended in time", "time"),
         ("Right, with a remark", "right"),
     )  # fmt: skip
     for title, status in titles:

@@ -94,7 +94,7 @@ def judge_slopes(problem: pr.Problem, numerics: pr.Numerics, kind: str, seed: in
     except OutOfTime:
         status, words, reason = "time", f"not ended after {SLOPES_LIMIT:g} s", ""
     except PrensaError as error:
-        status, words, reason = "told", str(error), reason_of(error)
+        status, words, reason = "reported", str(error), reason_of(error)
     except Exception as error:
         status, words, reason = "wrong", f"crashed: {type(error).__name__}: {error}", "Crashed"
     return Outcome(number, f"{number}: {kind}", status, words, seconds=time.process_time() - begun, reason=reason)
@@ -113,7 +113,7 @@ def _verdict(runs: _Runs, rng: np.random.Generator) -> tuple[str, str, str]:
         if len(paths) == PARAMETERS:
             break
     if not paths:
-        return "told", refused, "Refused"
+        return "reported", refused, "Refused"
     with heard() as doubts:
         run = runs.increments(times, paths)
     slopes = _slopes(runs, run, paths)
@@ -125,14 +125,14 @@ def _verdict(runs: _Runs, rng: np.random.Generator) -> tuple[str, str, str]:
         if share is None:
             alone.append(path)
         elif share > AT_CORNERS:
-            told = at_once or any(f"the derivative by {path} is not exact" in words for words in doubts)
-            (doubted if told else wrong).append(f"by {path} {share:.0%} of the numbers miss all differences")
+            reported = at_once or any(f"the derivative by {path} is not exact" in words for words in doubts)
+            (doubted if reported else wrong).append(f"by {path} {share:.0%} of the numbers miss all differences")
     if wrong:
         return "wrong", "; ".join(wrong), ""
     if doubted:
-        return "told", "; ".join(doubted), "NotExact"
+        return "reported", "; ".join(doubted), "NotExact"
     uncompared = f"(runs beside by {', '.join(alone)} failed)" if alone else ""
-    return ("told", uncompared, "NotCompared") if alone == paths else ("right", uncompared, "")
+    return ("reported", uncompared, "NotCompared") if alone == paths else ("right", uncompared, "")
 
 
 def _slopes(runs: _Runs, run: list[Increment], paths: list[str]) -> Array:

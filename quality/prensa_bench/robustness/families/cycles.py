@@ -63,5 +63,5 @@ def unsettled(peaks: np.ndarray) -> str:
     falls = changes[-1] * last < changes[middle - 1] * middle
     if changes[-1] <= SETTLED and (falls or changes[-1] <= max(SETTLING * changes.max(), 1e-6)):
         return ""
-    told = ", ".join(f"{f:.5g}" for f in peaks)
-    return f"peaks of the cycles do not settle, the last changed by {changes[-1]:.2%}: {told}"
+    listed = ", ".join(f"{f:.5g}" for f in peaks)
+    return f"peaks of the cycles do not settle, the last changed by {changes[-1]:.2%}: {listed}"

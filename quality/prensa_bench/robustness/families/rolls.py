@@ -79,7 +79,7 @@ def dragged(h: Mapping[str, Array], R: float, bear: float) -> str:
     """What drags at a free roll of radius R over a passage, of which ``h`` are rows, in words; friction could bear ``bear``.
 
     Force and torque have either sign within the passage, in which nodes land and leave one by one. Over all of it they do no work
-    but what friction takes and springs store. How far the mean may be off is told by that of every other increment.
+    but what friction takes and springs store. How far the mean may be off is known by that of every other increment.
     """
     x, resisting = h["roll.ux"], h["roll.fx"] - h["roll.mz"] / R
     drag, doubt = mean_of(x, resisting)
