@@ -202,6 +202,21 @@ def test_back_pressure_is_lame():
     assert found.u[:, 0].mean() == pytest.approx(shell_flexibility(200e3, 0.3, 10.0, 20.0, 10.0, 0.0, 50.0), rel=1e-3)
 
 
+def test_a_cup_is_held_by_its_back_and_not_by_its_end_on_the_axis():
+    """Its back is higher than wide; the end on the axis is a point, at which stresses would have no bound."""
+    disc = pr.Body(pr.Rectangle((5.0, 3.0), (5, 3)), pr.Elastic(1000.0, 0.3))
+    cup = pr.Profile(points=((6.0, 20.0), (6.0, 0.0), (0.0, 0.0)), fillet=1.0, at=(0.0, 0.0))
+    problem = pr.Problem(
+        "cup", space="axisymmetric", bodies={"b": disc}, tools={"die": cup, "punch": pr.Plane(touching="b.top")},
+        contacts=(pr.Contact("b.bottom", "die"), pr.Contact("b.top", "punch")),
+        steps=(pr.Step("press", move={"punch": pr.Motion(y=-0.05)}, increments=1),),
+    )  # fmt: skip
+    found = pr.die_stress(list(pr.solve(problem))[-1], problem, "die", pr.Die(12.0, 210e3, size=1.0))
+    assert found.problem.fixed["die.back"].y == "held"
+    assert found.largest_mises[0] < 5.0 * found.pressure.max()
+    assert found.imbalance < 1e-10
+
+
 def test_symmetry_line_cuts_and_holds_the_die():
     """In a half model the section ends at the line of symmetry, which holds it."""
     problem = upsetting(space="plane stress", fixed={"billet.bottom": "y", "billet.left": "x"}, thickness=3.0)

@@ -339,15 +339,18 @@ def _supports(problem: Problem, die: Die, back: Array, force: Array, lines: Mapp
             f"die.{side}": Fixed(x="held" if "x" in how else None, y="held" if "y" in how else None)
             for side, how in die.fixed.items()
         }
-    d = back[-1] - back[0]
-    along = "x" if abs(d[1]) > abs(d[0]) else "y"  # the component nearest to the back's normal
+    d, axis = back[-1] - back[0], problem.space == "axisymmetric"
+    on_axis = [end for end, how in lines.items() if axis and how == "x"]
+    # the component nearest to the back's normal: of a back that crosses the axis y, as all that the force can have
+    along = "x" if abs(d[1]) > abs(d[0]) and not on_axis else "y"
     given = dict(die.fixed)
-    axis = problem.space == "axisymmetric"
     loaded = bool(die.back_pressure) or (die.ring is not None and not axis)
     if not given and loaded and set(lines.values()) == {"x", "y"}:
         given = {}  # lines of symmetry hold it both ways
     elif not given and (loaded or (axis and along == "x")):
-        given = {"start" if (force[1] < 0) == (back[0, 1] < back[-1, 1]) else "end": "y"}
+        end = "start" if (force[1] < 0) == (back[0, 1] < back[-1, 1]) else "end"
+        # an end on the axis is a point, which no force can stand on
+        given = {{"start": "end", "end": "start"}[end] if end in on_axis else end: "y"}
     elif not given:
         given = {"back": along if axis or lines else "xy"}
     out = {}
