@@ -159,6 +159,14 @@ def test_blows_end_when_their_energy_is_used_and_it_adds_up(tmp_path: Path) -> N
     assert said[1].startswith("step 'first': 2 J given: ") and said[1].endswith(f"efficiency {100 * first['efficiency']:.1f} %")
 
 
+def test_a_blow_whose_energy_does_not_add_up_is_warned_of(tmp_path: Path) -> None:
+    """Two increments of a user's own: the balance of the first blow is off by more than 5 % of what it gave."""
+    blow = pr.Step("first", by={"t": pr.Motion(y=-1.0)}, increments=2, until=pr.Until(energy={"t": 2000.0}))
+    summary = ran(billet(blow, limit=pr.Press(energy=2000.0), n=(2, 2)), tmp_path)
+    assert abs(summary["blows"][0]["missing"]) > 0.05 * 2000.0
+    assert any("energy balance of step 'first' off by" in words for words in summary["warnings"])
+
+
 def test_a_second_blow_of_steel_adds_up_in_increments_of_its_elastic_part() -> None:
     """Hardened steel yields again after a thousandth of the stroke, where the trapezoid of a long increment misses work."""
     steel = pr.J2(200e3, 0.3, pr.Ludwik(250.0, 500.0, 0.3))

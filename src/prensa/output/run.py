@@ -21,7 +21,7 @@ from prensa.checks.before.preflight import preflight
 from prensa.errors import PrensaError, refuse, take, take_path
 from prensa.measures import parse_all, refuse_targets
 from prensa.model.problem import Case, Problem
-from prensa.output import answer, checkpoint, history, measured, passages, pictures, report, runlog, summary, vtk
+from prensa.output import answer, checkpoint, history, measured, passages, pictures, press, report, runlog, summary, vtk
 from prensa.output.files import file_name, file_names, flush
 from prensa.output.folder import make_room, refuse_links
 from prensa.output.interrupt import Interruptible, Terminated
@@ -309,6 +309,11 @@ class _Run:
         if missing > IMBALANCE * largest:
             share = 100 * missing / largest if largest else 100.0
             log.warning("energy balance off by %.2g %% of the largest energy; smaller increments reduce it", share)
+        for blow in press.blows(table, self.case.problem):
+            if abs(blow.missing) > IMBALANCE * blow.gave:
+                share = 100 * abs(blow.missing) / blow.gave
+                words = "energy balance of step %r off by %.2g %% of what its blow gave; smaller increments reduce it"
+                log.warning(words, blow.step, share)
 
     def _timings(self) -> dict[str, float]:
         """Wall seconds by section, added up over resumes; what no section claims is ``other``."""
