@@ -15,6 +15,7 @@ from prensa.checks.during.validity import Validity
 from prensa.result.increment import Mean
 from prensa.solver import attempt, contact_lcp, increment_solver, newton, predictor, stability, time_stepping
 from prensa.solver.approach import Approach
+from prensa.solver.before_folds import Halved
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.finish import Finish
 from prensa.solver.newton_state import NewtonState
@@ -34,6 +35,11 @@ def _nothing(*_: Any, **__: Any) -> None:
 
 def _no(*_: Any, **__: Any) -> bool:
     return False
+
+
+def _as_it_is(new: Any, outcome: Any, *_: Any) -> Halved:
+    """The increment as long as it was."""
+    return Halved(outcome, False)
 
 
 def _yes(*_: Any, **__: Any) -> bool:
@@ -213,6 +219,11 @@ TIMELY = (
         "Where nothing is extrapolated, an increment starts from the answer of the linearised system.",
         (replaced(predictor, predictor._linearised, _plain_step),),
     ),
+    Mechanism(
+        "contact_in_first_guess",
+        "In space the linearised system of the first guess decides which points are in contact, stick and slip.",
+        (replaced(predictor, predictor._by_contact, _nothing),),
+    ),
     # ------------------------------------------------------------------------------------------------------- finish
     Mechanism(
         "finish",
@@ -388,6 +399,12 @@ GUARDS = (
         "Contacts of few nodes are computed once more on finer elements, and forces that are off are reported.",
         (replaced(analysis, analysis.missed_on_finer, _nothing),),
         guard="tests/checks/test_between_nodes.py::test_forces_that_are_too_large_are_reported_too",
+    ),
+    Mechanism(
+        "before_folds",
+        "Increments end before an outline closes on itself, so that a fold is reported while it is open.",
+        (replaced(time_stepping, time_stepping.before_it_closes, _as_it_is),),
+        guard="tests/checks/test_before_folds.py::test_a_fold_is_reported_while_it_is_open",
     ),
     Mechanism(
         "release",
