@@ -59,8 +59,8 @@ def test_the_published_page_counts_failures_by_kind(tmp_path):
     outcomes = [robustness.Outcome(k, f"{k}: plane", "reported", w, reason="Stagnated") for k, w in enumerate(words)]
     robustness.write(tmp_path / "page.md", [robustness.Tally("plastic", 3, outcomes)], "abc")
     page = (tmp_path / "page.md").read_text(encoding="utf-8")
-    assert "| plastic | told | Stagnated | element turned inside out | 2 |" in page
-    assert "| plastic | told | Stagnated | the residual stagnates of the forces | 1 |" in page
+    assert "| plastic | reported | Stagnated | element turned inside out | 2 |" in page
+    assert "| plastic | reported | Stagnated | the residual stagnates of the forces | 1 |" in page
     assert all(f"- plastic {k}: plane: {w}" in page for k, w in enumerate(words))
     assert "commit abc" in page
 
