@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
+import meshio
 import numpy as np
 import pytest
 
@@ -13,7 +15,7 @@ import prensa as pr
 from prensa.checks.during.closing import FOLDS
 from prensa.mesh.mesh import segments
 from prensa.mesh.overlap import overlaps
-from prensa.result.folding import UNFOLDED, Fold, Folding
+from prensa.result.folding import UNFOLDED, Fold, Folding, folding
 from prensa.solver.before_folds import before_it_closes
 from prensa.system.failure import Folded
 from problems import pressed_block, stroke
@@ -149,3 +151,92 @@ def test_increments_are_halved_until_the_fold_is_open(begins: float, closes: flo
         assert found.outcome is whole
     else:
         assert ends[0] <= found.outcome[0].time < ends[1] and found.outcome[1].converged
+
+
+# ------------------------------------------------------------------------------------------------------------- half models
+OUTLINE = ((0.0, 0.0), (3.2, 0.0), (4.0, 0.5), (4.0, 1.5), (0.0, 1.5))
+NAMES = ("bottom", "right", "right", "top", "left")
+
+
+def half(axis: int = 1, **more) -> pr.Problem:
+    """The half of a block with one notch of 64° that lies across y = 0, or with the axes changed across x = 0."""
+    points, names = OUTLINE, NAMES
+    if axis == 0:
+        points, names = tuple(p[::-1] for p in OUTLINE[::-1]), ("right", "top", "top", "left", "bottom")
+    given = {
+        "fixed": {"b.bottom": "y", "b.left": "x"}, "mesh": pr.Outline(points=points, sides=names, size=0.35),
+        "material": pr.Elastic(1000.0, 0.3), "element": "t6",
+    }  # fmt: skip
+    return pressed_block(stroke(-0.35, increments=10), **given | more)
+
+
+def whole(of: pr.Problem, axis: int, folder: Path) -> pr.Problem:
+    """The whole of a half, on its mesh and the mirror image of that."""
+    mesh = pr.discretise(of).meshes["b"]
+    n, on = len(mesh.points), mesh.points[:, axis] == 0.0
+    image = np.where(on, np.arange(n), n + np.cumsum(~on) - 1)
+    points = np.concatenate([mesh.points, mesh.points[~on] * ([1.0, -1.0] if axis == 1 else [-1.0, 1.0])])
+    cells = np.concatenate([mesh.cells, image[mesh.cells[:, [0, 2, 1, 5, 4, 3]]]])
+    meshio.write(folder / "whole.vtu", meshio.Mesh(np.c_[points, np.zeros(len(points))], [("triangle6", cells)]))
+    tools = {"t": pr.Plane(touching="b.top"), "d": pr.Plane(touching="b.bottom", normal=(0, 1))}
+    contacts = [pr.Contact("b.top", "t"), pr.Contact("b.bottom", "d")]
+    step = replace(of.steps[0], move={"t": pr.Motion(y=-0.35), "d": pr.Motion(y=0.35)})
+    body = pr.Body(pr.File(str(folder / "whole.vtu")), of.bodies["b"].material, "t6")
+    return replace(of, bodies={"b": body}, tools=tools, contacts=contacts, fixed={"b.left": "x"}, steps=(step,))
+
+
+def test_a_half_model_has_the_opening_and_the_count_of_the_whole(tmp_path: Path, caplog) -> None:
+    """In each increment until the flanks meet, and `until` ends both at one time; the report names the line."""
+    one = half()
+    both = whole(one, 1, tmp_path)
+    done, said, _ = followed(one, caplog)
+    caplog.clear()
+    reference, words, error = followed(both, caplog)
+    assert error is not None and len(said) == 1 == len(words) and "mirror image across y = 0" in said[0]
+    compared = 0
+    for (i, reports), (j, known) in zip(done, reference, strict=False):
+        if j.measure("b.fold_opening") > 0.0:
+            for name in ("fold_opening", "folding_angle"):
+                assert i.measure(f"b.{name}") == pytest.approx(j.measure(f"b.{name}"), rel=1e-6)
+            assert (i.measure("b.folds"), reports) == (j.measure("b.folds"), known) and i.time == j.time
+            compared += 1
+    assert compared >= 5 and reference[compared - 1][1] == 1
+    until = pr.Until(measure={"b.folds": 1})
+    ends = [list(pr.solve(replace(p, steps=(replace(p.steps[0], until=until),))))[-1] for p in (one, both)]
+    assert ends[0].time == pytest.approx(ends[1].time, abs=1e-8) and ends[0].measure("b.folds") == 1
+    # where the flank lies on the line the fold has closed, and it stays one
+    last, _ = done[-1]
+    assert last.time == 1.0 and last.measure("b.fold_opening") == 0.0 and last.measure("b.folds") == 1
+
+
+@pytest.mark.parametrize(("axis", "space"), [(0, "plane strain"), (0, "axisymmetric"), (1, "axisymmetric")])
+def test_the_axis_and_lines_of_both_directions_are_looked_across(axis: int, space: str, tmp_path: Path) -> None:
+    """Of the same motion of half and whole, the axis of revolution being one of symmetry of the section."""
+    one = half(axis, space=space)
+    system, other = pr.discretise(one), pr.discretise(whole(half(axis), axis, tmp_path))
+    seen = []
+    for closed in (0.5, 0.9, 0.99):
+
+        def moved(system: pr.System, by: float = closed) -> np.ndarray:
+            u = system.initial().u.copy()
+            along = system.X[:, 1 - axis] / 4.0
+            u[system.dofs.displacement.dof(np.arange(len(system.X)), "xy"[axis])] = -by * along * system.X[:, axis]
+            return u
+
+        found, reference = (folding(s, moved(s), s.initial().u)["b"] for s in (system, other))
+        assert found.opening == pytest.approx(reference.opening, rel=1e-9)
+        assert found.angle == pytest.approx(reference.angle, rel=1e-9)
+        assert len(found.folds) == len(reference.folds)
+        seen.append(found.opening)
+    assert seen[0] > 1.0 > seen[-1]
+
+
+def test_a_straight_side_is_none_at_a_line_nor_where_there_is_no_line() -> None:
+    """A smooth block stays straight; of a body that may go beyond its lines (`no_contact`) no mirror image is looked at."""
+    *_, flat = pr.solve(half(mesh=pr.Rectangle((4.0, 1.5), (8, 3)), element="q8"))
+    assert flat.measure("b.fold_opening") == pytest.approx(UNFOLDED, rel=1e-9) and flat.measure("b.folds") == 0
+    system = pr.discretise(half(no_contact=[pr.NoContact("b", "symmetry")]))
+    u = system.initial().u.copy()
+    u[system.dofs.displacement.dof(np.arange(len(system.X)), "y")] = -0.9 * system.X[:, 0] / 4.0 * system.X[:, 1]
+    found = folding(system, u, system.initial().u)["b"]
+    assert not found.folds and all(f.across is None for f in found.forming)

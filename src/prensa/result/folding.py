@@ -13,6 +13,10 @@ side, 1 where a fold begins, 0 where it has closed. It is continuous, so that th
 
 Places that have not come closer in the step have none. A fold is a place where the opening is below 1, the least one of all pairs
 between whose flanks it lies; an outline that has passed through itself (`prensa.mesh.overlap`) is closed there.
+
+Across a line of symmetry a void lies between the outline and its mirror image, and both are looked at together
+(`prensa.result.whole_outline`): a half model has the openings of the whole. Where the outline has reached such a line a fold has
+closed. A place and its image are one fold.
 """
 
 from __future__ import annotations
@@ -23,7 +27,9 @@ import numpy as np
 
 from prensa.mesh.mesh import segments
 from prensa.mesh.overlap import Overlap, overlaps
-from prensa.precision import SMALLEST
+from prensa.precision import NEGLIGIBLE, SMALLEST
+from prensa.result.whole_outline import WholeOutline, whole_outline
+from prensa.system.symmetry_planes import Line
 from prensa.system.system import System
 from prensa.types import Array, Flags, Index
 
@@ -37,7 +43,8 @@ CLOSING = 1.0
 class Fold(NamedTuple):
     """A place (x, y) where two parts of an outline, ``nodes`` (k,) of the body, close over a ``gap`` (length).
 
-    ``arc`` (n,): nodes of the outline between the two; ``opening``: see above, 0 with a gap of 0 where they have met.
+    ``arc`` (n,): nodes of the outline between the two; ``opening``: see above, 0 with a gap of 0 where they have met. ``across``:
+    the line of symmetry between them, if one of the two is the mirror image of a part of the body.
     """
 
     nodes: Index
@@ -46,6 +53,7 @@ class Fold(NamedTuple):
     y: float
     gap: float
     opening: float
+    across: Line | None = None
 
 
 class Folding(NamedTuple):
@@ -70,11 +78,32 @@ class Folding(NamedTuple):
 
 
 class _Loop(NamedTuple):
-    """A closed outline in walking order: places (m, 2) of its nodes now, at the start of the step and at first."""
+    """A closed part of a ``whole`` outline: its ``nodes`` (m,) in walking order.
 
+    ``now``, ``then``, ``first`` (m, 2): where they are, were at the start of the step and were at first.
+    """
+
+    whole: WholeOutline
+    nodes: Index
     now: Array
     then: Array
     first: Array
+
+    @property
+    def own(self) -> Index:
+        """Nodes (m,) of the body, of which those of the loop are images."""
+        return self.nodes % self.whole.n
+
+    @property
+    def modelled(self) -> Flags:
+        """Which (m,) are nodes of the body themselves."""
+        return self.nodes < self.whole.n
+
+    def between(self, a: int, b: int) -> Index:
+        """Nodes on the shorter way from one to another, both included, as the loop counts them."""
+        m = len(self.nodes)
+        inner = np.arange(a, a + (b - a) % m + 1) % m
+        return inner if 2 * len(inner) <= m else np.setdiff1d(np.arange(m), inner[1:-1])
 
 
 class _Pairs(NamedTuple):
@@ -105,15 +134,18 @@ def folding(system: System, u: Array, start: Array, below: float = UNFOLDED) -> 
     out = {}
     for body, mesh in system.meshes.items():
         own = slice(system.offsets[body], system.offsets[body] + len(mesh.points))
-        ends = segments(mesh.boundary)
-        met = [(ends[o.segments], o) for o in overlaps(now[own], ends)]
+        ends, whole = segments(mesh.boundary), whole_outline(system, body)
+        met = [(ends[o.segments[whole.modelled[o.segments]]], o) for o in overlaps(now[own], ends)]
         angle, found = STRAIGHT_ANGLE, list[Fold]()
-        for nodes in _loops(ends):
-            loop = _Loop(*(p[own][nodes] for p in (now, then, system.X)))
-            angle = min(angle, _least_angle(system, u, loop.now))
+        for nodes in _loops(whole.ends):
+            if not (nodes < whole.n).any():
+                continue
+            loop = _Loop(whole, nodes, *(whole.placed(nodes, p[own]) for p in (now, then, system.X)))
+            angle = min(angle, _least_angle(system, u, loop))
             folds = [_closed(nodes, rim, o) for rim, o in met if np.isin(rim[:1], nodes).any()]
+            folds += _at_lines(loop, NEGLIGIBLE * system.length, [f.arc for f in folds])
             folds += _of_loop(system, u, loop, below, [f.arc for f in folds])
-            found += [f._replace(nodes=nodes[f.nodes], arc=nodes[f.arc]) for f in folds]
+            found += [f._replace(nodes=loop.own[f.nodes], arc=np.unique(loop.own[f.arc])) for f in folds]
         found.sort(key=lambda f: f.opening)
         closing = sum(f.opening < CLOSING for f in found)
         out[body] = Folding(angle, tuple(found[:closing]), tuple(found[closing:]))
@@ -130,6 +162,27 @@ def _closed(nodes: Index, rim: Index, overlap: Overlap) -> Fold:
     return Fold(at, arc, overlap.x, overlap.y, 0.0, 0.0)
 
 
+def _at_lines(loop: _Loop, near: float, met: list[Index]) -> list[Fold]:
+    """Folds that have closed: where an outline is within ``near`` (length) of a line of symmetry, and was not at first.
+
+    Not on arcs that have ``met``.
+    """
+    taken, out = np.zeros(loop.whole.n, dtype=bool), list[Fold]()
+    for arc in met:
+        taken[loop.own[arc]] = True
+    for line in loop.whole.lines:
+        come = loop.modelled & (line.distance(loop.now) <= near) & (line.distance(loop.first) > near)
+        # of an outline that ends on no line, as of a bore around the axis, the image is another one
+        images = [(a, loop.whole.image_of(loop.nodes[a], line)) for a in np.flatnonzero(come).tolist()]
+        pairs = [(a, np.flatnonzero(loop.nodes == image)) for a, image in images]
+        arcs = [(a, loop.between(a, int(b[0]))) for a, b in pairs if len(b)]
+        for a, arc in sorted(arcs, key=lambda found: -len(found[1])):
+            if not taken[loop.own[arc]].any():
+                out.append(Fold(np.array([a]), arc, float(loop.now[a, 0]), float(loop.now[a, 1]), 0.0, 0.0, line))
+            taken[loop.own[arc]] = True
+    return out
+
+
 def _loops(ends: Index) -> list[Index]:
     """Nodes of closed outlines in walking order, from straight pieces (k, 2)."""
     after, out = dict(ends.tolist()), []
@@ -143,46 +196,53 @@ def _loops(ends: Index) -> list[Index]:
 
 
 def _nearest_tool(system: System, u: Array, x: Array) -> Array:
-    """Gaps (k,) of the nearest tools from places x (k, 2), negative inside, infinite without any."""
+    """Gaps (k,) of the nearest tools from places x (k, 2), negative inside, infinite without any.
+
+    Planes that stand for lines of symmetry fill no void: in the whole there are none.
+    """
     gap = np.full(len(x), np.inf)
-    for master in system.tool_masters.values() if len(x) else ():
+    tools = list(system.tool_masters.values())[: len(system.tools) - system.mirrors]
+    for master in tools if len(x) else ():
         gap = np.fmin(gap, master.seen(x, u).g)
     return gap
 
 
-def _least_angle(system: System, u: Array, x: Array) -> float:
-    """The smallest opening (degrees) of the corners of a loop of nodes at x (m, 2) that no tool fills."""
+def _least_angle(system: System, u: Array, loop: _Loop) -> float:
+    """The smallest opening (degrees) of the corners of a loop that no tool fills."""
+    x = loop.now
     back, on = np.roll(x, 1, axis=0) - x, np.roll(x, -1, axis=0) - x
     # with the body on the left of the way on, what is outside lies from there clockwise to the way back
     turn = np.arctan2(on[:, 1] * back[:, 0] - on[:, 0] * back[:, 1], (on * back).sum(axis=1))
     opening = np.degrees(turn) % (2.0 * STRAIGHT_ANGLE)
     sharp = np.flatnonzero(opening < STRAIGHT_ANGLE)
-    sharp = sharp[_nearest_tool(system, u, (x + 0.25 * (back + on))[sharp]) > 0.0]
+    sharp = sharp[_nearest_tool(system, u, loop.whole.modelled_side((x + 0.25 * (back + on))[sharp])) > 0.0]
     return float(opening[sharp].min(initial=STRAIGHT_ANGLE))
 
 
 def _of_loop(system: System, u: Array, loop: _Loop, below: float, met: list[Index]) -> list[Fold]:
     """Folds of a loop with an opening ``below`` a number, the nearest to closing of each place; not on arcs that have ``met``."""
-    m = len(loop.now)
     pairs, opening = _openings(system, u, loop, below)
-    across, taken, out = pairs.across(loop.now), np.zeros(m, dtype=bool), list[Fold]()
+    across, taken, out = pairs.across(loop.now), np.zeros(loop.whole.n, dtype=bool), list[Fold]()
+    places = loop.whole.modelled_side(loop.now[pairs.a] + 0.5 * across)
     for arc in met:
-        taken[arc] = True
+        taken[loop.own[arc]] = True
     for e in np.argsort(opening, kind="stable"):
         a, b = int(pairs.a[e]), int(pairs.b[e])
-        inner = np.arange(a, a + (b + 1 - a) % m + 1) % m
-        inner = inner if 2 * len(inner) <= m else np.setdiff1d(np.arange(m), inner[1:-1])
-        if not taken[inner].any():
-            place = loop.now[a] + 0.5 * across[e]
-            nodes, gap = np.array([a, b, (b + 1) % m]), float(np.hypot(*across[e]))
-            out.append(Fold(nodes, inner, float(place[0]), float(place[1]), gap, float(opening[e])))
-        taken[inner] = True
+        after = (b + 1) % len(loop.nodes)
+        inner = loop.between(a, after)
+        if not taken[loop.own[inner]].any():
+            nodes, gap = np.array([a, b, after]), float(np.hypot(*across[e]))
+            line = loop.whole.across(loop.nodes[nodes])
+            x, y = places[e].tolist()
+            out.append(Fold(nodes, inner, x, y, gap, float(opening[e]), line))
+        taken[loop.own[inner]] = True
     return out
 
 
 def _openings(system: System, u: Array, loop: _Loop, below: float) -> tuple[_Pairs, Array]:
     """Pairs of a loop whose opening is ``below`` a number, and their openings."""
     pairs = _candidates(loop.now, below)
+    pairs = pairs.of(loop.modelled[pairs.a])  # each pair of two images is one of these in a mirror
     length = np.hypot(*(np.roll(loop.now, -1, axis=0) - loop.now).T)
     size = 0.5 * (length + np.roll(length, 1))
     gap = np.hypot(*pairs.across(loop.now).T)
@@ -197,7 +257,7 @@ def _openings(system: System, u: Array, loop: _Loop, below: float) -> tuple[_Pai
     keep = opening < below
     pairs, opening, across = pairs.of(keep), opening[keep], pairs.of(keep).across(loop.now)
     gap = np.maximum(np.hypot(*across.T), SMALLEST)
-    tool = _nearest_tool(system, u, loop.now[pairs.a] + 0.5 * across)
+    tool = _nearest_tool(system, u, loop.whole.modelled_side(loop.now[pairs.a] + 0.5 * across))
     opening = np.maximum(opening, 1.0 - 2.0 * np.clip(tool, -gap, gap) / gap)
     return pairs.of(opening < below), opening[opening < below]
 

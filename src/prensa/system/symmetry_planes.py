@@ -122,36 +122,48 @@ def _watched(system: System, lines: Sequence[Line], u: Array) -> list[Watched]:
     return watched
 
 
-def _lines(system: System, x: Array) -> list[Line]:
-    """Lines that hold part of an outline along their normal and nothing along themselves, with their bodies on one side.
+def lines_of(system: System, body: str, x: Array) -> list[Line]:
+    """Lines that hold part of a body's outline along their normal and nothing along themselves, and the axis of revolution.
 
-    None where a plane of the description stands already, and for bodies that ``no_contact`` excepts.
+    Only those on one side of which the body lies, its nodes and all others being at x (n, 2), and where no plane of the
+    description stands already; none if ``no_contact`` excepts the body.
     """
-    p, size = system.problem, system.length
+    p, mesh = system.problem, system.meshes[body]
+    if any(e.against == SYMMETRY and SYMMETRY not in p.tools and body in e.surface for e in p.no_contact):
+        return []
+    own, places = x[system.offsets[body] + np.arange(len(mesh.points))], symmetry_lines(p, body, mesh)
+    if p.space == "axisymmetric":
+        places.add((0, 0.0))
+    out = []
+    for axis, at in sorted(places):
+        for line in (Line(axis, at, side, (body,)) for side in (1.0, -1.0)):
+            beside = line.distance(own).min() >= -NEGLIGIBLE * system.length
+            if beside and not _stands(system, body, line, len(system.tools) - system.mirrors):
+                out.append(line)
+    return out
+
+
+def _lines(system: System, x: Array) -> list[Line]:
+    """The lines of all bodies (see `lines_of`) on which no plane stands, with those on the same side of each."""
     bodies: dict[tuple[int, float, float], list[str]] = {}
-    excepted = {s for entry in p.no_contact if entry.against == SYMMETRY and SYMMETRY not in p.tools for s in entry.surface}
-    for body, mesh in system.meshes.items():
-        if body in excepted:
-            continue
-        own = x[system.offsets[body] + np.arange(len(mesh.points))]
-        places = symmetry_lines(p, body, mesh)
-        if p.space == "axisymmetric":
-            places.add((0, 0.0))
-        for axis, at in places:
-            for side in (1.0, -1.0):
-                if (side * (own[:, axis] - at)).min() >= -NEGLIGIBLE * size and not _stands(system, body, axis, at, side):
-                    bodies.setdefault((axis, at, side), []).append(body)
+    for body in system.meshes:
+        for line in lines_of(system, body, x):
+            if not _stands(system, body, line, len(system.tools)):
+                bodies.setdefault((line.axis, line.at, line.side), []).append(body)
     return [Line(*key, tuple(names)) for key, names in sorted(bodies.items())]
 
 
-def _stands(system: System, body: str, axis: int, at: float, side: float) -> bool:
-    """Whether a plane that a body has contact with is a line, on the other side of which it is."""
+def _stands(system: System, body: str, line: Line, tools: int) -> bool:
+    """Whether one of the first ``tools`` that a body has contact with is a plane on a line, on the other side of which it is."""
+    names = list(system.tool_masters)[:tools]
     for s in system.tool_contacts:
         master = system.tool_masters[s.against]
         tool = master.tool
-        if s.body == body and tool.description.type == "plane" and side * tool.direction[axis] > 1 - NEGLIGIBLE:
+        if s.body != body or s.against not in names:
+            continue
+        if tool.description.type == "plane" and line.side * tool.direction[line.axis] > 1 - NEGLIGIBLE:
             place = master.at + master.place(system.initial().u)[:2]
-            if abs(place[axis] - at) <= NEGLIGIBLE * system.length:
+            if abs(place[line.axis] - line.at) <= NEGLIGIBLE * system.length:
                 return True
     return False
 

@@ -29,33 +29,54 @@ class Closing:
     def __call__(self, given: Solved) -> Iterator[Finding]:
         """Outlines are right in every increment, whatever is condensed."""
         for body, fold in self._folds(given.context, given.outlines):
-            if not self._is_known(body, fold):
+            known = _most(fold, self.known.get(body)) or (fold.across and _most(fold, self._begun(given.context, body)))
+            if not known:
                 yield warning(self._words(given.context, body, fold))
             # flanks close on and on, and what lies between them grows
             self.known[body] = np.union1d(self.known.get(body, fold.arc), fold.arc)
 
     def new(self, c: Context, u: Array) -> list[Fold]:
-        """Folds that were not reported yet, for degrees of freedom u (ndof,) at the end of an increment."""
-        return [fold for body, fold in self._folds(c, u) if not self._is_known(body, fold)]
+        """Folds that were not reported yet, for degrees of freedom u (ndof,) at the end of an increment.
+
+        Across a line of symmetry those that were not there at its start: a run goes on when such a fold has closed, and its
+        increments must be as long as those of one that is resumed, which does not know what was reported.
+        """
+        return [
+            fold
+            for body, fold in self._folds(c, u)
+            if not _most(fold, self._begun(c, body) if fold.across else self.known.get(body))
+        ]
+
+    def _begun(self, c: Context, body: str) -> Index:
+        """Nodes between the flanks of the folds of a body across lines of symmetry at the start of an increment."""
+        folds = folding(self.system, c.state.u, self.system.initial().u, CLOSING)[body].folds
+        return np.concatenate([np.zeros(0, dtype=np.int64), *(f.arc for f in folds if f.across)])
 
     def _folds(self, c: Context, u: Array) -> Iterator[tuple[str, Fold]]:
         if self.system.problem.kinematics != "small":
             for body, found in folding(self.system, u, c.state.step_start, CLOSING).items():
                 yield from ((body, fold) for fold in found.folds)
 
-    def _is_known(self, body: str, fold: Fold) -> bool:
-        """Whether most of what lies between the flanks of a fold lay between those of one that was reported.
-
-        Flanks that meet may do so all along at once, far beyond what was known: then any part of it will do.
-        """
-        inside = int(np.isin(fold.arc, self.known[body]).sum()) if body in self.known else 0
-        return 2 * inside > len(fold.arc) or (inside > 0 and fold.opening == 0.0)
-
     def _words(self, c: Context, body: str, fold: Fold) -> str:
         side = " and ".join(sides_of(self.system, body, fold.nodes + self.system.offsets[body]))
-        flanks = f"its two flanks are {fold.gap:.3g} apart and close" if fold.gap > 0.0 else "its two flanks have met"
+        flanks = "its two flanks" if fold.across is None else f"its flank and its mirror image across {fold.across}"
+        apart = f"are {fold.gap:.3g} apart and close" if fold.gap > 0.0 else "have met"
+        end = (
+            "results end where they meet, as a body has no contact with itself"
+            if fold.across is None
+            else "a lap remains where they meet"
+        )
         return (
             f"{side!r}{FOLDS}({fold.x:.4g}, {fold.y:.4g}) in increment {c.state.clock.number + 1}, step {c.plan.name!r}: "
-            f"{flanks}; results end where they meet, as a body has no contact with itself; change the blank or the die, or end "
-            f"the step there: 'until: {{measure: {{{body}.folds: 1}}}}'"
+            f"{flanks} {apart}; {end}; change the blank or the die, or end the step there: "
+            f"'until: {{measure: {{{body}.folds: 1}}}}'"
         )
+
+
+def _most(fold: Fold, known: Index | None) -> bool:
+    """Whether most of what lies between the flanks of a fold lay between those of one that is known.
+
+    Flanks that meet may do so all along at once, far beyond what was known: then any part of it will do.
+    """
+    inside = 0 if known is None else int(np.isin(fold.arc, known).sum())
+    return 2 * inside > len(fold.arc) or (inside > 0 and fold.opening == 0.0)

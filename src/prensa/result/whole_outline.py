@@ -1,0 +1,92 @@
+"""The outline of a body together with its mirror images across lines of symmetry and the axis of revolution.
+
+A half model has half of a notch: what its flank comes to is its own mirror image. The whole outline consists of the body's own
+pieces, without those on the lines, and of their images across each line and across two lines that cross.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from prensa.mesh.mesh import segments
+from prensa.precision import NEGLIGIBLE
+from prensa.system.symmetry_planes import Line, lines_of
+from prensa.system.system import System
+from prensa.types import Array, Flags, Index
+
+
+class WholeOutline(NamedTuple):
+    """Straight pieces ``ends`` (k, 2) between nodes of a body of n nodes and of its images, the body on the left of each.
+
+    Node i of image number c is c n + i; image 0 is the body, and what lies on a line is there alone. ``images``: the lines that
+    each is mirrored across. ``modelled`` (l,): which pieces of the body's own outline are in it, those on no line.
+    """
+
+    n: int
+    images: list[tuple[Line, ...]]
+    ends: Index
+    modelled: Flags
+
+    @property
+    def lines(self) -> list[Line]:
+        """All lines."""
+        return [image[0] for image in self.images if len(image) == 1]
+
+    def placed(self, nodes: Index, x: Array) -> Array:
+        """Places (m, 2) of nodes (m,) of the whole outline, those of the body being at x (n, 2)."""
+        out, image = x[nodes % self.n], nodes // self.n
+        for number, lines in enumerate(self.images):
+            for line in lines:
+                there = image == number
+                out[there, line.axis] = 2.0 * line.at - out[there, line.axis]
+        return out
+
+    def image_of(self, node: int, line: Line) -> int:
+        """The image of a node of the body across one line."""
+        return node + self.images.index((line,)) * self.n
+
+    def across(self, nodes: Index) -> Line | None:
+        """A line that lies between nodes (m,) of the body and of an image; None if all are of the body."""
+        return next(iter(self.images[int(nodes.max()) // self.n]), None)
+
+    def modelled_side(self, x: Array) -> Array:
+        """Places (m, 2), mirrored to the side of each line on which the body lies."""
+        for line in self.lines:
+            beyond = line.distance(x) < 0.0
+            x = x.copy()
+            x[beyond, line.axis] = 2.0 * line.at - x[beyond, line.axis]
+        return x
+
+
+def whole_outline(system: System, body: str) -> WholeOutline:
+    """The whole outline of a body in the plane; its own without lines of symmetry (see `lines_of`)."""
+    first, mesh = system.first or system, system.meshes[body]
+    n, ends = len(mesh.points), segments(mesh.boundary)
+    lines = lines_of(first, body, first.X)
+    if not lines:
+        return WholeOutline(n, [()], ends, np.ones(len(ends), dtype=bool))
+    X = system.X[system.offsets[body] + np.arange(n)]
+    on = {line: np.asarray((np.abs(line.distance(X[ends])) <= NEGLIGIBLE * system.length).all(axis=1)) for line in lines}
+    across = [[(), *((line,) for line in lines if line.axis == axis)] for axis in (0, 1)]
+    images: list[tuple[Line, ...]] = [a + b for a, b in product(*across)]
+    parts = [_mirrored(images, image, on, ends, n) for image in images]
+    modelled = ~np.any(list(on.values()), axis=0)
+    return WholeOutline(n, images, np.concatenate(parts), np.asarray(modelled))
+
+
+def _mirrored(images: Sequence[tuple[Line, ...]], image: tuple[Line, ...], on: dict[Line, Flags], ends: Index, n: int) -> Index:
+    """Pieces (k, 2) of one image; of pieces on a line only those of which no other image lies on the far side."""
+    keep, nodes = np.ones(len(ends), dtype=bool), images.index(image) * n + np.arange(n)
+    for line, there in on.items():
+        if line in image:
+            beside = tuple(other for other in image if other != line)
+            shared = np.unique(ends[there])
+            nodes[shared] -= (images.index(image) - images.index(beside)) * n
+        if line in image or all(other.axis != line.axis for other in image):
+            keep &= ~there
+    out = nodes[ends[keep]]
+    return out[:, ::-1] if len(image) % 2 else out
