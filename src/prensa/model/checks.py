@@ -132,6 +132,8 @@ def _damage(p: Any, key: str, body: Any) -> Iterator[Finding]:
     for k, name in enumerate(names):
         if name in names[:k]:
             yield Finding((*path, k), f"two damage laws {name!r}; a body has one of each, so keep one of them")
+        if words := body.damage[k].fault():
+            yield Finding((*path, k), f"damage law {name!r}: {words}; try it with prensa.testing.check_damage")
 
 
 def _remeshing(p: Any) -> Iterator[Finding]:

@@ -181,8 +181,9 @@ def _damage(p: Any, until: Any, path: Path) -> Iterator[Finding]:
 
 def not_positive(body: str, value: Any) -> str:
     """What is wrong with a damage that a body has before anything is solved."""
+    given = value if isinstance(value, str) else f"{value:g}"
     return (
-        f"the damage of {body!r} that ends the step is {value if isinstance(value, str) else f'{value:g}'}, and damage begins at 0: it must be greater than 0; give the "
+        f"the damage of {body!r} that ends the step is {given}, and damage begins at 0: it must be greater than 0; give the "
         f"damage at which metal cracks, or {LIMIT!r} for the limit of its law"
     )
 
