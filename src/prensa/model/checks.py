@@ -73,7 +73,10 @@ def _measures(p: Any) -> Iterator[Finding]:
 
 
 def _metal(p: Any, body: str, metal: Any) -> Iterator[Finding]:
-    """A metal of a script has its stresses in N/mm², which may not be those of the problem."""
+    """A temperature of its flow curve outside its range; of a script stresses in N/mm², which may not be those of the problem."""
+    T = getattr(p.bodies[body].material.flow, "T", None) if metal is not None and "flow.T" in metal.changed else None
+    if T is not None and (words := metal.refuses(T)):
+        yield Finding(("bodies", body, "material", "flow", "T"), words)
     if metal is not None and metal.MPa is not None and p.units is not None:
         length, force = p.units.length, p.units.force
         if not isclose(metal.MPa, factor("1 MPa", length, force, PRESSURE.exponents)):
