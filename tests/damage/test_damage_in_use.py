@@ -149,6 +149,8 @@ def replace_body(*laws: Any, material: Any = STEEL, **more: Any) -> pr.Problem:
         ("{type: ayada}", "{bilet: 1}", PLASTIC, "unknown body 'bilet'; did you mean 'billet'?"),
         ("[]", "{billet: limit}", PLASTIC, "body 'billet' has no damage law to reach a limit; give it one, like"),
         ("{type: freudenthal, limit: 3 mm}", "{billet: limit}", PLASTIC, "limit of damage of body 'billet' (freudenthal)"),
+        ("{type: ayada}", "{billet: 0}", PLASTIC, "damage of 'billet' that ends the step is 0, and damage begins at 0: it must"),
+        ("{type: ayada}", "{billet: -1}, energy: {die: -5}", PLASTIC, "'die' in energy is -5; it must be greater than 0"),
     ],
 )  # fmt: skip
 def test_what_makes_no_sense_is_refused_in_a_line(tmp_path: Path, damage: str, until: str, material: str, said: str) -> None:
@@ -165,6 +167,9 @@ def test_other_refusals() -> None:
     until = [pr.Step("s", increments=2, until=pr.Until(damage={"b": "3 mm"}))]
     with pytest.raises(pr.PrensaError, match=r"steps.0.until.damage.b: '3 mm' has the wrong unit.*or write 'limit'"):
         list(pr.solve(replace_body(pr.Ayada(), steps=until)))
+    until = [pr.Step("s", increments=2, until=pr.Until(damage={"b": "0 MPa"}))]
+    with pytest.raises(pr.PrensaError, match=r"steps.0.until.damage.b: .*'b' that ends the step is 0 MPa.*greater than 0; give"):
+        list(pr.solve(replace_body(pr.Freudenthal(), steps=until)))
     with pytest.raises(pr.PrensaError, match=r"body 'b' has no damage law; give it one, as in"):
         parse("b.max.damage", replace_body())
     with pytest.raises(pr.PrensaError, match=r"body 'b' has no damage law 'ayda'; did you mean 'ayada'"):

@@ -143,3 +143,49 @@ def test_the_suite_says_what_is_wrong(law, said):
     """A law that falls unsaid, and one that is no number."""
     with np.errstate(all="ignore"), pytest.raises(LawError, match=said):
         check_damage(law)
+
+
+class OfThree(pr.DamageLaw):
+    """A law that answers for three points, whatever it is asked."""
+
+    def rate(self, at):
+        return np.full(3, 0.1)
+
+
+class OfStress(pr.DamageLaw):
+    """A law that takes something else."""
+
+    def rate(self, stress, strain):
+        return stress
+
+
+class Unstated(pr.DamageLaw):
+    """A law without an answer."""
+
+
+class Constant(pr.DamageLaw):
+    """A law that answers with one number for all points."""
+
+    def rate(self, at):
+        return 1.0
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (OfThree(), r"'OfThree': its rate returns an array of shape \(3,\) .*array of shape \(5,\)"),
+        (OfStress(), r"'OfStress': its rate raises TypeError \(.*'strain'"),
+        (Unstated(), r"'Unstated': its rate raises NotImplementedError \(Unstated states no growth"),
+    ],
+)
+def test_a_law_of_the_wrong_form_is_refused_before_the_run(law, said):
+    """A problem with it says its name, what it returns and what is expected; one number for all points is as good as many."""
+    material = pr.J2(E=200e3, nu=0.3, flow=pr.Voce(s0=200, Q=100, b=5))
+
+    def problem(damage):
+        body = pr.Body(pr.Rectangle((1.0, 1.0), (1, 1)), material, damage=damage)
+        return pr.Problem("one", bodies={"b": body}, fixed={"b.bottom": "xy"}, steps=[pr.Step("s")])
+
+    with pytest.raises(pr.PrensaError, match=said):
+        problem(law)
+    assert problem(Constant()).bodies["b"].damage == (Constant(),)

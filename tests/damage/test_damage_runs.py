@@ -146,6 +146,21 @@ def test_damage_at_the_equator_follows_from_saved_fields(tmp_path: Path) -> None
         pr.run(plain, tmp_path / "plain", quiet=True).increments[-1].points  # noqa: B018
 
 
+@pytest.mark.parametrize(("rule", "least", "most"), [("backward_euler", 1.7, 2.3), ("auto", 1.7, 2.3), ("bdf2", 3.4, 4.6)])
+def test_the_error_of_damage_falls_as_that_of_the_flow(rule: str, least: float, most: float) -> None:
+    """By how much differences shrink as given increments are halved: 2 for backward Euler, which `auto` takes too, 4 for BDF2."""
+    found = []
+    for n in (12, 24, 48):
+        body = pr.Body(pr.Rectangle((10, 15), (2, 3)), STEEL, damage=pr.CockcroftLatham())
+        p = pr.Problem(
+            "u", space="axisymmetric", bodies={"b": body}, tools={"die": pr.Plane(touching="b.top")}, friction=pr.Coulomb(0.3),
+            fixed={"b.bottom": "y", "b.left": "x"}, steps=[stroke(-5.0, increments=n, tool="die")],
+        )  # fmt: skip
+        *_, last = pr.solve(p, numerics=pr.Numerics(time_rule=rule))
+        found.append(last.measure("b.right.damage at y=0"))
+    assert least < (found[1] - found[0]) / (found[2] - found[1]) < most
+
+
 def test_a_barrel_has_more_damage_the_rougher_the_plates() -> None:
     """None without friction, and more with more of it."""
     found = []

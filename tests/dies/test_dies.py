@@ -261,6 +261,7 @@ def test_bad_dies_are_refused(last, run):
     inc, problem = last
     for tool, die, words in (
         ("dei", pr.Die(20.0), "did you mean 'die'"), ("die", pr.Die(0.0), "--thickness"),
+        ("die", pr.Die(-3.0), r"thickness of its section must be greater than 0, got -3; give it, as in --thickness"),
         ("die", pr.Die(20.0, span=(0, 5)), "--span"),
         ("die", pr.Die(20.0, fixed={"top": "x"}), "--fix"), ("die", pr.Die(20.0, span=(3, 3)), "no length"),
     ):  # fmt: skip

@@ -114,6 +114,22 @@ def test_a_law_of_a_case_file_is_in_the_answer_and_on_the_first_screen(tmp_path)
     assert found["own"]["parts"] == pytest.approx(2.0 * found["known"]["parts"], rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("rate", "said"),
+    [
+        ("(self, pressure, speed):\n        return pressure", r"its rate raises TypeError \(.*'speed'.*an array of shape \(5,\)"),
+        ("(self, at):\n        return 1.0", r"its rate returns 1.0 where it is tried; for 5 places an array of shape \(5,\)"),
+    ],
+)  # fmt: skip
+def test_a_law_of_the_wrong_form_is_refused_before_the_run(tmp_path, rate, said):
+    """With the place in the file, the law's name, what it returns and what is expected."""
+    law = f"import prensa as pr\n\n\nclass Odd(pr.WearLaw):\n    def rate{rate}\n"
+    (tmp_path / "of_form.py").write_text(law, encoding="utf-8")
+    text = CASE.replace("WEAR", "{type: 'of_form:Odd'}").replace("REPORT", "false")
+    with pytest.raises(pr.CaseError, match=rf"^case.yaml:\d+:\d+: wear law '.*of_form.py:Odd': {said}.*check_wear$"):
+        loads(text, "case.yaml", tmp_path)
+
+
 def test_wrong_laws_are_refused(slid):
     """Wear without slip, negative, of the wrong shape, with k and H besides, unknown; and a class that states none."""
 

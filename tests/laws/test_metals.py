@@ -130,6 +130,24 @@ def test_stresses_arrive_in_the_units_of_the_case(unit, by):
     np.testing.assert_allclose([hot.flow.A, hot.flow.T, hot.flow.rate0], [3268.49 * by, 1000.0, 0.1])
 
 
+@pytest.mark.parametrize("T", [20, 779, 1441])
+def test_a_temperature_at_which_a_hot_metal_is_another_is_refused(T):
+    """By a key or by --set, with its line and the range that the file of the metal states; a curve of one's own is not."""
+    said = rf"^case.yaml:\d+:\d+: T is {T} °C, and the flow curve of 'C45-hot' is stated for 780 to 1440 °C; take a temperature"
+    with pytest.raises(pr.CaseError, match=said):
+        loads(case(f"{{type: j2, of: C45-hot, flow: {{T: {T}}}}}"), "case.yaml")
+    with pytest.raises(pr.CaseError, match=f"T is {T} °C"):
+        loads(case("{type: j2, of: C45-hot, flow: {T: 900}}"), overrides=[f"bodies.billet.material.flow.T={T}"])
+    assert material_of(case("{type: j2, of: C45-hot, flow: {T: 780}}")).flow.T == 780
+
+
+def test_the_temperatures_of_hot_metals_are_those_of_austenite():
+    """From Andrews' Ac3 = 910 - 203 √C at 0.45 % carbon, 774 °C, upwards; the file's own curve lies within."""
+    assert 774 <= library()["C45-hot"].holds[0] < 784
+    hot = {k: m for k, m in library().items() if k.endswith("-hot")}
+    assert len(hot) == 5 and all(m.holds[0] < m.temperature[0] == m.flow.T < m.holds[1] for m in hot.values())
+
+
 def test_what_the_case_states_besides_takes_the_place_of_that_number():
     """A constant of the curve, by --set too, or another curve; the rest stays, and what is changed is listed."""
     metal = material_of(case("{type: j2, of: AISI304, E: 200 GPa, flow: {n: 0.4}}"))

@@ -88,6 +88,39 @@ def test_dies_that_nothing_closes_are_refused_with_a_remedy() -> None:
     assert not list(closed_dies(discretise(in_a_box("axisymmetric", measures={"fill": "b.fill"}))))
 
 
+def test_a_die_that_nothing_closes_on_the_way_of_a_step_is_refused_too() -> None:
+    """Where `until` may end it: open all the way; not one that closes on the way, nor where a force moves the tool."""
+    until = pr.Until(measure={"b.fill": 0.9})
+    step = replace(stroke(-0.2, increments=1), until=until)
+    (found,) = closed_dies(discretise(upset_block(step)))
+    assert found.fatal and found.path == "steps.0.until.measure.b.fill"
+    assert "or on the way of one that may end there" in found.message
+    boxed = in_a_box("axisymmetric")
+    assert not list(closed_dies(discretise(replace(boxed, steps=(replace(boxed.steps[0], until=until),)))))
+    pushed = pr.Step("press", push={"t": {"y": -1.0}}, until=until)
+    assert not list(closed_dies(discretise(upset_block(pushed))))
+
+
+@pytest.mark.parametrize("lowest", [-0.6, -0.3])
+def test_a_die_that_closes_on_the_way_alone_is_left_to_the_run(lowest: float) -> None:
+    """A punch that goes down to a low wall (1 of 2 high) and back: closed where less than an element is between them."""
+    low = pr.Polygon(points=((0, 0), (1, 0), (1, 1), (0, 1)), at=(3.0, 0))
+    there_and_back = pr.Motion(y=((0, 0), (0.5, lowest), (1, 0)))
+    step = pr.Step("press", move={"t": there_and_back}, until=pr.Until(measure={"b.fill": 0.9}))
+    tools = {"wall": low, "t": pr.Plane(touching="b.top")}
+    p = replace(in_a_box("plane strain"), tools=tools, steps=(step,))
+    assert bool(list(closed_dies(discretise(p)))) == (lowest > -0.5)
+
+
+def test_a_die_that_is_open_in_the_end_has_no_number_but_a_sentence() -> None:
+    """Of a step that a force drives nothing is known before: what is said in the end is that no closed die was there."""
+    until = pr.Until(measure={"b.fill": 0.9}, required=True)
+    p = upset_block(pr.Step("press", push={"t": {"y": -1.0}}, increments=1, until=until))
+    said = r"b\.fill \(no closed die surrounds 'b', and it was to reach 0\.9\) was not met; ask for what has a value"
+    with pytest.raises(pr.SolveError, match=said):
+        list(pr.solve(p))
+
+
 def test_the_answer_of_a_run_says_how_far_the_die_is_filled(tmp_path: Path) -> None:
     """Summary, terminal and report have the share, the volume and the place of what is missing, resumed or not."""
     case = pr.Case(in_a_box("axisymmetric"), output=pr.Output(pictures=False, report=True))

@@ -147,3 +147,14 @@ def test_what_makes_no_window_is_refused_before_anything_runs(values: dict, limi
     with pytest.raises(pr.PrensaError, match=says):
         window(case(tmp_path), values, limits=limits, out=tmp_path / "w", jobs=1, quiet=True)
     assert not (tmp_path / "w").exists()
+
+
+def test_a_measure_that_no_run_has_is_said_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of a die that nothing closes: one sentence for all runs, a page without values, and no warning of NumPy."""
+    values = {"friction.mu": "0:0.3:2", "steps.press.move.t.y": "-0.05:-0.1:2"}
+    study = window(case(tmp_path), values, limits=["b.fill<=0.9"], out=tmp_path / "w", jobs=1, quiet=True)
+    told = capsys.readouterr()
+    said = " ".join((told.out + told.err).split())
+    assert said.count("no closed die surrounds 'b'") == 1 and "3 more cases failed for the same reason" in said
+    assert [row.status for row in study.rows] == ["failed"] * 4
+    assert study.notes == ["b.fill: nothing is known: no run has a value"]

@@ -202,8 +202,8 @@ def refuse_die(problem: Problem, tool: str, die: Die) -> None:
         return
     if not die.thickness > 0:
         raise PrensaError(
-            f"tool {tool!r} is an outline and has no thickness; give how thick its section is, as in --thickness 20 or "
-            "Die(thickness=20), or a mesh of it"
+            f"tool {tool!r} is an outline: the thickness of its section must be greater than 0, got {die.thickness:g}; give it, "
+            "as in --thickness 20 or Die(thickness=20), or a mesh of the die"
         )
     known = ("face", "back", "start", "end")
     for side, how in die.fixed.items():

@@ -18,9 +18,10 @@ import inspect
 from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
+import numpy as np
 from pydantic import Field
 
-from prensa.model.doors import Member
+from prensa.model.doors import Member, fault
 from prensa.model.units import Length
 from prensa.types import Array
 
@@ -62,3 +63,13 @@ class WearLaw(Member, abstract=True):
     def rate(self, at: Sliding) -> Array:
         """Depth worn per second (n,), not negative."""
         raise NotImplementedError(f"{type(self).__name__} states no wear: define rate(self, at)")
+
+    def fault(self) -> str:
+        """What is wrong with the form of its answer at places without pressure, tried before a run; empty if nothing."""
+        none = np.zeros(5)
+        points = f"for {len(none)} places an array of shape {none.shape}, a number each,"
+        with np.errstate(all="ignore"):
+            return fault(
+                "rate", lambda: self.rate(Sliding(none, none)),
+                lambda found: np.asarray(found, dtype=np.float64).shape == none.shape, points,
+            )  # fmt: skip

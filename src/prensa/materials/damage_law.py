@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from prensa.model.doors import Member
+from prensa.model.doors import Member, fault
 from prensa.model.units import Number, Pressure
 from prensa.types import Array, Index
 
@@ -118,6 +118,20 @@ class DamageLaw(Member, abstract=True):
     def falls(self) -> bool:
         """Whether D may become less again, and negative."""
         return False
+
+    def fault(self) -> str:
+        """What is wrong with the form of its answer at points in uniaxial tension, tried before a run; empty if nothing."""
+        strain = np.linspace(0.1, 0.5, 5)
+        start, end = (StressState(np.eye(3)[np.zeros(5, dtype=int)], np.ones(5), e) for e in (strain, 2.0 * strain))
+        before, points = np.zeros(5), f"for {len(strain)} points an array of shape {strain.shape}, a number each,"
+
+        def fits(found: Any) -> bool:  # what grown adds up: one number for all of them too
+            return np.broadcast_shapes(np.asarray(found, dtype=np.float64).shape, strain.shape) == strain.shape
+
+        with np.errstate(all="ignore"):
+            stated = type(self).rate is not DamageLaw.rate or type(self).grown is DamageLaw.grown
+            wrong = fault("rate", lambda: self.rate(end), fits, points) if stated else ""
+            return wrong or fault("damage", lambda: self.grown(before, start, end), lambda d: d.shape == strain.shape, points)
 
     def rate(self, at: StressState) -> Array:
         """The integrand dD/dε̄ (n,) of points that flow."""

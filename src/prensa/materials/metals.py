@@ -43,7 +43,7 @@ class MetalFile:
 
     ``what``: the metal in words, with its condition; ``also``: its other names; ``elastic``: source of E and nu; ``see``: address
     of the source, or of a public copy of its numbers; ``note``: what else there is to know, such as what was derived;
-    ``licence``: on what terms its numbers are here.
+    ``licence``: on what terms its numbers are here; ``holds``: as in `Metal`.
     """
 
     E: Annotated[Pressure, Field(gt=0)]
@@ -55,6 +55,7 @@ class MetalFile:
     also: tuple[str, ...] = ()
     rate: RateRange | None = None
     temperature: TemperatureRange | None = None
+    holds: TemperatureRange | None = None
     elastic: str = ""
     see: str = ""
     note: str = ""
@@ -148,7 +149,7 @@ def _read(path: Path, _time: int) -> tuple[Metal, MetalFile]:
         # of a file's errors the first key is that of a case's problem, and is left out
         found = [e | {"loc": ("problem", *e["loc"])} for e in error.errors(include_url=False)]
         raise CaseError(mistakes(found, (), place, [])) from None
-    return Metal(path.stem, made.source, made.strain, made.rate, made.temperature), made
+    return Metal(path.stem, made.source, made.strain, made.rate, made.temperature, made.holds), made
 
 
 # ------------------------------------------------------------------------------------------------------- into a material

@@ -7,6 +7,7 @@ are. What is narrower than the shortest side of an element is shut: no mesh flow
 from __future__ import annotations
 
 import importlib.util
+import re
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -234,6 +235,12 @@ def refuse(problem: Problem, text: str) -> None:
     shapely()
     if not problem.tools:
         raise MeasureError(f"{text!r} is of a die, and the problem has no tools; describe those that enclose the body")
+
+
+def closed_around(problem: Problem, text: str) -> Iterator[str]:
+    """Bodies around which a die has to be closed for the measure of a text, or of a name that the problem gives one, to exist."""
+    written = problem.measures.get(text, text)
+    yield from (b for b in problem.bodies if re.search(rf"(?<![\w.]){re.escape(b)}\.({'|'.join(FILL)})\b", written))
 
 
 def measured(problem: Problem, body: str, quantity: str) -> Callable[[Increment], float]:

@@ -12,7 +12,7 @@ from prensa.measures.grammar import parse
 from prensa.measures.measure import Measure, MeasureError
 from prensa.model.problem import Problem
 from prensa.model.units import factor, powers
-from prensa.model.until import LIMIT
+from prensa.model.until import LIMIT, not_positive
 
 _OVER_INCREMENTS = re.compile(r"(mean|ripple)\s*\(|.*\.(passages|elements)$|iterations$|cutbacks$")
 
@@ -49,7 +49,7 @@ def damage_targets(problem: Problem, number: int) -> list[tuple[str, DamageLaw, 
     Raises
     ------
     MeasureError
-        For a text that is neither ``limit`` nor a value of the law's unit.
+        For a text that is neither ``limit`` nor a value of the law's unit, and for what is not greater than zero.
 
     """
     found = []
@@ -60,9 +60,12 @@ def damage_targets(problem: Problem, number: int) -> list[tuple[str, DamageLaw, 
             found += [(body, law, law.limit) for law in laws if law.limit is not None]
             continue
         try:
-            found.append((body, laws[0], _in_units(value, unit_of(problem, laws[0]), problem)))
+            target = _in_units(value, unit_of(problem, laws[0]), problem)
         except MeasureError as error:
             raise MeasureError(f"steps.{number}.until.damage.{body}: {error}; or write {LIMIT!r}") from None
+        if not target > 0.0:
+            raise MeasureError(f"steps.{number}.until.damage.{body}: {not_positive(body, value)}")
+        found.append((body, laws[0], target))
     return found
 
 

@@ -73,7 +73,10 @@ def _measures(p: Any) -> Iterator[Finding]:
 
 
 def _metal(p: Any, body: str, metal: Any) -> Iterator[Finding]:
-    """A metal of a script has its stresses in N/mm², which may not be those of the problem."""
+    """A temperature of its flow curve outside its range; of a script stresses in N/mm², which may not be those of the problem."""
+    T = getattr(p.bodies[body].material.flow, "T", None) if metal is not None and "flow.T" in metal.changed else None
+    if T is not None and (words := metal.refuses(T)):
+        yield Finding(("bodies", body, "material", "flow", "T"), words)
     if metal is not None and metal.MPa is not None and p.units is not None:
         length, force = p.units.length, p.units.force
         if not isclose(metal.MPa, factor("1 MPa", length, force, PRESSURE.exponents)):
@@ -132,6 +135,8 @@ def _damage(p: Any, key: str, body: Any) -> Iterator[Finding]:
     for k, name in enumerate(names):
         if name in names[:k]:
             yield Finding((*path, k), f"two damage laws {name!r}; a body has one of each, so keep one of them")
+        if words := body.damage[k].fault():
+            yield Finding((*path, k), f"damage law {name!r}: {words}; try it with prensa.testing.check_damage")
 
 
 def _remeshing(p: Any) -> Iterator[Finding]:

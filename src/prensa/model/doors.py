@@ -41,6 +41,22 @@ def _mistake(error: Any, fields: list[str]) -> str:
     return f"has {where} = {shown(error['input'])}: {message}" if where else message
 
 
+def fault(asked: str, call: Callable[[], Any], fits: Callable[[Any], bool], expected: str) -> str:
+    """What is wrong with the form of a law's answer to one trial ``call`` of what is ``asked``; empty where it ``fits``."""
+    try:
+        found = call()
+    except Exception as error:  # whatever a user's function raises, a run would end with it
+        return f"its {asked} raises {type(error).__name__} ({error}) where it is tried; {expected} is expected"
+    try:
+        if fits(found):
+            return ""
+    except (TypeError, ValueError):  # no numbers
+        pass
+    shape = getattr(found, "shape", None)
+    given = shown(found) if shape is None else f"an array of shape {shape}"
+    return f"its {asked} returns {given} where it is tried; {expected} is expected"
+
+
 @dataclasses.dataclass(frozen=True)
 class NameOf:
     """Marks a text as the type of a member of the door of a kind."""

@@ -39,7 +39,8 @@ class Metal:
     ``of: DC04`` or ``of: steel.yaml``, from which elastic constants and flow curve are taken; what the case states besides,
     as in ``flow: {n: 0.2}``, takes the place of that number and is listed in ``changed``.
     ``strain``, ``rate`` (per second) and ``temperature`` (°C): ranges [from, to] of the plastic strains, their rates and the
-    temperatures of the tests; ``MPa``: one in the unit of stress in which the metal was read.
+    temperatures of the tests; ``holds``: temperatures (°C) that a flow curve with a ``T`` of its own may be put at, where they
+    are more than those; ``MPa``: one in the unit of stress in which the metal was read.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Metal:
     strain: StrainRange
     rate: RateRange | None = None
     temperature: TemperatureRange | None = None
+    holds: TemperatureRange | None = None
     changed: tuple[str, ...] = ()
     MPa: Annotated[Number, Field(gt=0)] | None = None
 
@@ -60,10 +62,20 @@ class Metal:
         slack = NEGLIGIBLE * max(abs(least), abs(most))
         if low - slack <= least and most <= high + slack:
             return ""
-        tested = f"{low:g} °C" if low == high else f"{low:g} to {high:g} °C"
         return (
-            f"{self.name}, was measured at {tested} and the run has {least:.4g} to {most:.4g} °C; stresses do not follow the "
-            "temperature: give a curve that was measured there"
+            f"{self.name}, was measured at {_span(low, high)} and the run has {least:.4g} to {most:.4g} °C; stresses do not "
+            "follow the temperature: give a curve that was measured there"
+        )
+
+    def refuses(self, T: float) -> str:
+        """What there is to say of a flow curve of the metal that a case puts at a temperature outside its range; else nothing."""
+        low, high = self.holds or self.temperature or (-math.inf, math.inf)
+        if low <= T <= high:
+            return ""
+        why = "is stated for" if self.holds else "was measured at"
+        return (
+            f"T is {T:g} °C, and the flow curve of {self.name!r} {why} {_span(low, high)}; take a temperature in that "
+            "range, or a metal that was measured at this one"
         )
 
     def words(self) -> str:
@@ -71,10 +83,13 @@ class Metal:
         ranges = [f"plastic strain {self.strain[0]:g} to {self.strain[1]:g}"]
         ranges += [f"rate {self.rate[0]:g} to {self.rate[1]:g} /s"] if self.rate else []
         if self.temperature:
-            low, high = self.temperature
-            ranges.append(f"{low:g} °C" if low == high else f"{low:g} to {high:g} °C")
+            ranges.append(_span(*self.temperature))
         changed = f"; {', '.join(self.changed)} of the case" if self.changed else ""
         return f"{self.name} ({', '.join(ranges)}{changed}): {self.source}"
+
+
+def _span(low: float, high: float) -> str:
+    return f"{low:g} °C" if low == high else f"{low:g} to {high:g} °C"
 
 
 def metals_of(problem: Any) -> Iterator[tuple[str, Metal]]:

@@ -140,7 +140,7 @@ class Place:
 
     @property
     def label(self) -> str:
-        """The place in words: ``radius of tool 'cylinder' (circle)``."""
+        """The place in words: ``radius of tool 'cylinder' (circle)``; a name by the key above it: ``'punch' in energy``."""
         if self.parent is None or not self.path:
             return self.owner or "the case"
         if chosen(self.kind, self.node) and self.owner:
@@ -150,6 +150,8 @@ class Place:
         while isinstance(at.path[-1], int) and at.parent is not None:
             index, at = f"[{at.path[-1]}]{index}", at.parent
         owner = at.parent.owner if at.parent else ""
+        if not owner and at.parent is not None and at.parent.path and is_names(at.parent.kind):
+            return f"{str(at.path[-1])!r}{index} in {at.parent.path[-1]}"
         return f"{at.path[-1]}{index}" + (f" of {owner}" if owner else "")
 
     def mark(self, at_key: bool = False) -> Mark:

@@ -719,7 +719,10 @@ class Case:
         if p.space == "solid" and self.output.wear:
             words = "'output.wear' is along outlines, which tools in space do not have: leave it out, take 'prensa die'"
             yield Finding(("output", "wear"), words, at_key=True)
-        for tool in self.output.wear:
+        for tool, law in self.output.wear.items():
+            if words := law.fault():
+                words = f"wear law {law.type!r}: {words}; try it with prensa.testing.check_wear"
+                yield Finding(("output", "wear", tool), words)
             if tool not in p.tools:
                 known = ", ".join(map(repr, p.tools)) or "none"
                 words = f"'output.wear' names the tool {tool!r}, which there is not; tools: {known}"

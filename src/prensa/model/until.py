@@ -175,6 +175,17 @@ def _damage(p: Any, until: Any, path: Path) -> Iterator[Finding]:
         elif value != LIMIT and len(laws) > 1:
             other = f"'limit', or a measure, like {{{name}.max.damage.{laws[0].name}: …}}"
             yield Finding(here, f"body {name!r} has {len(laws)} damage laws, of which a number says none; write {other}")
+        elif not isinstance(value, str) and not value > 0.0:
+            yield Finding(here, not_positive(name, value))
+
+
+def not_positive(body: str, value: Any) -> str:
+    """What is wrong with a damage that a body has before anything is solved."""
+    given = value if isinstance(value, str) else f"{value:g}"
+    return (
+        f"the damage of {body!r} that ends the step is {given}, and damage begins at 0: it must be greater than 0; give the "
+        f"damage at which metal cracks, or {LIMIT!r} for the limit of its law"
+    )
 
 
 def tables_beyond(p: Any) -> Iterator[Finding]:

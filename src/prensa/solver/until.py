@@ -13,6 +13,7 @@ import numpy as np
 from prensa.errors import SolveError
 from prensa.measures import Measure, parse, targets
 from prensa.measures.damage import largest
+from prensa.measures.filling import closed_around
 from prensa.measures.targets import damage_targets
 from prensa.model.press import use_of
 from prensa.model.units import powers
@@ -63,9 +64,13 @@ class Criterion:
 
     upwards: bool = False
     """Whether it is met by all that is beyond its target, though it began there."""
+    absent: str = "it has no value there"
+    """What is so where it has no value."""
 
     def at(self, value: float) -> str:
         """A value in words."""
+        if np.isnan(value):
+            return f"{self.absent}, and it was to reach {self.target:.6g}"
         if self.fed:
             return f"it was pushed with {-value:.6g}"
         if self.side:
@@ -151,6 +156,8 @@ class Stopping:
             unmet = f"{' and '.join(each)} {was} not met"
             other = any(k.target * v < 0 and not k.side for k, v in asked)
             remedy = "check the sign, which is as in history.csv" if other else "let it go further, or ask for less"
+            if any(np.isnan(v) for _, v in asked):
+                remedy = "ask for what has a value there"
             if all(k.side > 0.0 for k, _ in asked):
                 remedy = "let the tool go back further"
             if all(k.fed for k, _ in asked):
@@ -261,7 +268,9 @@ def _measured(system: System, name: str, measure: Measure, target: float, policy
     path, words = f"until.measure.{name}", f"measure {name!r} has reached {target:.6g}"
     if measure.located is None:
         rate = measure.unit.endswith("/s")
-        return Criterion(path, words, lambda look: measure.value_or_nan(look.increment()), target, size, rate=rate)
+        absent = "".join(f"no closed die surrounds {body!r}" for body in list(closed_around(system.problem, name))[:1])
+        value: Callable[[Look], float] = lambda look: measure.value_or_nan(look.increment())  # noqa: E731
+        return Criterion(path, words, value, target, size, rate=rate, absent=absent or Criterion.absent)
     located, tolerance = measure.located, policy.until_share * size
     # what is met is met a tolerance before its target: that is to be where the count changes, or just beyond
     return Criterion(path, words, lambda look: located(look.increment()), math.ceil(target) + tolerance, size)

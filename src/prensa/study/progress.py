@@ -1,4 +1,4 @@
-"""Progress of a study: a bar with the time left on a terminal, lines elsewhere; failures are reported at once."""
+"""Progress of a study: a bar with the time left on a terminal, lines elsewhere; why cases failed at once, each reason once."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ class StudyProgress(Display):
         super().__init__(quiet)
         self._had, self._todo, self._done, self._failed = had, todo, 0, 0
         self._reported = self._began
+        self._reasons: set[str] = set()
+        self._alike = 0
         if self.has_bar and todo:
             self._bar = Progress(
                 TextColumn("{task.description}"), BarColumn(bar_width=24), TextColumn("{task.completed:.0f}/{task.total:.0f}"),
@@ -31,12 +33,18 @@ class StudyProgress(Display):
             self._task = self._bar.add_task("computing", total=todo, left="–")
 
     def finished(self, point: Point, outcome: Outcome) -> None:
-        """Count one case; one that failed is reported, also when asked to be quiet."""
+        """Count one case; one that failed is reported, also when asked to be quiet: each reason once, with its first case."""
         self._done += 1
         log.info("%s: %s", outcome.status, ", ".join(point.changes))
         if outcome.status != "completed":
             self._failed += 1
-            self.tell(f"{outcome.status}: {', '.join(point.changes)}: {outcome.reason}")
+            if outcome.reason not in self._reasons:
+                self.tell(f"{outcome.status}: {', '.join(point.changes)}: {outcome.reason}")
+            else:
+                self._alike += 1
+            self._reasons.add(outcome.reason)
+        if self._alike and self._done == self._todo:
+            self.tell(f"{self._alike} more cases failed for the same {'reason' if len(self._reasons) == 1 else 'reasons'}")
         if self._bar:
             failed = f", {self._failed} failed" if self._failed else ""
             self._bar.update(self._task, completed=self._done, left=self.left(), description=f"computing{failed}")

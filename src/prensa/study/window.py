@@ -200,6 +200,8 @@ def _map(
             lacking = max(lacking, int(missing.sum()))
     made = Map(u, v, z, *(slopes.get(f.path) for f in varied))
     reasons = [*(row.unsloped.get(quantity.text, "") for row in study.rows), why]
+    if not some:
+        return made, "nothing is known: no run has a value"
     reason = next((r for r in reasons if r), "its runs were computed without gradients")
     if not slopes:
         return made, f"bilinear: {reason}"
@@ -274,7 +276,7 @@ def overview(study: Study, a: Values, b: Values, maps: Mapping[str, Map], kept: 
         for k, (limit, (*_, margin)) in enumerate(zip(kept.values(), fine)):
             colour = style.CYCLE[k % len(style.CYCLE)]
             lines.append(Line2D([], [], color=colour, label=limit.text))
-            if np.nanmin(margin) < 0.0 < np.nanmax(margin):
+            if np.isfinite(margin).any() and np.nanmin(margin) < 0.0 < np.nanmax(margin):
                 axes.contour(x, y, np.ma.masked_invalid(margin), levels=[0.0], colors=[colour], linewidths=2.0)
         axes.legend(handles=lines, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     return figure
