@@ -348,9 +348,9 @@ def _supports(problem: Problem, die: Die, back: Array, force: Array, lines: Mapp
     if not given and loaded and set(lines.values()) == {"x", "y"}:
         given = {}  # lines of symmetry hold it both ways
     elif not given and (loaded or (axis and along == "x")):
-        end = "start" if (force[1] < 0) == (back[0, 1] < back[-1, 1]) else "end"
+        ends = ("start", "end") if (force[1] < 0) == (back[0, 1] < back[-1, 1]) else ("end", "start")
         # an end on the axis is a point, which no force can stand on
-        given = {{"start": "end", "end": "start"}[end] if end in on_axis else end: "y"}
+        given = {next((end for end in ends if end not in on_axis), ends[1]): "y"}
     elif not given:
         given = {"back": along if axis or lines else "xy"}
     out = {}

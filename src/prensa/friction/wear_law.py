@@ -14,14 +14,13 @@ Depths are its integral over the time of each increment, volumes over the area t
 
 from __future__ import annotations
 
-import inspect
 from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field
 
-from prensa.model.doors import Member, fault
+from prensa.model.doors import Member, add_common_fields, fault
 from prensa.model.units import Length
 from prensa.types import Array
 
@@ -47,12 +46,8 @@ class WearLaw(Member, abstract=True):
         depth: float | None = field(default=None, kw_only=True)
 
     def __init_subclass__(cls, abstract: bool = False, **options: Any) -> None:
-        if not abstract and not hasattr(cls, "__dataclass_fields__"):
-            own = dict(inspect.get_annotations(cls))
-            if "depth" not in own:
-                kind = {"type": own.pop("type")} if "type" in own else {}
-                cls.__annotations__ = {**own, "depth": PERMITTED_DEPTH, **kind}
-                cls.depth = None
+        if not abstract:
+            add_common_fields(cls, {"depth": PERMITTED_DEPTH})
         super().__init_subclass__(abstract=abstract, **options)
 
     @property

@@ -13,14 +13,13 @@ D is integrated over each increment from the two committed states at its ends, b
 
 from __future__ import annotations
 
-import inspect
 from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field
 
-from prensa.model.doors import Member, fault
+from prensa.model.doors import Member, add_common_fields, fault
 from prensa.model.units import Number, Pressure
 from prensa.types import Array, Index
 
@@ -96,12 +95,8 @@ class DamageLaw(Member, abstract=True):
         limit: float | None = field(default=None, kw_only=True)
 
     def __init_subclass__(cls, abstract: bool = False, **options: Any) -> None:
-        if not abstract and not hasattr(cls, "__dataclass_fields__"):
-            own = dict(inspect.get_annotations(cls))
-            if "limit" not in own:
-                kind = {"type": own.pop("type")} if "type" in own else {}
-                cls.__annotations__ = {**own, "limit": STRESS_LIMIT if cls.of_stress else NUMBER_LIMIT, **kind}
-                cls.limit = cls.usual_limit
+        if not abstract:
+            add_common_fields(cls, {"limit": STRESS_LIMIT if cls.of_stress else NUMBER_LIMIT}, cls.usual_limit)
         super().__init_subclass__(abstract=abstract, **options)
 
     @property

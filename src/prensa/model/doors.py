@@ -7,6 +7,7 @@ file, and objects of users' classes.
 from __future__ import annotations
 
 import dataclasses
+import inspect
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, ClassVar, Union, dataclass_transform
 
@@ -122,6 +123,22 @@ def _user(door: Door) -> Callable[[Any, ValidationInfo], Any]:
             ) from None
 
     return read
+
+
+def add_common_fields(cls: type, common: Mapping[str, Any], default: Any = None) -> None:
+    """Give a class that is not a dataclass yet the fields, by name their types, that all of its kind have with one default.
+
+    Behind its own fields, which then come first in its constructor and among its keys, before ``type``. What it states itself
+    stays as it is.
+    """
+    own = dict(inspect.get_annotations(cls))
+    missing = {name: kind for name, kind in common.items() if name not in own}
+    if hasattr(cls, "__dataclass_fields__") or not missing:
+        return
+    last = {"type": own.pop("type")} if "type" in own else {}
+    cls.__annotations__ = {**own, **missing, **last}
+    for name in missing:
+        setattr(cls, name, default)
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field,))

@@ -269,8 +269,8 @@ def _measured(system: System, name: str, measure: Measure, target: float, policy
     if measure.located is None:
         rate = measure.unit.endswith("/s")
         absent = "".join(f"no closed die surrounds {body!r}" for body in list(closed_around(system.problem, name))[:1])
-        value: Callable[[Look], float] = lambda look: measure.value_or_nan(look.increment())  # noqa: E731
-        return Criterion(path, words, value, target, size, rate=rate, absent=absent or Criterion.absent)
+        absent = absent or Criterion.absent
+        return Criterion(path, words, lambda look: measure.value_or_nan(look.increment()), target, size, rate=rate, absent=absent)
     located, tolerance = measure.located, policy.until_share * size
     # what is met is met a tolerance before its target: that is to be where the count changes, or just beyond
     return Criterion(path, words, lambda look: located(look.increment()), math.ceil(target) + tolerance, size)

@@ -12,14 +12,13 @@ rays and pictures are derived from it::
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Iterator, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from prensa.model.doors import Member
+from prensa.model.doors import Member, add_common_fields
 from prensa.model.fields import Position, Springs
 from prensa.model.names import Finding
 from prensa.model.press import Press, PressValue
@@ -88,14 +87,8 @@ class ToolShape(Member, abstract=True):
         press: Press | None = field(default=None, kw_only=True)
 
     def __init_subclass__(cls, abstract: bool = False, **options: Any) -> None:
-        if not abstract and not hasattr(cls, "__dataclass_fields__"):
-            own = dict(inspect.get_annotations(cls))
-            kind = {"type": own.pop("type")} if "type" in own else {}
-            # Behind a class's own fields, which then come first in its constructor, and are keys before those of place.
-            common = {key: value for key, value in COMMON.items() if key not in own}
-            cls.__annotations__ = {**own, **common, **kind}
-            for key in common:
-                setattr(cls, key, None)
+        if not abstract:
+            add_common_fields(cls, COMMON)
         super().__init_subclass__(abstract=abstract, **options)
 
     # ----------------------------------------------------------------------------------------------------- geometry

@@ -13,7 +13,7 @@ from prensa.mesh.generate import mesh_of
 from prensa_bench.robustness.bodies_in_space import Body, body_drawn, box
 from prensa_bench.robustness.claims import released, sprung_back
 from prensa_bench.robustness.drawn import AT_UNIT_STRAIN, Claim, Drawn, Metal, Placed, Twin, friction, metal, number
-from prensa_bench.robustness.split_in_space import contact_nodes, split, well_shaped
+from prensa_bench.robustness.split_in_space import contact_nodes, well_shaped
 from prensa_bench.robustness.stops import NEARLY, within
 from prensa_bench.robustness.tools_in_space import (
     Place,
@@ -67,9 +67,9 @@ def problem(rng: np.random.Generator) -> Drawn:
     if not plastic and rng.random() < 0.4:
         material = pr.NeoHooke(m.E, m.nu)
     shape, body = box(rng) if second else body_drawn(rng)
-    # of numbers of its own: the others are what they would be without
-    if rng.spawn(1)[0].random() < OF_TETRAHEDRA and well_shaped(split(body.mesh)):
-        shape, body = f"{shape} of tetrahedra", replace(body, tetrahedra=True)
+    if rng.spawn(1)[0].random() < OF_TETRAHEDRA:  # of numbers of its own: the others are what they would be without
+        split = replace(body, tetrahedra=True)
+        shape, body = (f"{shape} of tetrahedra", split) if well_shaped(split.filled) else (shape, body)
     name, tool, most, gap = _plate(rng, body) if second else _tool(rng, body)
     depth = gap + most * number(rng, 0.2, 1.0)
     mu = 0.0 if rng.random() < 0.2 else number(rng, 0.02, 0.5)
