@@ -76,7 +76,7 @@ class Conduction:
         self.through_sides += float((gained + dt * (K @ T) - q)[self.held].sum())
         self.T, self.seconds = T, increment.seconds
         stored = float((self.capacity * (T - self.heat.initial)).sum())
-        nodal = {body: T[self._own(body)] for body in self.system.meshes}
+        nodal = {body: T[self.system.span(body)] for body in self.system.meshes}
         return Temperatures(nodal, self.friction, dict(self.into_tools), self.through_sides, stored)
 
     def _rubbed(self, name: str, contact: ContactState) -> Array:
@@ -85,10 +85,6 @@ class Conduction:
         was, slip = self.before.get(name, (np.zeros_like(force), np.zeros_like(force)))
         self.before[name] = force, contact.slip
         return np.asarray(0.5 * (was + force) * (contact.slip - slip))
-
-    def _own(self, body: str) -> slice:
-        first = self.system.offsets[body]
-        return slice(first, first + len(self.system.meshes[body].points))
 
     def _conduction(self, increment: Increment, body: str) -> csc_matrix:
         """∫ ∇N k ∇N dV (n, n) of a body on all nodes."""

@@ -8,7 +8,8 @@ import pytest
 import prensa as pr
 from blocks_of_bricks import block_of, bricks, respond
 from prensa.elements.element import element_of
-from prensa.elements.enhanced import At, Form, integrate, numbers
+from prensa.elements.enhanced import At, integrate, numbers
+from prensa.elements.form import Form
 from prensa.layout import SPATIAL
 
 E, NU = 1000.0, 0.3
@@ -72,7 +73,7 @@ def test_a_turned_element_has_turned_forces():
 def test_elements_beside_one_another_do_not_change_each_other():
     """Forces and stiffnesses of an element have the same bits alone and among others."""
     rng, n, element = np.random.default_rng(0), 19, element_of("h8_enhanced")
-    form = Form(8, 9, 3, False, True)
+    form = Form(8, 8, 3, False, True, modes=9)
     corners = np.array([(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], dtype=float)
     X = corners + 0.1 * rng.standard_normal((n, 8, 3))
     u, alpha = 0.03 * rng.standard_normal(X.shape), 0.01 * rng.standard_normal((n, 9))

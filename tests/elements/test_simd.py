@@ -7,7 +7,8 @@ import pytest
 
 from prensa.elements import q4
 from prensa.elements.element import element_of
-from prensa.elements.solid import Form, integrate, kinematics
+from prensa.elements.form import Form
+from prensa.elements.solid import integrate, kinematics
 from prensa.kernels.lanes import WIDE
 
 SQUARE = np.array([[3.0, 0.0], [4.0, 0.0], [4.0, 1.0], [3.0, 1.0]])
@@ -31,7 +32,7 @@ def test_an_element_answers_the_same_whoever_stands_beside_it(name: str, axisymm
     """
     rng, n, element = np.random.default_rng(0), 4 * WIDE + 3, element_of(name)
     form, rows = (
-        Form(element.nodes, element.points, element.layout.dimension, element.bar, axisymmetric, finite),
+        Form(element.nodes, element.points, element.layout.dimension, axisymmetric, finite, element.bar),
         element.table.rows,
     )
     q, c, m = form.points, form.components, form.dofs

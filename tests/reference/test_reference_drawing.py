@@ -63,7 +63,7 @@ def test_a_cup_in_its_limit() -> None:
     [
         (lambda: slab_drawing(before=1, after=1, alpha=0.1, Y=1), "not thinner"),
         (lambda: wire_upper_bound(before=1, after=0.9, alpha=2.0, Y=1), "below pi/2"),
-        (lambda: strip_upper_bound(before=1, after=0.9, alpha=0.1, k=1, m=2), "shear factor in"),
+        (lambda: strip_upper_bound(before=1, after=0.9, alpha=0.1, k=1, m=2), "shear factor lies in"),
         (lambda: cup_force(punch=40, blank=80, thickness=1, flow=0), "flow"),
         (lambda: orowan_rolling(R=65, H=1, h=0.75, mu=0.01, k=1), "too little friction"),
         (lambda: orowan_rolling(R=65, H=0.7, h=0.75, mu=0.1, k=1), "give H > h"),

@@ -1,4 +1,4 @@
-"""Integration points of the contact terms: points on a candidate surface, their shape values and their weights.
+"""Quadrature of the contact terms: integration points on a candidate surface, their shape values and their weights.
 
 A point lies at x = Σ N_a x_a of the surface nodes that carry it, its force goes to them with the same N_a, so that the
 virtual work ∫ t·δu dΓ ≈ Σ w_q t_q·δu_q decides everything. The rules (the paper's open question, docs/theory/contact.md) are in

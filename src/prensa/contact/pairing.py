@@ -21,9 +21,10 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from prensa.contact.stencil import DIMENSION, Stencils
+from prensa.geometry.plane import turned
 from prensa.kernels.compiled import njit
 from prensa.precision import NEGLIGIBLE
-from prensa.tools.analytic import Closest, Tool, turned
+from prensa.tools.analytic import Closest, Tool
 from prensa.types import Array, Index
 
 GRAZING = 1e-6  # cosine below which a ray along the surface normal counts as tangent to the tool

@@ -14,13 +14,13 @@ import numpy as np
 from prensa.contact.forces import ContactForces
 from prensa.contact.masters import Geometry
 from prensa.contact.surface import Surface
+from prensa.geometry.plane import cross
 from prensa.types import Array
 
 STAIR = 0.75  # step of the force, over its mean, times the elements in the contact: measured in drawing, within 20 %
 WORTH_SAYING = 0.05  # of a force: a step that is predicted, or an error, from which something is said of it
 ROUNDNESS = 0.1  # sine between normal and arm up to which a tool turns within its own surface, as a roll does
 INSIDE = 1e-6  # gap over element depth, and sine of a motion into the tool, that are none
-TURNED = np.array([[0.0, 1.0], [-1.0, 0.0]])  # v @ TURNED: v turned by +90°
 
 
 class Passing(NamedTuple):
@@ -76,7 +76,7 @@ def turns_within(system: Geometry, s: Surface, arm: Array, n: Array) -> bool:
     """Whether the surface of a tool at points with arms and normals n (k, 2) is round about its reference point."""
     if np.isfinite(system.tool_masters[s.against].shape.cylinder):
         return True
-    across = np.abs(arm[:, 0] * n[:, 1] - arm[:, 1] * n[:, 0])
+    across = np.abs(cross(arm, n))
     return bool((across <= ROUNDNESS * np.hypot(*arm.T)).all())
 
 

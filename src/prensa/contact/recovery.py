@@ -1,9 +1,9 @@
-"""Recovered stresses: least-squares patches over the integration points, or extrapolated and averaged at the nodes.
+"""Recovered stresses: superconvergent patch recovery, or integration points extrapolated and averaged at the nodes.
 
-Zienkiewicz & Zhu (1992): around each interior corner node the stress of the integration points is fitted by a polynomial of
-the element's order, which is evaluated at the nodes of the patch; a node on the boundary and a mid-side node average the
-patches that contain them. Nodes that no interior patch reaches fit the elements at hand, by fewer terms where those do not
-determine all. `smoothed` is the older route, the one that the paper took.
+Zienkiewicz & Zhu (1992), least squares over patches: around each interior corner node the stress of the integration points is
+fitted by a polynomial of the element's order, which is evaluated at the nodes of the patch; a node on the boundary and a mid-
+side node average the patches that contain them. Nodes that no interior patch reaches fit the elements at hand, by fewer terms
+where those do not determine all. `smoothed` is the older route, the one that the paper took.
 
 The stress of bilinear elements converges twice as fast at their centres as elsewhere in them, where it lacks what does not vary
 within them: carried to the boundary from all four points it is of first order. There they are fitted by their means.

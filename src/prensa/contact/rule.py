@@ -1,4 +1,4 @@
-"""Integration rules of contact: the points on a surface where its terms are taken, with their shares of the edges."""
+"""Integration rules (quadrature) of contact: the points of a surface where its terms are taken, with their shares of edges."""
 
 from __future__ import annotations
 

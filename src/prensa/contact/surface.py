@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from prensa.contact.cut import Corners
+from prensa.contact.faces import FacePoints
 from prensa.contact.forces import Scale
 from prensa.contact.integration import Points
 from prensa.contact.redundant import NO_SLOPE, Supports
@@ -96,6 +97,11 @@ class Surface:
     def rows(self) -> slice:
         """Rows of this contact in `State.contact` and `State.lam`."""
         return slice(self.first, self.first + len(self.points))
+
+    @cached_property
+    def touching(self) -> Index:
+        """Nodes that lie on it, those too that carry no pressure: the corners of quadratic tetrahedra."""
+        return np.unique(self.points.faces) if isinstance(self.points, FacePoints) else self.points.nodes
 
     @property
     def of_master(self) -> slice:

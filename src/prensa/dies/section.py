@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from prensa.errors import PrensaError
+from prensa.geometry.plane import cross, turned
 from prensa.model.problem import Points
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.types import Array
@@ -83,7 +84,7 @@ def offset(name: str, x: Array, depths: Array, mirrors: Mapping[str, str] | None
 
     """
     d = np.diff(x, axis=0)
-    n = np.stack([-d[:, 1], d[:, 0]], axis=1) / np.hypot(*d.T)[:, None]
+    n = turned(d) / np.hypot(*d.T)[:, None]
     before, after = np.vstack([n[:1], n]), np.vstack([n, n[-1:]])
     if _closed(x):
         before[0], after[-1] = n[-1], n[0]
@@ -105,7 +106,7 @@ def refuse_crossing(name: str, lines: Array) -> None:
     a, b, c, d = lines[:-1, :-1], lines[:-1, 1:], lines[1:, 1:], lines[1:, :-1]
     for p, q, r in ((a, b, d), (b, c, a), (c, d, b), (d, a, c)):
         u, v = q - p, r - p
-        if (u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0] <= 0.0).any():
+        if (cross(u, v) <= 0.0).any():
             raise PrensaError(
                 f"tool {name!r}: its outline cannot be offset that far, lines of it cross; give a smaller thickness, a shorter "
                 "span of its outline"

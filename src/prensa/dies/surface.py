@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from prensa.geometry.plane import rotated, turned
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.result.increment import ToolState
 from prensa.tools.analytic import Closest
@@ -41,7 +42,7 @@ def outline_of(tool: PlacedTool, size: float) -> Outline:
     """The outline of a placed tool; ``size`` (length): how far to follow one that has no end."""
     x = np.concatenate(tool.description.outline(size))
     if tool.description.direction_key:
-        x = _rotated(x, float(np.arctan2(tool.direction[0], -tool.direction[1])))
+        x = rotated(x, float(np.arctan2(tool.direction[0], -tool.direction[1])))
     close = tool.shape.closest(x)
     on = np.abs(close.g) <= DRAWN * size  # what closes an endless tool lies inside
     x, s = x[on] - close.g[on, None] * close.n[on], np.asarray(close.s)[on]
@@ -54,25 +55,20 @@ def outline_of(tool: PlacedTool, size: float) -> Outline:
 def in_frame(x: Array, state: ToolState) -> Array:
     """Places (k, 2) in the frame of a tool in a state."""
     moved = x - (state.at + np.array(state.place[:2]))
-    return moved if state.place[2] == 0.0 else _rotated(moved, -state.place[2])
+    return moved if state.place[2] == 0.0 else rotated(moved, -state.place[2])
 
 
 def in_space(xi: Array, state: ToolState) -> Array:
     """Places (k, 2) of points of the tool's frame."""
-    turned = xi if state.place[2] == 0.0 else _rotated(xi, state.place[2])
-    return np.asarray(turned + (state.at + np.array(state.place[:2])))
+    there = xi if state.place[2] == 0.0 else rotated(xi, state.place[2])
+    return np.asarray(there + (state.at + np.array(state.place[:2])))
 
 
 def feet(tool: PlacedTool, state: ToolState, x: Array) -> tuple[Closest, Array, Array]:
     """Closest points of places x (k, 2) on a tool in a state: in its frame, and unit normal and tangent (k, 2) in space."""
     close = tool.shape.closest(in_frame(x, state))
-    n = close.n if state.place[2] == 0.0 else _rotated(close.n, state.place[2])
-    return close, n, np.stack([-n[:, 1], n[:, 0]], axis=1)
-
-
-def _rotated(x: Array, angle: float) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    return x @ np.array([[c, s], [-s, c]])
+    n = close.n if state.place[2] == 0.0 else rotated(close.n, state.place[2])
+    return close, n, turned(n)
 
 
 def joined(x: Array, weight: Array, depth: Array) -> Index:

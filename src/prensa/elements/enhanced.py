@@ -2,7 +2,7 @@
 
 F = I + ∇u + F₀ B, B = Σ αᵢ Mᵢ (Simo & Armero 1992), with F₀ the gradient at the centroid and
 M = (j₀ r₀/(j r)) j₀ J₀⁻ᵀ E J₀⁻¹, E in {ξ e₁e₁, ξ e₁e₂, η e₂e₁, η e₂e₂}: the transposed modes of Glaser & Armero (1997), which in
-small strain are Wilson's (QM6) and which keep the element stable in elastic compression. In axisymmetry a fifth mode ξη of the
+small strain are Wilson's (QM6) and which have no hourglass modes in elastic compression. In axisymmetry a fifth mode ξη of the
 hoop stretch (Simo & Rifai 1990); elements for sheets have further modes P₂(η), P₃(η) … e₂e₂ (Legendre); in space E are the
 nine ξ_I e_I e_J. ∫ M dV = 0, so constant stress is in equilibrium on any mesh (patch test). Modes are without a dimension, j₀
 times those of the source (in space j₀^⅔ times), so that the stiffnesses of all can be held against each other.
@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.elements import shapes
+from prensa.elements.form import Form
 from prensa.elements.gradients import Gradients, dilatation, gradient, gradients
 from prensa.kernels.algebra import by_transposed, cofactors, product
 from prensa.kernels.algebra import total as sum_of
@@ -36,36 +37,6 @@ SPACE_MODES = 9
 """The same of bricks: a coordinate times each of the three directions (Glaser and Armero 1997)."""
 STRAIN_NOISE = 1e-2
 """Share of the moduli times the strains in what a zero of the modes' forces is made of: the round-off that strains come with."""
-
-
-class Form(NamedTuple):
-    """What differs between kernels: points, modes, axes of space, axisymmetric or not, finite or small strain."""
-
-    points: int
-    modes: int
-    dimension: int
-    axisymmetric: bool
-    finite: bool
-
-    @property
-    def nodes(self) -> int:
-        """Corners of the quadrilateral or brick."""
-        return int(2**self.dimension)
-
-    @property
-    def dofs(self) -> int:
-        """Degrees of freedom of its nodes."""
-        return self.dimension * self.nodes
-
-    @property
-    def components(self) -> int:
-        """Of gradients and stresses."""
-        return 9 if self.dimension == 3 else 5
-
-    @property
-    def row(self) -> int:
-        """Numbers of a point in `Table.rows`."""
-        return (1 + self.dimension) * self.nodes + 1
 
 
 def numbers(table: shapes.Table, modes: int, axisymmetric: bool) -> Array:

@@ -1,4 +1,4 @@
-"""Shape functions and integration points of the isoparametric elements, as tables that the kernels read.
+"""Shape functions and quadrature (Gauss points) of the isoparametric elements, as tables that the kernels read.
 
 Nodes: corners counter-clockwise, then mid-side nodes in the order of the sides. Triangles in area coordinates
 L = (1 − ξ − η, ξ, η), quadrilaterals on [−1, 1]² (Zienkiewicz & Taylor 2000, The Finite Element Method, vol. 1, ch. 8, 9);

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.elements import shapes
+from prensa.elements.form import Form
 from prensa.elements.gradients import (
     Gradients,
     bbar,
@@ -28,34 +29,6 @@ from prensa.kernels.differentiate import forward, reverse, units
 from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts, total
 from prensa.kernels.record import Node, absolute, answered, as_found, given, lift, local, many, where
 from prensa.types import Array, Flags
-
-
-class Form(NamedTuple):
-    """What differs between kernels: nodes and points, axes of space, whether the dilatation is that of the whole element
-    (F-bar, B-bar; of elements with 2 points along each axis), axisymmetric or not, finite or small strain.
-    """
-
-    nodes: int
-    points: int
-    dimension: int
-    bar: bool
-    axisymmetric: bool
-    finite: bool
-
-    @property
-    def dofs(self) -> int:
-        """Degrees of freedom of an element."""
-        return self.dimension * self.nodes
-
-    @property
-    def components(self) -> int:
-        """Of gradients and stresses."""
-        return 9 if self.dimension == 3 else 5
-
-    @property
-    def row(self) -> int:
-        """Numbers of a point in `Table.rows`."""
-        return (1 + self.dimension) * self.nodes + 1
 
 
 class _Point(NamedTuple):

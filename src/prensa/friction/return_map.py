@@ -1,7 +1,8 @@
 """One return map for every friction law: stick or slip, the slip increment, the traction and its exact tangent.
 
-Elastic-plastic analogy (paper eqs. 9-23), integrated by backward Euler in the tool frame; see docs/theory/contact.md. It is
-stated for one point (`decide`, `returned`), and all derivatives are generated from that.
+Coulomb friction is regularised by an elastic slip (penalty) or exact (multipliers). Elastic-plastic analogy (paper eqs. 9-23),
+integrated by backward Euler in the tool frame; see docs/theory/contact.md. It is stated for one
+point (`decide`, `returned`), and all derivatives are generated from that.
 """
 
 from __future__ import annotations

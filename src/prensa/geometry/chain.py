@@ -125,7 +125,7 @@ def _arc(a: Point, m: Point, b: Point, point: int) -> Piece:
     uu, vv = ux * ux + uy * uy, vx * vx + vy * vy
     if abs(twice) <= NEGLIGIBLE * sqrt(uu * vv):
         raise ChainError(
-            f"the arc through {_shown(m)} is straight; write its end {_shown(b)} as a plain point", point + 1
+            f"the arc through {shown(m)} is straight; write its end {shown(b)} as a plain point", point + 1
         )
     cx, cy = (vy * uu - uy * vv) / twice, (ux * vv - vx * uu) / twice
     radius = hypot(cx, cy)
@@ -135,7 +135,8 @@ def _arc(a: Point, m: Point, b: Point, point: int) -> Piece:
     return Piece((a[0] + cx, a[1] + cy), (0.0, 0.0), 0.0, radius * sweep, radius, start, side, point)
 
 
-def _shown(x: Point) -> str:
+def shown(x: Point) -> str:
+    """A point in a message."""
     return f"({x[0]:g}, {x[1]:g})"
 
 
@@ -164,7 +165,7 @@ def pieces(points: Sequence[Any], closed: bool) -> list[Piece]:
             if n == 0 and hasattr(points[k], "to"):
                 break  # the last arc has closed the chain
             hint = "; a closed chain returns to its first point by itself" if closed and n == 0 else ""
-            raise ChainError(f"points {k} and {n} coincide at {_shown(a)}; leave one out{hint}", n or k)
+            raise ChainError(f"points {k} and {n} coincide at {shown(a)}; leave one out{hint}", n or k)
         item = points[n]
         out.append(_arc(a, tuple(item.through), b, k) if hasattr(item, "to") and n else _line(a, b, k))
     if not closed:
@@ -172,7 +173,7 @@ def pieces(points: Sequence[Any], closed: bool) -> list[Piece]:
         out = [*out[:-1], *_endless(out[-1], 1)]
     for p, q in _joints(out, closed):
         if abs(corner(p, q)) >= CUSP:
-            raise ChainError(f"the chain doubles back at {_shown(q.at(q.lo))}; move one of its neighbours", q.point)
+            raise ChainError(f"the chain doubles back at {shown(q.at(q.lo))}; move one of its neighbours", q.point)
     return out
 
 
@@ -262,7 +263,7 @@ def _rounded(chain: list[Piece], radii: Sequence[float], closed: bool, slack: fl
         made = _fillet(out[before], out[i], radii[i], slack)
         if made is None:
             raise ChainError(
-                f"the fillet {radii[i]:g} does not fit at point {out[i].point}, {_shown(chain[i].at(chain[i].lo))}",
+                f"the fillet {radii[i]:g} does not fit at point {out[i].point}, {shown(chain[i].at(chain[i].lo))}",
                 out[i].point,
                 "fillet",
             )
@@ -311,7 +312,7 @@ def chain(points: Sequence[Any], fillet: Any, closed: bool, automatic: float = 0
     if crossing is not None:
         p, q, x = crossing
         raise ChainError(
-            f"the chain crosses itself near {_shown(x)}, between points {p.point} and {p.point + 1} and points {q.point} "
+            f"the chain crosses itself near {shown(x)}, between points {p.point} and {p.point + 1} and points {q.point} "
             f"and {q.point + 1}; an open chain goes on straight beyond its ends: add a point to end it elsewhere",
             q.point,
         )

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from prensa.geometry.chain import Piece, drawn, signed_area
+from prensa.geometry.plane import cross
 from prensa.precision import SMALLEST
 from prensa.types import Array
 
@@ -30,7 +31,7 @@ def around(hole: Array, depth: float) -> Array:
     square = np.array([(lo[0], lo[1]), (hi[0], lo[1]), (hi[0], hi[1]), (lo[0], hi[1])])
     hole = np.roll(hole, -int(np.argmin(((hole - square[0]) ** 2).sum(axis=1))), axis=0)
     after = np.roll(hole, -1, axis=0)
-    if (hole[:, 0] * after[:, 1] - hole[:, 1] * after[:, 0]).sum() > 0:
+    if cross(hole, after).sum() > 0:
         square = square[[0, 3, 2, 1]]
     return np.vstack([hole, hole[:1], square, square[:1]])
 

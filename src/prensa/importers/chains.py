@@ -9,6 +9,7 @@ from math import atan2, cos, hypot, inf, pi, sin
 from typing import NamedTuple
 
 from prensa.geometry.boxes import meeting_boxes
+from prensa.geometry.chain import shown
 from prensa.importers.segments import Point, Segment, box
 
 
@@ -38,11 +39,6 @@ class Gap(NamedTuple):
     def width(self) -> float:
         """Distance of the two."""
         return distance(self.a, self.b)
-
-
-def shown(x: Point) -> str:
-    """A point in a message."""
-    return f"({x[0]:g}, {x[1]:g})"
 
 
 def distance(a: Point, b: Point) -> float:

@@ -7,8 +7,9 @@ from math import isnan, sqrt
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from prensa.geometry.chain import shown
 from prensa.importers import dxf
-from prensa.importers.chains import Chain, Gap, chains, from_left, merged, nearest_gap, shown
+from prensa.importers.chains import Chain, Gap, chains, from_left, merged, nearest_gap
 from prensa.importers.segments import Point, Segment, arcs_of, size_of
 from prensa.model.fields import LARGEST
 from prensa.model.sheets import DataError, read_sheet

@@ -1,4 +1,4 @@
-"""Graphs → machine code that answers for `WIDE` rows of arrays at once, kept on the disk.
+"""Graphs → SIMD machine code that answers for `WIDE` rows of arrays at once, kept on the disk.
 
 A kernel reads numbers of rows (points, or elements with points of their own), computes, and writes numbers of the same rows.
 Eight rows go side by side through explicit SIMD instructions, so that neither a loop vectoriser nor an inference of types sees

@@ -1,4 +1,4 @@
-"""Static condensation: linear elastic bodies in small strain are factored once, Newton iterates on what contact touches.
+"""Static condensation (Schur complement): linear elastic bodies in small strain are factored once, Newton iterates on contact.
 
 The free displacements are u = y + Σ X_j q_j: y is the free response to loads and supports, X_j = K⁻¹ e_j that to a unit force
 on contact dof j, q are the forces of the contacts. Of X_j only the rows of contact candidates (C) and the forces on supports
@@ -364,7 +364,7 @@ class Condensation:
         system, known = self.bodies.system, np.union1d(self.nodal, self.bodies.held)
         dofs, nearest = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
         for body, mesh in system.meshes.items():
-            nodes = np.arange(len(mesh.points)) + system.offsets[body]
+            nodes = system.nodes_of(body)
             for axis in range(2):
                 own = np.flatnonzero(np.isin(2 * nodes + axis, known))
                 left = np.setdiff1d(mesh.boundary, own)

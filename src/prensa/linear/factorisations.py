@@ -1,4 +1,4 @@
-"""The linear solver seam: ``analyze(pattern)``, ``factor(values)``, ``solve(b)``; the residual of every solution is checked.
+"""Sparse factorisations: ``analyze(pattern)``, ``factor(values)``, ``solve(b)``; the residual of every solution is checked.
 
 In ``auto`` the first that is installed of PARDISO, rslab, SuperLU is used, and the next one takes over when a residual
 is too large, with a line in the log: beta solvers are fast but are not believed.

@@ -1,4 +1,4 @@
-"""Linear systems of bodies in space: flexible GMRES on the tangent A, preconditioned by a symmetric P that stands beside it.
+"""Linear systems of bodies in space: flexible GMRES on the tangent A; the preconditioner is made from a symmetric P beside it.
 
 P = (A + Aᵀ)/2 with another stiffness of the contact points: without friction that follows the pressure, whose symmetric part
 would be indefinite, of the size of the penalty, and without the curvature of tools (`contact.forces.symmetric_stiffness`).

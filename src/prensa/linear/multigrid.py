@@ -1,6 +1,6 @@
-"""Multigrid for bodies in space: smoothed aggregation (Vaněk, Mandel & Brezina 1996) with lines along short edges of bricks.
+"""Multigrid preconditioner in space: smoothed aggregation (Vaněk, Mandel & Brezina 1996) with lines along short edges of bricks.
 
-A preconditioner of the symmetric P (see `prensa.linear.iterative`), in single precision, for flexible GMRES. Chains of nodes
+It is made from the symmetric P (see `prensa.linear.iterative`), in single precision, for flexible GMRES. Chains of nodes
 along the short edges of flattened bricks are relaxed together, as block tridiagonals, and cut into segments as long as the
 middle edge; aggregates join segments, so that they are cubes in space, and leave out the long edges of drawn-out bricks. On
 cubes there are no chains, and it is block Jacobi under Chebyshev's polynomial. Aggregation is pyamg's, coarse matrices are

@@ -160,7 +160,7 @@ class Factors(Protocol):
 
 
 class Selected:
-    """Boundary conditions: which dofs are free, just those not prescribed.
+    """Boundary conditions (Dirichlet): which dofs are free, just those not prescribed.
 
     ``indptr``, ``indices``: pattern of their matrix (compressed columns).
     """

@@ -1,5 +1,7 @@
 """Kernels of J2 plasticity, generated from the point functions of `prensa.materials.hencky_j2` for the flow curves in use.
 
+The consistent tangent is the derivative of the recorded return map by the implicit function theorem; nobody writes it by hand.
+
 Numbers p of a metal: bulk and shear modulus, seconds, share of `At.secant`, then the scalars of its curve.
 """
 

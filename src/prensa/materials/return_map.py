@@ -1,4 +1,4 @@
-"""The return map of J2 plasticity for any flow curve, in NumPy over all points; `prensa.materials.j2` is the compiled one."""
+"""Return map (return mapping, radial return) of J2 plasticity for any flow curve, in NumPy; `prensa.materials.j2` is compiled."""
 
 from __future__ import annotations
 

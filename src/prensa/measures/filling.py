@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from prensa.geometry.plane import cross
 from prensa.measures.measure import MeasureError
 from prensa.measures.tool_outlines import outlines
 from prensa.mesh.generate import mesh_of
@@ -200,7 +201,7 @@ def _inside(point: Any, x: Array, cells: Index) -> bool:
     corners = x[cells[:, : 3 if cells.shape[1] in (3, 6) else 4]]
     way = np.roll(corners, -1, axis=1) - corners
     to = np.array([point.x, point.y]) - corners
-    return bool(((way[..., 0] * to[..., 1] - way[..., 1] * to[..., 0]) >= 0.0).all(axis=1).any())
+    return bool((cross(way, to) >= 0.0).all(axis=1).any())
 
 
 def _solid(problem: Problem, tools: Mapping[str, ToolState], around: list[Wall], depth: float, geometry: Any) -> Any:

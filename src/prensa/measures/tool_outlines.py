@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from prensa.geometry.plane import rotated
 from prensa.result.increment import ToolState
 from prensa.tools.tool import ToolShape, rotation_of
 from prensa.types import Array, Index
@@ -23,7 +24,7 @@ def outlines(tool: ToolShape, state: ToolState, depth: float, axisymmetric: bool
 
     """
     place = np.array(state.at, dtype=float) + state.place[:2]
-    polygons = [_turn(p, _angle(tool, state)) + place for p in tool.outline(depth)]
+    polygons = [rotated(p, _angle(tool, state)) + place for p in tool.outline(depth)]
     on_axis = bool(abs(state.at[0] + state.place.x) < 1e-12 * (1.0 + float(np.abs(state.at).max())))
     if axisymmetric and not tool.mirrored(on_axis, np.array(state.direction)):
         polygons += [p * (-1.0, 1.0) for p in polygons]
@@ -52,8 +53,3 @@ def _angle(tool: ToolShape, state: ToolState) -> float:
         return state.place.rz
     x, y = state.direction
     return float(np.arctan2(x, -y)) + state.place.rz
-
-
-def _turn(points: Array, angle: float) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    return points @ np.array([[c, s], [-s, c]])

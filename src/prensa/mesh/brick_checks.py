@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 
 from prensa.mesh.faces import shapes
-from prensa.mesh.mesh import MeshError, coincident, within
+from prensa.mesh.mesh import MeshError, check_apart, within, written
 from prensa.precision import DRAWN, SMALLEST
 from prensa.types import Array, Flags, Index
 
@@ -171,14 +171,7 @@ def _directions(faces: Index) -> Array:
 def check_joints(points: Array, faces: Index) -> None:
     """Raise MeshError for nodes of the outside faces (k, 4) at one place, or within a face or edge of another: it is open."""
     nodes = np.unique(faces)
-    close = DRAWN * float(np.ptp(points, axis=0).max())
-    i, j = coincident(points[nodes], close)
-    if len(i):
-        a, b = nodes[i[0]], nodes[j[0]]
-        raise MeshError(
-            f"nodes {a} and {b} are at the same place, {_place(points[a])}, and the mesh is open between their elements; "
-            "merge them ('merge: true' of a file), or make two bodies"
-        )
+    close = check_apart(points, nodes)
     x = points[faces]
     middle = x.mean(axis=1)
     i, j = within(points[nodes], middle, np.linalg.norm(x - middle[:, None], axis=2).max(axis=1))
@@ -190,13 +183,9 @@ def check_joints(points: Array, faces: Index) -> None:
     if on.any():
         k = int(np.argmax(on))
         raise MeshError(
-            f"node {nodes[j[k]]} at {_place(points[nodes[j[k]]])} hangs in the face of the nodes {faces[i[k]].tolist()}; "
+            f"node {nodes[j[k]]} at {written(points[nodes[j[k]]])} hangs in the face of the nodes {faces[i[k]].tolist()}; "
             "split that element, or make two bodies"
         )
-
-
-def _place(x: Array) -> str:
-    return f"({', '.join(f'{c:g}' for c in x)})"
 
 
 def _on_triangles(p: Array, x: Array, close: float) -> Flags:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from prensa.geometry.plane import cross
 from prensa.precision import SMALLEST
 from prensa.types import Array, Index
 
@@ -31,7 +32,7 @@ def apart(ends: Index, first: Index, second: Index) -> tuple[Index, Index]:
 def left(a: Array, b: Array, x: Array) -> Array:
     """Distance of places x (2, n, 2) from the lines from a (n, 2) to b, positive on the left → (2, n)."""
     t, r = b - a, x - a
-    return np.asarray((t[:, 0] * r[..., 1] - t[:, 1] * r[..., 0]) / np.maximum(np.hypot(t[:, 0], t[:, 1]), SMALLEST))
+    return np.asarray(cross(t, r) / np.maximum(np.hypot(t[:, 0], t[:, 1]), SMALLEST))
 
 
 def meeting(points: Array, ends: Index) -> tuple[float, float] | None:

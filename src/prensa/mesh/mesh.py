@@ -275,14 +275,7 @@ def _check_cells(points: Array, cells: Index) -> None:
 def _check_open_joints(points: Array, outline: Index) -> None:
     """Nodes of the outline at one place, and nodes in the middle of a side: the mesh is open there."""
     nodes = np.unique(outline)
-    close = DRAWN * float(np.ptp(points, axis=0).max())
-    i, j = coincident(points[nodes], close)
-    if len(i):
-        a, b = nodes[i[0]], nodes[j[0]]
-        raise MeshError(
-            f"nodes {a} and {b} are at the same place, ({points[a, 0]:g}, {points[a, 1]:g}), and the mesh is open between "
-            "their elements; merge them, or make two bodies and tie them"
-        )
+    close = check_apart(points, nodes)
     pieces = segments(outline)
     start, along = points[pieces[:, 0]], points[pieces[:, 1]] - points[pieces[:, 0]]
     length = np.hypot(along[:, 0], along[:, 1])
@@ -293,12 +286,30 @@ def _check_open_joints(points: Array, outline: Index) -> None:
     if len(inside):
         n, (a, b) = nodes[j[inside[0]]], pieces[i[inside[0]]]
         raise MeshError(
-            f"node {n} at ({points[n, 0]:g}, {points[n, 1]:g}) hangs in the middle of the side between nodes "
+            f"node {n} at {written(points[n])} hangs in the middle of the side between nodes "
             f"{a} and {b}; split that element, or make two bodies and tie them"
         )
 
 
 # ----------------------------------------------------------------------------------------------------------- neighbours
+def check_apart(points: Array, nodes: Index) -> float:
+    """Raise MeshError for two nodes of an outline at one place: the mesh is open there; return the distance that is none."""
+    close = DRAWN * float(np.ptp(points, axis=0).max())
+    i, j = coincident(points[nodes], close)
+    if len(i):
+        a, b = nodes[i[0]], nodes[j[0]]
+        raise MeshError(
+            f"nodes {a} and {b} are at the same place, {written(points[a])}, and the mesh is open between their elements; "
+            "merge them ('merge: true' of a file), or make two bodies and tie them"
+        )
+    return close
+
+
+def written(x: Array) -> str:
+    """A place (d,) in a message."""
+    return f"({', '.join(f'{c:g}' for c in x)})"
+
+
 def coincident(points: Array, distance: float) -> tuple[Index, Index]:
     """Pairs i < j of points (n, d) no farther apart than *distance*, in order of i."""
     i, j = within(points, points, np.full(len(points), distance))

@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from prensa.geometry.plane import angle
 from prensa.mesh.mesh import Mesh, boundary_edges, keys
 from prensa.precision import SMALLEST
 from prensa.types import Array, Flags, Index
@@ -107,7 +108,7 @@ def _cut(edges: Index, x: Array, names: list[frozenset[str]], named: set[int]) -
     m = x[edges[:, 2]] if edges.shape[1] == 3 else 0.5 * (a + b)
     # Tangents of the quadratic sides at their ends: chords would see the turn of a fillet as corners.
     start, end = 4 * m - 3 * a - b, np.roll(3 * b + a - 4 * m, 1, axis=0)
-    turn = np.abs(np.arctan2(end[:, 0] * start[:, 1] - end[:, 1] * start[:, 0], (end * start).sum(axis=1)))
+    turn = np.abs(angle(end, start))
     k = len(edges)
     # A round outline of one name has nothing to be cut at: it is one chain, from anywhere.
     cuts = [i for i in range(k) if turn[i] > CORNER or names[i] != names[i - 1] or int(edges[i, 0]) in named] or [0]

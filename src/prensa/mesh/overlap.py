@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.geometry.plane import cross
 from prensa.mesh.crossing import apart, left, near
 from prensa.mesh.mesh import POINTS_AT_ONCE
 from prensa.precision import NEGLIGIBLE, SMALLEST
@@ -89,7 +90,7 @@ def overlaps(points: Array, ends: Index) -> list[Overlap]:
         length = pieces.length[own]
         centre = length @ (0.5 * (pieces.a + pieces.b)[own]) / max(length.sum(), SMALLEST)
         a, b = pieces.a[own] - centre, pieces.b[own] - centre
-        area = 0.5 * float((np.where(winding[own] == 2, 1.0, -1.0) * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])).sum())
+        area = 0.5 * float((np.where(winding[own] == 2, 1.0, -1.0) * cross(a, b)).sum())
         segments = np.unique(pieces.of[own])
         of_rim = np.isin(first, segments) & np.isin(second, segments)
         if not len(own) or not of_rim.any():
@@ -144,7 +145,7 @@ def _on_the_left(pieces: _Pieces, a: Array, b: Array) -> Index:
     for start in range(0, len(middle), many):
         of, p = pieces.of[start : start + many], middle[start : start + many, None]
         u, v = a - p, b - p
-        sine, cosine = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0], (u * v).sum(axis=-1)
+        sine, cosine = cross(u, v), (u * v).sum(axis=-1)
         angle = np.arctan2(sine, cosine)
         through = (cosine < 0.0) & (np.abs(sine) <= NEGLIGIBLE * -cosine)
         along = (b - a)[of] @ (b - a).T > 0.0

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from prensa.geometry.plane import cross
 from prensa.mesh.brick_checks import EDGE_ENDS, TETRAHEDRON_ENDS
 from prensa.mesh.bricks import wedges
 from prensa.mesh.mesh import CELL_NAMES, CORNERS, Mesh, corner_cells, sides
@@ -93,8 +94,7 @@ def quality(mesh: Mesh) -> Quality:
     if mesh.cells.shape[1] > c:
         middle = mesh.points[sides(mesh.cells)[..., 2]]  # half the tangents at the ends: 4 m − 3 a − b
         after, before = 4 * (middle - x) - after, 4 * (np.roll(middle, 1, axis=1) - x) - before
-    cross = after[..., 0] * before[..., 1] - after[..., 1] * before[..., 0]
-    sine = cross / np.maximum(np.linalg.norm(after, axis=2) * np.linalg.norm(before, axis=2), SMALLEST)
+    sine = cross(after, before) / np.maximum(np.linalg.norm(after, axis=2) * np.linalg.norm(before, axis=2), SMALLEST)
     jacobian = sine.min(axis=1) * (2 / np.sqrt(3.0) if c == 3 else 1.0)
     longest = length.max(axis=1)
     return Quality(CELL_NAMES[mesh.cells.shape[1]], jacobian, longest / length.min(axis=1), longest, x.mean(axis=1))

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.geometry.plane import angle, cross, turned
 from prensa.mesh.mesh import Mesh, areas, corner_cells, segments
 from prensa.mesh.outline import GROWTH
 from prensa.model.remeshing import Sizes
@@ -113,7 +114,7 @@ class SizeField:
         cells, nodal = self.mesh.cells, strain.nodal()
         x, e = self.positions[cells[:, :3]], nodal[cells[:, :3]]
         a, b, de = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0], e[:, 1:] - e[:, :1]
-        det = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+        det = cross(a, b)
         slope = np.hypot(de[:, 0] * b[:, 1] - de[:, 1] * a[:, 1], de[:, 1] * a[:, 0] - de[:, 0] * b[:, 0]) / det
         much = slope > steep
         return x[much].mean(axis=1), np.maximum(steep * self.far / slope[much], self.near)
@@ -126,7 +127,7 @@ class SizeField:
         after[edges[:, 0]] = np.arange(len(edges))
         following = after[edges[:, 1]]
         t = along[following]
-        turn = np.abs(np.arctan2(along[:, 0] * t[:, 1] - along[:, 1] * t[:, 0], (along * t).sum(axis=1)))
+        turn = np.abs(angle(along, t))
         length = np.hypot(*(b - a).T)
         bent = (turn > BENT) & (turn < 0.6)  # more is a corner
         h = np.where(
@@ -164,14 +165,14 @@ def _by_thickness(x: Array, pieces: Index, across: float) -> Array:
     """Sizes (k,) at the quadratic sides of an outline, pieces (2 k, 2), of which ``across`` lie between it and its other side."""
     a, b = x[pieces[:, 0]], x[pieces[:, 1]]
     d = b - a
-    n = np.stack([-d[:, 1], d[:, 0]], axis=1) / np.hypot(*d.T)[:, None]  # inwards
+    n = turned(d) / np.hypot(*d.T)[:, None]  # inwards
     start, way = b[0::2], n[0::2] + n[1::2]
     way = way / np.hypot(*way.T)[:, None]
     # start + s way = a + t d
     det = way[:, None, 0] * d[:, 1] - way[:, None, 1] * d[:, 0]
     r = a - start[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
-        s = (r[..., 0] * d[:, 1] - r[..., 1] * d[:, 0]) / det
+        s = cross(r, d) / det
         t = (r[..., 0] * way[:, None, 1] - r[..., 1] * way[:, None, 0]) / det
     facing = (way @ n.T) < BACK
     hit = facing & (t >= 0) & (t <= 1) & (s > 0)

@@ -116,6 +116,17 @@ def value_kind(value: Any) -> str:
     return "table" if isinstance(value, list | tuple) else "number"
 
 
+def _fillet_kind(value: Any) -> str:
+    return "each" if isinstance(value, list | tuple) else "one"
+
+
+_Radius = Annotated[Length, Field(ge=0)]
+Fillets = Annotated[
+    Annotated[_Radius, Tag("one")] | Annotated[tuple[_Radius, ...], Tag("each")], Discriminator(_fillet_kind)
+]
+"""One radius for all corners, or one for each."""
+
+
 def value_of(number: Any) -> Any:
     """Type of a quantity that may be a number (ramped over the step) or a table ((time, value), …) in global time."""
     return Annotated[

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
-from prensa.model.fields import as_names, described
+from prensa.model.fields import Fillets, as_names, described
 from prensa.model.units import Angle, Length, LengthUnit, Number, Whole
 from prensa.precision import NEGLIGIBLE
 
@@ -298,14 +298,6 @@ class Patch:
         return self
 
 
-def _fillet_kind(value: Any) -> str:
-    return "each" if isinstance(value, list | tuple) else "one"
-
-
-Radius = Annotated[Length, Field(ge=0)]
-Fillets = Annotated[
-    Annotated[Radius, Tag("one")] | Annotated[tuple[Radius, ...], Tag("each")], Discriminator(_fillet_kind)
-]
 Ring = Annotated[tuple[tuple[Length, Length], ...], Field(min_length=3)]
 
 

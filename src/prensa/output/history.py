@@ -22,7 +22,7 @@ from prensa.measures.columns import energies_of as energies_of
 from prensa.measures.units import length_unit, pressure_unit
 from prensa.model.problem import Problem
 from prensa.output.files import TEMPORARY, Contents, file_name, numbered, replacing
-from prensa.result.increment import SLIDING_FIELDS, STATUS, ContactState, Increment, PointValues
+from prensa.result.increment import SLIDING_FIELDS, STATUS, ContactState, Increment, sliding
 
 HISTORY = "history.csv"
 CONVERGENCE = "convergence.csv"
@@ -167,23 +167,17 @@ def write_contact(directory: Path, name: str, number: int, contact: ContactState
     c, q = contact, contact.points
     words = [[STATUS[s] for s in status] for status in (c.status, q.status)]
     third = () if c.x.shape[1] == 2 else (c.x[:, 2], c.X[:, 2], c.force[:, 2])
-    _write(path, [*(SPATIAL_CONTACT_COLUMNS if third else CONTACT_COLUMNS), *_sliding(c)], (
+    _write(path, [*(SPATIAL_CONTACT_COLUMNS if third else CONTACT_COLUMNS), *sliding(c)], (
         c.node, c.x[:, 0], c.x[:, 1], c.gap, c.pressure, c.shear, c.slip, words[0], c.pressure_from_stress,
         c.pressure_smoothed, c.error, c.X[:, 0], c.X[:, 1], c.weight, c.force[:, 0], c.force[:, 1],
-        np.full(len(c.x), np.nan) if c.speed is None else c.speed, *third, *_sliding(c).values(),
+        np.full(len(c.x), np.nan) if c.speed is None else c.speed, *third, *sliding(c).values(),
     ))  # fmt: skip
     if not np.array_equal(q.X, c.X):
-        _write(of_points(path), [*POINT_COLUMNS, *_sliding(q)], (
+        _write(of_points(path), [*POINT_COLUMNS, *sliding(q)], (
             q.x[:, 0], q.x[:, 1], q.gap, q.pressure, q.shear, q.slip, words[1], q.weight, q.X[:, 0], q.X[:, 1],
-            *_sliding(q).values(),
+            *sliding(q).values(),
         ))  # fmt: skip
     return path
-
-
-def _sliding(of: ContactState | PointValues) -> dict[str, NDArray[np.float64]]:
-    """By column: times, distances and velocities (k,) along the tool, as far as they are known."""
-    found = {name: getattr(of, name) for name in SLIDING_FIELDS}
-    return {name: values for name, values in found.items() if values is not None}
 
 
 def of_points(path: Path) -> Path:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.geometry.plane import cross
 from prensa.types import Array, Flags, Index
 
 MOST_PIXELS = 2_000_000  # pairs of triangles and pixels that are looked at together: some hundred megabytes
@@ -83,7 +84,7 @@ def on_sides(found: Seen, xy: Array, drawn: Flags, width: float) -> Array:
 def _areas(xy: Array) -> Array:
     """Twice the areas (t,) of triangles (t, 3, 2), negative where their corners go round clockwise."""
     a, b = xy[:, 1] - xy[:, 0], xy[:, 2] - xy[:, 0]
-    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    return cross(a, b)
 
 
 def _planes(xy: Array) -> Array:

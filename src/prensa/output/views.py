@@ -13,7 +13,7 @@ import numpy as np
 
 from prensa.errors import PrensaError
 from prensa.model.names import suggest
-from prensa.result.increment import SLIDING_FIELDS, STATUS, BodyState, ContactState, Increment
+from prensa.result.increment import STATUS, BodyState, ContactState, Increment, sliding
 from prensa.result.views import Drawn, PlotOptions, Tabular, show_by
 
 if TYPE_CHECKING:
@@ -112,12 +112,7 @@ def _contact_columns(c: ContactState) -> dict[str, Any]:
     places = {f"{n}{a}": v for n, p in (("", c.x),) for a, v in zip("xyz", p.T)} | dict(zip(("X", "Y", "Z"), c.X.T))
     flat = {"shear": c.shear} if c.shear.ndim == 1 else dict(zip(("shear1", "shear2"), c.shear.T))
     return {"node": c.node, **places, "gap": c.gap, "pressure": c.pressure, **flat, "slip": c.slip, "status": words,
-            "pressure_from_stress": c.pressure_from_stress, "error": c.error, **_sliding(c)}  # fmt: skip
-
-
-def _sliding(c: ContactState) -> dict[str, Any]:
-    known = {name: getattr(c, name) for name in SLIDING_FIELDS}
-    return {name: values for name, values in known.items() if values is not None}
+            "pressure_from_stress": c.pressure_from_stress, "error": c.error, **sliding(c)}  # fmt: skip
 
 
 def _body_columns(b: BodyState) -> dict[str, Any]:

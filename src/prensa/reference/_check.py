@@ -32,6 +32,12 @@ def poisson(nu: float) -> None:
         raise ValueError(f"nu = {nu!r}: Poisson's ratio lies in (-1, 0.5]; give a value in that range")
 
 
+def shear_factor(m: float) -> None:
+    """Raise ValueError unless 0 <= m <= 1."""
+    if not 0.0 <= m <= 1.0:
+        raise ValueError(f"m = {m!r}: the shear factor lies in [0, 1]; give a value there")
+
+
 def one_of(name: str, value: Any, choices: tuple[str, ...]) -> None:
     """Raise ValueError unless the value is one of the choices."""
     if value not in choices:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from ._check import ACCURACY, not_negative, positive
+from ._check import ACCURACY, not_negative, positive, shear_factor
 
 
 def _check_reduction(before: float, after: float, alpha: float) -> None:
@@ -16,11 +16,6 @@ def _check_reduction(before: float, after: float, alpha: float) -> None:
         raise ValueError(f"after = {after!r}: not thinner than before = {before!r}; give the size behind the die")
     if alpha >= 0.5 * math.pi:
         raise ValueError(f"alpha = {alpha!r}: half angle of a die; give it in radians, below pi/2")
-
-
-def _check_factor(m: float) -> None:
-    if not 0.0 <= m <= 1.0:
-        raise ValueError(f"m = {m!r}: shear factor in [0, 1]")
 
 
 def slab_drawing(*, before: float, after: float, alpha: float, Y: float, m: float = 0.0, axisymmetric: bool = True) -> float:
@@ -32,7 +27,7 @@ def slab_drawing(*, before: float, after: float, alpha: float, Y: float, m: floa
     Source: Sachs (1927), ZAMM 7, with shear-factor friction; Avitzur (1968), Metal Forming, ch. 8.
     """
     _check_reduction(before, after, alpha)
-    _check_factor(m)
+    shear_factor(m)
     positive(Y=Y)
     strain = math.log(before / after)
     if axisymmetric:
@@ -48,7 +43,7 @@ def wire_upper_bound(*, before: float, after: float, alpha: float, Y: float, m: 
     Source: Avitzur (1968), Metal Forming: Processes and Analysis, ch. 8.
     """
     _check_reduction(before, after, alpha)
-    _check_factor(m)
+    shear_factor(m)
     positive(Y=Y)
     strain, s, c = math.log(before / after), math.sin(alpha), math.cos(alpha)
     ratio = math.sqrt(11.0 / 12.0)
@@ -69,7 +64,7 @@ def strip_upper_bound(*, before: float, after: float, alpha: float, k: float, m:
     from scipy.optimize import minimize_scalar
 
     _check_reduction(before, after, alpha)
-    _check_factor(m)
+    shear_factor(m)
     positive(k=k)
     reach = (before - after) / math.tan(alpha)
 

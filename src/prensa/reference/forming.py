@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._check import ACCURACY, Array, not_negative, positive
+from ._check import ACCURACY, Array, not_negative, positive, shear_factor
 
 # --- limit loads and tubes ----------------------------------------------------------------------------------------
 
@@ -101,13 +101,8 @@ def rough_plates_slab(b: float, h: float, m: float = 1.0) -> float:
     Source: Siebel (1923), von Karman (1925); Hosford & Caddell (1993), Metal Forming.
     """
     positive(b=b, h=h)
-    _check_m(m)
+    shear_factor(m)
     return 1.0 + m * b / (2.0 * h)
-
-
-def _check_m(m: float) -> None:
-    if not 0.0 <= m <= 1.0:
-        raise ValueError(f"m = {m!r}: the shear factor lies in [0, 1]; give a value there")
 
 
 @dataclass(frozen=True)
@@ -176,7 +171,7 @@ def _slab(size: float, h: float, mu: float, sigma: float, k: float, m: float | N
     not_negative(mu=mu)
     limit, sticking = math.inf, 0.0
     if m is not None:
-        _check_m(m)
+        shear_factor(m)
         limit = m * k
         if limit <= mu * sigma:
             sticking = size

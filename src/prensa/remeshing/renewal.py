@@ -59,8 +59,7 @@ def renewed(system: System, state: State, bodies: list[str], size_of: Callable[[
         touching[s.points.support[state.contact.closed[s.rows], 0]] = True
     meshes = {}
     for body, mesh in system.meshes.items():
-        first = system.offsets[body]
-        own = slice(first, first + len(mesh.points))
+        own = system.span(body)
         x = system.positions(state.u)[own]
         meshes[body] = _new_mesh(mesh, x, size_of(body), touching[own]) if body in bodies else displaced(mesh, x)
     return carried_over(system, state, meshes, bodies)
@@ -81,7 +80,7 @@ def carried_over(system: System, state: State, meshes: dict[str, Mesh], bodies: 
     new = on_meshes(system, draft)  # its X are the places now, until those of the beginning are known
     nodal = _Nodal(system, state, new, bodies)
     places = _Places(system, state, new, nodal.carried(state.u), bodies)
-    points = {b: places.x[own_nodes(new, b)] for b in meshes}
+    points = {b: places.x[new.span(b)] for b in meshes}
     shape = min(float(shape_measure(points[b], meshes[b].cells).min()) for b in bodies)
     if not shape > 0:
         raise TriangulationError(
@@ -94,7 +93,7 @@ def carried_over(system: System, state: State, meshes: dict[str, Mesh], bodies: 
     # Displacements that count from here on would have to be known to every prescribed value, load and plot.
     origin = new.X - new.displacement(u)
     histories, volumes = _histories(system, state, new, bodies)
-    remeshed = replace(draft, origin={b: origin[own_nodes(new, b)] for b in meshes}, volume=volumes)
+    remeshed = replace(draft, origin={b: origin[new.span(b)] for b in meshes}, volume=volumes)
     record, lam = places.records(new)
     for s in new.surfaces:
         if s.multipliers is not None:
@@ -105,11 +104,6 @@ def carried_over(system: System, state: State, meshes: dict[str, Mesh], bodies: 
         lam=lam, work=np.zeros(new.ndof), step_start=nodal.carried(state.step_start), release=release,
         clock=state.clock._replace(damping=0.0), remeshed=remeshed, damage=_damage(system, state, new, bodies, volumes),
     )  # fmt: skip
-
-
-def own_nodes(system: System, body: str) -> slice:
-    """The nodes of a body."""
-    return slice(system.offsets[body], system.offsets[body] + len(system.meshes[body].points))
 
 
 def _histories(
@@ -148,15 +142,15 @@ class _Nodal:
     def __init__(self, old: System, state: State, new: System, bodies: list[str]) -> None:
         self.old, self.new, self.bodies = old, new, bodies
         self.x = old.positions(state.u)
-        self.places = {b: located(self.x[own_nodes(old, b)], old.meshes[b].cells, new.X[own_nodes(new, b)]) for b in bodies}
+        self.places = {b: located(self.x[old.span(b)], old.meshes[b].cells, new.X[new.span(b)]) for b in bodies}
 
     def carried(self, values: Array) -> Array:
         """Values (ndof,) of the old degrees of freedom at the new ones."""
         out = np.zeros(self.new.ndof)
         before, after = self.old.displacement(values), self.new.displacement(out)
         for body, mesh in self.old.meshes.items():
-            nodal = before[own_nodes(self.old, body)]
-            after[own_nodes(self.new, body)] = (
+            nodal = before[self.old.span(body)]
+            after[self.new.span(body)] = (
                 at_places(nodal, mesh.cells, self.places[body]) if body in self.bodies else nodal
             )
         self.new.dofs.tool.of(out)[:] = self.old.dofs.tool.of(values)
@@ -167,12 +161,12 @@ class _Nodal:
         out = np.zeros(self.new.ndof)
         before, after = self.old.displacement(forces), self.new.displacement(out)
         for body, mesh in self.new.meshes.items():
-            own, nodal = after[own_nodes(self.new, body)], before[own_nodes(self.old, body)]
+            own, nodal = after[self.new.span(body)], before[self.old.span(body)]
             if body not in self.bodies:
                 own[:] = nodal
                 continue
             loaded = np.flatnonzero(nodal.any(axis=1))
-            there = located(x[own_nodes(self.new, body)], mesh.cells, self.x[own_nodes(self.old, body)][loaded])
+            there = located(x[self.new.span(body)], mesh.cells, self.x[self.old.span(body)][loaded])
             np.add.at(own, mesh.cells[there.element], there.N[:, :, None] * nodal[loaded, None, :])
         self.new.dofs.tool.of(out)[:] = self.old.dofs.tool.of(forces)
         return out

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prensa.contact.recovery import mises_of, recover
+from prensa.geometry.plane import cross
 from prensa.materials.protocol import Field, Material
 from prensa.mesh.mesh import corner_cells
 from prensa.system.assembly import Block
@@ -89,9 +90,9 @@ def _inverted(X: Array, x: Array) -> Array:
 def _affine(X: Array, x: Array) -> Array:
     """Local coordinates (n, 2) of places in the triangles of the corners of X (n, 6, 2): those of T6 with straight sides."""
     a, b, r = X[:, 1] - X[:, 0], X[:, 2] - X[:, 0], x - X[:, 0]
-    det = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    det = cross(a, b)
     det = np.where(np.abs(det) < 1e-300, 1e-300, det)
-    xi = np.stack([r[:, 0] * b[:, 1] - r[:, 1] * b[:, 0], a[:, 0] * r[:, 1] - a[:, 1] * r[:, 0]], axis=1)
+    xi = np.stack([cross(r, b), cross(a, r)], axis=1)
     return np.asarray(np.clip(xi / det[:, None], -3.0, 3.0))
 
 

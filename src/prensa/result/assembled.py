@@ -88,9 +88,7 @@ def assembled(system: System, c: Context, u: Array, lam: Array) -> Assembled:
     else:
         free = np.setdiff1d(np.arange(n), c.plan.fixed)
         T = csr_matrix(identity(n, format="csr")[:, free])
-    nodes = {
-        b: system.dofs.displacement.dofs(np.arange(len(m.points)) + system.offsets[b]) for b, m in system.meshes.items()
-    }
+    nodes = {body: system.dofs.displacement.dofs(system.nodes_of(body)) for body in system.meshes}
     tools = {t.name: np.asarray(system.dofs.tool.dofs(k)) for k, t in enumerate(system.tools)}
     return Assembled(e.r, K, u, e.f_ext, free, nodes, tools, _contacts(system, c, u, lam), e.scale, T)
 

@@ -133,7 +133,7 @@ def folding(system: System, u: Array, start: Array, below: float = UNFOLDED) -> 
     now, then = system.positions(u), system.positions(start)
     out = {}
     for body, mesh in system.meshes.items():
-        own = slice(system.offsets[body], system.offsets[body] + len(mesh.points))
+        own = system.span(body)
         ends, whole = segments(mesh.boundary), whole_outline(system, body)
         met = [(ends[o.segments[whole.modelled[o.segments]]], o) for o in overlaps(now[own], ends)]
         angle, found = STRAIGHT_ANGLE, list[Fold]()

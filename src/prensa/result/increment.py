@@ -173,6 +173,12 @@ class ContactState(Tabular):
         return rows + [(f"largest {name}", f"{v.max(initial=0):.5g}") for name, v in largest.items()]
 
 
+def sliding(of: ContactState | PointValues) -> dict[str, Array]:
+    """Times, distances and velocities (k,) along the tool by their names, as far as they are known."""
+    found = {name: getattr(of, name) for name in SLIDING_FIELDS}
+    return {name: values for name, values in found.items() if values is not None}
+
+
 @dataclass(frozen=True, repr=False)
 class BodyState(Tabular):
     """One body: n nodes, m cells of 3, 4, 6 or 8 nodes (corners counter-clockwise, then mid-side nodes).

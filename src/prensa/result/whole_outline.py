@@ -69,7 +69,7 @@ def whole_outline(system: System, body: str) -> WholeOutline:
     lines = lines_of(first, body, first.X)
     if not lines:
         return WholeOutline(n, [()], ends, np.ones(len(ends), dtype=bool))
-    X = system.X[system.offsets[body] + np.arange(n)]
+    X = system.X[system.span(body)]
     on = {line: np.asarray((np.abs(line.distance(X[ends])) <= NEGLIGIBLE * system.length).all(axis=1)) for line in lines}
     across = [[(), *((line,) for line in lines if line.axis == axis)] for axis in (0, 1)]
     images: list[tuple[Line, ...]] = [a + b for a, b in product(*across)]

@@ -12,6 +12,7 @@ import numpy as np
 from prensa.analysis import check_arguments, report_preflight
 from prensa.errors import ArgumentError, take
 from prensa.friction.point import values_of
+from prensa.geometry.plane import cross
 from prensa.linear.factorisations import KeptFactors
 from prensa.linear.threads import ONE_OF_BLAS
 from prensa.measures import parse
@@ -392,8 +393,7 @@ class _Parameter:
             rate = self.difference(above.s - jump * round_, below.s)
             rate = rate + np.concatenate([p.rounds for p in touching]) * period
         n, dn = above.n, self.difference(above.n, below.n)
-        turned = n[:, 0] * dn[:, 1] - n[:, 1] * dn[:, 0]
-        return np.asarray(g @ self.difference(above.g, below.g) + turn @ turned + s @ rate)
+        return np.asarray(g @ self.difference(above.g, below.g) + turn @ cross(n, dn) + s @ rate)
 
     def _of_landing(self, landing: Landing, stage: Stage) -> Array:
         """Through where points that a tool comes to through air begin to slip."""

@@ -232,7 +232,7 @@ def _free_tools(eq: Equilibrium) -> Iterator[str]:
 
 def _node(system: System, node: int, result: NewtonResult, e: Evaluation) -> str:
     """A node with its body, place, an element, and what it does at its tools."""
-    body = next(b for b in reversed(list(system.offsets)) if system.offsets[b] <= node)
+    body = system.body_of(node)
     block = next(b for b in system.blocks if b.body == body)
     x = system.positions(result.u)[node]
     element = int(np.flatnonzero((block.cells == node).any(axis=1))[0])

@@ -1,4 +1,4 @@
-"""Newton on r(u) = 0 with the tangent, or a matrix towards the secant where flow turns.
+"""Newton on r(u) = 0 with line search; the matrix is the tangent, or nearer the secant where the direction of flow turns.
 
 `init`, `step`, `terminate` work on an explicit state; failure is a value.
 """

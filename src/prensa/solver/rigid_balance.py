@@ -16,6 +16,7 @@ import numpy as np
 
 from prensa.contact.stencil import Stencils
 from prensa.contact.surface import Surface
+from prensa.geometry.plane import turned
 from prensa.linear.rigid_modes import Loose
 from prensa.policy import Policy
 from prensa.precision import EPS, NEGLIGIBLE, ROUND_OFF
@@ -116,15 +117,15 @@ class RigidBalance:
     def _turned(self, arm: Array, turn: float) -> Array:
         """Arms (k, 2) after a turn."""
         if self.system.problem.kinematics == "small":
-            return np.asarray(arm + turn * _across(arm))
-        return np.asarray(np.cos(turn) * arm + np.sin(turn) * _across(arm))
+            return np.asarray(arm + turn * turned(arm))
+        return np.asarray(np.cos(turn) * arm + np.sin(turn) * turned(arm))
 
     def fields(self, z: Array) -> list[tuple[list[str], Array]]:
         """Of each unknown of the bodies: what moves, and displacements (n, 2) for a unit of it."""
         out = []
         for b, (_, _, turn) in self.split(z)[0]:
             small = self.system.problem.kinematics == "small"
-            across = _across(b.arm if small else self._turned(b.arm, turn)) / b.loose.size
+            across = turned(b.arm if small else self._turned(b.arm, turn)) / b.loose.size
             for x, y, about in b.loose.motions:
                 field = np.zeros_like(self.system.X)
                 field[b.loose.nodes] = [x, y] + about * across
@@ -223,15 +224,10 @@ class RigidBalance:
         """Half the least width of the tools and of the boxes about the bodies that may meet."""
         system, own = self.system, [self.c.surfaces[i] for i in self.pushers]
         names = {body for s in own for body in s.bodies}
-        bodies = {body: system.X[system.offsets[body] :][: len(system.meshes[body].points)] for body in names}
+        bodies = {body: system.X[system.span(body)] for body in names}
         widths = [float(np.ptp(x, axis=0).min()) for x in bodies.values()]
         tools = [system.tool_masters[s.against].tool for s in own if s.opposite is None]
         widths += [2.0 * tool.shape.cylinder for tool in tools]
         if system.dofs.dimension == 2:
             widths += [tool.thickness for tool in tools]  # of shapes with an end that may be sharp
         return 0.5 * min(widths)
-
-
-def _across(arm: Array) -> Array:
-    """Where arms (k, 2) go in a turn, per angle."""
-    return np.stack([-arm[:, 1], arm[:, 0]], axis=1)

@@ -1,4 +1,4 @@
-"""Viscous forces that carry a body over limit points: on the velocity of every node, scaled from the work of the step so far.
+"""Viscous regularisation over limit points: forces on the velocity of every node, scaled from the work of the step so far.
 
 f = −c V (u − u_n)/Δt on the displacements of a node with the volume V of its share of the elements around it (of equal shares:
 row sums of quadratic elements are negative at corners). Short increments make their stiffness c V/Δt large, so that one of

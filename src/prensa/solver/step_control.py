@@ -89,7 +89,7 @@ class StepControl:
         for axis in range(self.system.dofs.dimension):
             ways = []
             for body in bodies:
-                nodes = self.system.offsets[body] + np.arange(len(self.system.meshes[body].points))
+                nodes = self.system.nodes_of(body)
                 own = np.isin(moved, field.first + field.width * nodes + axis)
                 ways.append(np.diff(path[:, own], axis=0) if own.any() else np.zeros((len(t) - 1, 1)))
             a, b = ways
@@ -118,7 +118,7 @@ class StepControl:
         system, moved, field = self.system, self.plan.moved, self.system.dofs.displacement
         speed = 0.0
         first = int(system.tool_masters[s.against].dofs[0])
-        nodes = system.offsets[s.body] + np.arange(len(system.meshes[s.body].points))
+        nodes = system.nodes_of(s.body)
         for axis in range(system.dofs.dimension):
             tool = np.flatnonzero(moved == first + axis)
             own = np.flatnonzero(np.isin(moved, field.first + field.width * nodes + axis))

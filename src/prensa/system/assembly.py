@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from prensa.elements.element import Chunk, Element, Failure, Mode, Work, workspace
 from prensa.kernels.compiled import njit
+from prensa.kernels.search import entry
 from prensa.layout import DofMap
 from prensa.materials.laws import At, Material
 from prensa.materials.protocol import Flowing
@@ -68,24 +69,12 @@ class Pattern:
 
 
 @njit(cache=True)
-def _find(indptr, indices, row, col):
-    lo, hi = indptr[col], indptr[col + 1]
-    while lo < hi:
-        mid = (lo + hi) // 2
-        if indices[mid] < row:
-            lo = mid + 1
-        else:
-            hi = mid
-    return lo
-
-
-@njit(cache=True)
 def slots(indptr, indices, dofs, out):
     """Dofs (e, m) → out (e, m, m): position of entry (row i, column j) in the matrix values."""
     for e in range(dofs.shape[0]):
         for j in range(dofs.shape[1]):
             for i in range(dofs.shape[1]):
-                out[e, i, j] = _find(indptr, indices, dofs[e, i], dofs[e, j])
+                out[e, i, j] = entry(indptr, indices, dofs[e, j], dofs[e, i])
 
 
 @njit(cache=True)
@@ -106,7 +95,7 @@ def block_slots(indptr, indices, cells, out, d=2):
     for e in range(cells.shape[0]):
         for j in range(cells.shape[1]):
             for i in range(cells.shape[1]):
-                out[e, i, j] = _find(indptr, indices, d * cells[e, i], d * cells[e, j]) - indptr[d * cells[e, j]]
+                out[e, i, j] = entry(indptr, indices, d * cells[e, j], d * cells[e, i]) - indptr[d * cells[e, j]]
 
 
 def slots_of(cells: Index, pattern: Pattern, d: int) -> Slots:

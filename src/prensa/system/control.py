@@ -1,4 +1,4 @@
-"""Displacement control: the loads of a step in proportion, by one factor that is a degree of freedom.
+"""Displacement control (in place of arc length): the loads of a step in proportion, by a factor that is a degree of freedom.
 
 The tool that leads is prescribed; its balance, with its push in it, is the equation of the factor. Where all loads have one
 factor θ, f = f₀ + (θ − θ₀)(f₁ − f₀) with the loads that are carried at the start of the step and those that are asked for at its

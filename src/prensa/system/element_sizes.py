@@ -18,8 +18,8 @@ from prensa.types import Array
 
 def size_field(system: System, state: State, body: str, asked: Sizes, area: float, share: float = 1.0) -> SizeField:
     """Sizes of elements of a body in a committed state; ``area`` of its section at the beginning, ``share``: of all sizes."""
-    mesh, first = system.meshes[body], system.offsets[body]
-    positions = system.positions(state.u)[first : first + len(mesh.points)]
+    mesh = system.meshes[body]
+    positions = system.positions(state.u)[system.span(body)]
     own = len(system.tools) - system.mirrors  # lines of symmetry run through the metal, and ask for nothing
     names = [t.name for t in system.tools[:own] if any(s.body == body for s in system.against(t.name))]
     block = next(b for b in system.blocks if b.body == body)

@@ -101,6 +101,10 @@ class Discretisation(Geometry, Protocol):
     def depth(self) -> Array | None:
         """Initial thickness at the nodes (n,); None in axisymmetry."""
 
+    def nodes_of(self, body: str) -> Index:
+        """Global numbers (n,) of the nodes of a body."""
+        ...
+
     def node_volumes(self, body: str) -> Array:
         """∫N_A dV (n,) of the nodes of a body, in the initial configuration."""
 

@@ -130,7 +130,7 @@ class BodyForce:
         """See `Interaction`."""
         system = self.system
         b = np.array([amplitude(c.time) for amplitude in self.amplitudes])
-        nodes = system.offsets[self.body] + np.arange(len(system.meshes[self.body].points))
+        nodes = system.nodes_of(self.body)
         f = system.node_volumes(self.body)[:, None] * b
         return Response([Part(f"body force {self.body}", system.dofs.displacement.dofs(nodes), f)], external=True)
 
@@ -213,7 +213,7 @@ def loads_of(system: Discretisation, plan: StepPlan, state: State) -> list[Inter
 def _loaded(system: Discretisation, plan: StepPlan) -> Index:
     """Degrees of freedom on which the loads of a step act, and those of its tools: what is carried there follows its factor."""
     nodal = system.dofs.displacement
-    bodies = [system.offsets[name] + np.arange(len(system.meshes[name].points)) for name in plan.body_force]
+    bodies = [system.nodes_of(name) for name in plan.body_force]
     sets = [nodal.dofs(nodes) for nodes in (*(load.edges for load in plan.loads.values()), *bodies)]
     tools = np.arange(system.dofs.tool.first, system.dofs.tool.slice.stop)
     return np.concatenate([tools, *(s.ravel() for s in sets)])

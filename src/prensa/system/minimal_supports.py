@@ -32,7 +32,7 @@ def _chosen(system: System, body: str, held: Index, slaves: Index, u: Array) -> 
     from scipy.linalg import qr
 
     nodes = np.concatenate(
-        [system.offsets[b] + np.arange(len(system.meshes[b].points)) for b in system.tied_bodies(body)]
+        [system.nodes_of(b) for b in system.tied_bodies(body)]
     )
     x = (system.positions(u) if system.problem.kinematics == "finite" else system.X)[nodes]
     x = x / float(np.abs(x).max())  # a sum of places as far away as numbers go is none

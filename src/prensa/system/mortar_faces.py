@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from prensa.geometry.plane import cross
 from prensa.mesh.faces import area_vectors, shapes
 from prensa.mesh.mesh import MeshError
 from prensa.precision import DRAWN, NEGLIGIBLE, ROUND_OFF
@@ -125,7 +126,7 @@ def _in_plane(points: Array, middle: Array, frames: Array) -> Array:
 def _area(polygon: Array) -> Array:
     """Signed areas (k,) of polygons (k, a, 2)."""
     following = np.roll(polygon, -1, axis=1)
-    return np.asarray(0.5 * (polygon[..., 0] * following[..., 1] - polygon[..., 1] * following[..., 0]).sum(axis=1))
+    return np.asarray(0.5 * cross(polygon, following).sum(axis=1))
 
 
 def _clipped(subject: Array, by: Array) -> tuple[Array, Flags]:
@@ -165,7 +166,7 @@ def _quadrature(polygon: Array, there: Flags) -> tuple[Array, Array, Index]:
     count = np.maximum(there.sum(axis=1), 1)
     middle = np.where(there[..., None], polygon, 0.0).sum(axis=1) / count[:, None]
     u, v = polygon - middle[:, None], np.take_along_axis(polygon, _following(there)[..., None], 1) - middle[:, None]
-    double = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+    double = cross(u, v)
     size = np.abs(double).max(initial=0.0)
     pair, corner = np.nonzero(there & (double > NEGLIGIBLE**2 * size))
     u, v, double = u[pair, corner], v[pair, corner], double[pair, corner]

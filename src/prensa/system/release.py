@@ -1,4 +1,4 @@
-"""Release of forces in a step: those that supports, tools and loads carry at its start beyond those that it asks for.
+"""Release of forces in a step (springback): what supports, tools and loads carry at its start beyond what it asks for.
 
 A jump of forces is in no equilibrium that an increment, however short, comes near to, and its way depends on the iteration.
 So whatever changes between two steps starts from the force that it carries: the difference is kept as dead forces, which go
@@ -85,7 +85,7 @@ def minimal_supports_in_words(system: System, plan: StepPlan) -> str:
     for g in plan.groups:
         if g.found:
             node, axis = (int(v) for v in field.split(g.dofs[0]))
-            body = next(b for b in reversed(list(system.offsets)) if system.offsets[b] <= node)
+            body = system.body_of(node)
             at = coordinates(system.X[node])
             parts.append(f"{body!r} along {'xyz'[axis]} at node {node - system.offsets[body]} (initially at {at})")
     if not parts:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from prensa.geometry.plane import cross
 from prensa.types import Array
 
 
@@ -11,7 +12,7 @@ def seen_along(arm: Array, n: Array) -> Array:
     """Rigid-body motions (k, m) as they are seen along directions n (k, d) at arms (k, d) from where turns are about."""
     if arm.shape[1] == 3:
         return np.hstack([n, np.cross(arm, n)])  # n · (e × arm) = e · (arm × n)
-    return np.column_stack([n, arm[:, 0] * n[:, 1] - arm[:, 1] * n[:, 0]])
+    return np.column_stack([n, cross(arm, n)])
 
 
 def displacements(arm: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Schedule of a step: its boundary conditions, tool forces, loads and friction, with their amplitudes in time."""
+"""Schedule of a step: boundary conditions (Dirichlet), tool forces and loads (Neumann) and friction, with amplitudes in time."""
 
 from __future__ import annotations
 

@@ -47,20 +47,15 @@ class Earlier:
     def shapes(self, meshes: dict[str, Mesh]) -> dict[str, Mesh]:
         """Meshes as the run left them, for placing tools."""
         x, old = self.system.positions(self.state.u), self.system.meshes
-        return {name: displaced(old[name], x[self._own(name)]) if name in self.bodies else m for name, m in meshes.items()}
+        return {name: displaced(old[name], x[self.system.span(name)]) if name in self.bodies else m for name, m in meshes.items()}
 
     def remeshed(self, system: System) -> Remeshed:
         """The meshes of a system whose bodies go on with those that the run has made; the others keep theirs."""
         old = self.system
         volume = {b.body: b.volume for s in (system, old) for b in s.blocks if s is system or b.body in self.bodies}
         meshes = {name: old.meshes[name] if name in self.bodies else m for name, m in system.meshes.items()}
-        origin = {name: old.X[self._own(name)] if name in self.bodies else m.points for name, m in meshes.items()}
+        origin = {name: old.X[old.span(name)] if name in self.bodies else m.points for name, m in meshes.items()}
         return Remeshed(meshes, origin, volume, 0, 0, np.zeros((0, 3)), 1.0)
-
-    def _own(self, body: str) -> slice:
-        """The nodes of a body in the run."""
-        first = self.system.offsets[body]
-        return slice(first, first + len(self.system.meshes[body].points))
 
     def tool(self, name: str, description: ToolShape) -> PlacedTool | None:
         """The tool of the run, if it has one of that name and description."""

@@ -131,7 +131,7 @@ def lines_of(system: System, body: str, x: Array) -> list[Line]:
     p, mesh = system.problem, system.meshes[body]
     if any(e.against == SYMMETRY and SYMMETRY not in p.tools and body in e.surface for e in p.no_contact):
         return []
-    own, places = x[system.offsets[body] + np.arange(len(mesh.points))], symmetry_lines(p, body, mesh)
+    own, places = x[system.span(body)], symmetry_lines(p, body, mesh)
     if p.space == "axisymmetric":
         places.add((0, 0.0))
     out = []

@@ -216,6 +216,19 @@ class System:
         """Size of the bodies, the length by which moments are divided."""
         return float(np.ptp(self.X, axis=0).max())
 
+    def span(self, body: str) -> slice:
+        """The nodes of a body among those of all."""
+        first = self.offsets[body]
+        return slice(first, first + len(self.meshes[body].points))
+
+    def nodes_of(self, body: str) -> Index:
+        """Global numbers (n,) of the nodes of a body."""
+        return self.offsets[body] + np.arange(len(self.meshes[body].points))
+
+    def body_of(self, node: int) -> str:
+        """The body that a node belongs to."""
+        return next(b for b in reversed(list(self.offsets)) if self.offsets[b] <= node)
+
     def boundary_nodes(self, name: str) -> Index:
         """Global nodes of 'body.boundary' (or 'body.point')."""
         body, _, edge = name.partition(".")

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.geometry.plane import angle
 from prensa.mesh.faces import area_vectors, normals_at_sides
 from prensa.system.mortar import Side, opposite, shapes
 from prensa.system.mortar_faces import on_faces
@@ -118,7 +119,7 @@ def _rises(X: Array, edges: Index) -> _Rises:
     after = {int(first): k for k, first in enumerate(edges[:, 0])}
     next_ = np.array([after.get(int(last), -1) for last in edges[:, 1]])
     here = np.flatnonzero(next_ >= 0)
-    turn = _angle(ends[here], begins[next_[here]])
+    turn = angle(ends[here], begins[next_[here]])
     at_end, at_start = np.full(len(edges), np.nan), np.full(len(edges), np.nan)
     at_end[here], at_start[next_[here]] = turn, turn
     # The first and the last edge of an open side turn at one end; the other is taken to be alike.
@@ -127,9 +128,4 @@ def _rises(X: Array, edges: Index) -> _Rises:
     most = np.take_along_axis(both, np.abs(both).argmax(axis=0)[None], axis=0)[0]
     least = np.where(both[0] * both[1] > 0.0, np.sign(both[0]) * np.abs(both).min(axis=0), 0.0)
     half = 0.5 * np.hypot(*(X[edges[:, 1]] - X[edges[:, 0]]).T)
-    return _Rises(half * np.tan(0.25 * least), half * np.tan(0.25 * most), np.abs(_angle(begins, ends)) + np.abs(most))
-
-
-def _angle(a: Array, b: Array) -> Array:
-    """Angles (k,) from vectors a (k, 2) to b (k, 2)."""
-    return np.asarray(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)))
+    return _Rises(half * np.tan(0.25 * least), half * np.tan(0.25 * most), np.abs(angle(begins, ends)) + np.abs(most))

@@ -7,9 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from prensa.geometry.plane import turned
 from prensa.precision import DRAWN, NEGLIGIBLE, ROUND_OFF
 from prensa.testing.common import KINK, TRIALS, tell
-from prensa.tools.analytic import Closest, Tool, turned
+from prensa.tools.analytic import Closest, Tool
 from prensa.tools.implicit import SHARP
 from prensa.tools.tool import ToolShape
 from prensa.types import Array, Flags

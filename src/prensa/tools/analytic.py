@@ -80,11 +80,6 @@ class Tool(Protocol):
 AT_CENTRE = 1e-3  # distance to a centre of curvature over the radius below which curvature grows no more: no normal is left there
 
 
-def turned(n: Array) -> Array:
-    """Vectors (k, 2) turned by +90°."""
-    return np.stack([-n[:, 1], n[:, 0]], axis=1)
-
-
 def newton_along(shape: Tool, xi: Array, direction: Array, limit: float) -> Array:
     """`Tool.along` of a convex shape: Newton on the signed distance along the ray.
 

@@ -17,8 +17,9 @@ import numpy as np
 
 from prensa.errors import PrensaError
 from prensa.geometry.outline import around, width
+from prensa.geometry.plane import angle, cross, turned
 from prensa.precision import COMPLEX_STEP, FIRST_DIFFERENCE, NEGLIGIBLE, SECOND_DIFFERENCE
-from prensa.tools.analytic import Closest, marched_along, turned
+from prensa.tools.analytic import Closest, marched_along
 from prensa.types import Array, Index
 
 GRID = 200  # of the grid along a side of the square in which the surface is looked at
@@ -146,7 +147,7 @@ class Implicit:
         way = foot - y
         along = np.sign((way * turned(m)).sum(axis=1))
         # the normals of a corner are several: only the plain distance counts there
-        half = 0.5 * np.abs(np.arctan2(m[:, 0] * n[:, 1] - m[:, 1] * n[:, 0], (m * n).sum(axis=1)))
+        half = 0.5 * np.abs(angle(m, n))
         half = np.where(half < 4 * TURN, half, 0.0)
         return np.asarray(surface.s[i] + along * np.hypot(way[:, 0], way[:, 1]) * _over_sine(half))
 
@@ -200,7 +201,7 @@ class Implicit:
         n = self._normal(x)
         if float((np.diff(x, axis=0) * turned(n)[:-1]).sum()) < 0:
             x, n = x[::-1], n[::-1]
-        half = 0.5 * np.abs(_angle(n[:-1], n[1:]))
+        half = 0.5 * np.abs(angle(n[:-1], n[1:]))
         length = np.hypot(*np.diff(x, axis=0).T) * _over_sine(np.where(half < 4 * TURN, half, 0.0))
         s = begin + np.concatenate([[0.0], np.cumsum(length)])
         last = len(x) - closed
@@ -221,7 +222,7 @@ class Implicit:
         for _ in range(HALVINGS):
             n = self._normal(x)
             far = np.hypot(*np.diff(x, axis=0).T) > self._least
-            split = np.flatnonzero((np.abs(_angle(n[:-1], n[1:])) > TURN) & far)
+            split = np.flatnonzero((np.abs(angle(n[:-1], n[1:])) > TURN) & far)
             if not len(split):
                 break
             x = np.insert(x, split + 1, self._on(0.5 * (x[split] + x[split + 1])), axis=0)
@@ -269,14 +270,14 @@ class Implicit:
         x, n, _, runs, lengths = self.surface
         for run, length in zip(runs, lengths):
             a, b = (run[:-1], run[1:]) if np.isinf(length) else (run, np.roll(run, -1))
-            sharp = (np.abs(_angle(n[a], n[b])) > 0.5 * SHARP) & (np.hypot(*(x[b] - x[a]).T) < 4 * self._least)
+            sharp = (np.abs(angle(n[a], n[b])) > 0.5 * SHARP) & (np.hypot(*(x[b] - x[a]).T) < 4 * self._least)
             clear = np.flatnonzero(~sharp)
             if not len(clear):
                 continue
             order = np.roll(np.arange(len(a)), -int(clear[0]))  # begin where nothing is sharp
             for group in np.split(order, np.flatnonzero(np.diff(sharp[order].astype(int))) + 1):
                 i, j = a[group[0]], b[group[-1]]
-                if sharp[group[0]] and float(_angle(n[[i]], n[[j]])[0]) > SHARP:
+                if sharp[group[0]] and float(angle(n[[i]], n[[j]])[0]) > SHARP:
                     e = turned(n[[i]] + n[[j]])[0]
                     # where the tangents of the two sides meet
                     meet = np.linalg.solve(np.array([n[i], n[j]]), np.array([n[i] @ x[i], n[j] @ x[j]]))
@@ -327,11 +328,6 @@ class Implicit:
         return np.vstack([self._refined(self._on(p)) if f and len(p) > 2 else p for p, f in zip(parts, flags)])
 
 
-def _angle(a: Array, b: Array) -> Array:
-    """Angle (k,) from unit vectors a to b, left positive."""
-    return np.asarray(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)))
-
-
 def _over_sine(half: Array) -> Array:
     """α / sin α."""
     return np.asarray(1.0 / np.sinc(half / np.pi))
@@ -339,7 +335,7 @@ def _over_sine(half: Array) -> Array:
 
 def _area(x: Array) -> float:
     after = np.roll(x, -1, axis=0)
-    return 0.5 * float((x[:, 0] * after[:, 1] - x[:, 1] * after[:, 0]).sum())
+    return 0.5 * float(cross(x, after).sum())
 
 
 # corners of a cell 0 … 3 counter-clockwise from the lower left, edges 0 … 3 begin at them; walked with the inside left

@@ -19,9 +19,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from prensa.geometry.plane import turned
 from prensa.geometry.sections import section_axes
 from prensa.precision import NEGLIGIBLE
-from prensa.tools.analytic import Analytic, Closest, Tool, marched_along, turned
+from prensa.tools.analytic import Analytic, Closest, Tool, marched_along
 from prensa.types import Array, Flags, Index
 
 

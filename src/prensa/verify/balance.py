@@ -27,6 +27,7 @@ from collections.abc import Iterator
 import numpy as np
 
 import prensa as pr
+from prensa.geometry.plane import cross
 from prensa.result.increment import Increment
 from prensa.system.discretise import discretise, on_meshes
 from prensa.system.planning import plan_step
@@ -40,7 +41,7 @@ BALANCE_TOLERANCE = 1e-8
 
 def wrench(points: Array, forces: Array) -> Array:
     """Points, forces (k, 2) → (3,) resultant force and moment about the origin."""
-    moment = points[:, 0] * forces[:, 1] - points[:, 1] * forces[:, 0]
+    moment = cross(points, forces)
     return np.array([*forces.sum(axis=0), moment.sum()])
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 import prensa as pr
 from prensa import reference as ref
+from prensa.geometry.plane import cross
 from prensa.result.increment import Increment
 from prensa.types import Array, Index
 from prensa.verify.balance import Balance
@@ -22,7 +23,7 @@ def section(inc: Increment) -> float:
     (body,) = inc.bodies.values()
     x = body.x[body.cells[:, [0, 3, 1, 4, 2, 5]]]
     y = np.roll(x, -1, axis=1)
-    return float(0.5 * (x[..., 0] * y[..., 1] - x[..., 1] * y[..., 0]).sum())
+    return float(0.5 * cross(x, y).sum())
 
 
 def blunt_wedge(tip: float, E_scale: float) -> pr.Problem:

@@ -149,10 +149,9 @@ class BetweenNodes:
         """
         master, pieces = self.system.tool_masters[s.against], self.pieces[s.name]
         push = s.points.to_nodes(f.weight * np.maximum(f.p, 0.0))
-        first = self.system.offsets[s.body]
         moved = self.system.displacement(u)
         # a body that is pressed onto its tool has nodes there that do not move, and goes on itself
-        way = moved[s.points.nodes] - moved[first : first + len(self.system.meshes[s.body].points)].mean(axis=0)
+        way = moved[s.points.nodes] - moved[self.system.span(s.body)].mean(axis=0)
         work = float((push * (way * master.seen(x[s.points.nodes], u).n).sum(axis=1))[push > 0.0].sum())
         if not work > 0.0:
             return 0.0

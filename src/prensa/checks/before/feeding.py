@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from prensa.checks.thresholds import TOWARDS
-from prensa.contact.passage import TURNED
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
+from prensa.geometry.plane import turned
 from prensa.linear.rigid_modes import CLOSED
 from prensa.model.feed import Feed, ends_early
 from prensa.model.fields import motions_in
@@ -89,7 +89,7 @@ def _meeting(system: System, s: Surface, plan: StepPlan, feed: Feed, u: Array) -
         nearest = min(nearest, float(pairs.g.min()))
         if nearest <= least:
             k = int(np.argmin(pairs.g))
-            return nearest, np.asarray(turn * (pairs.arm[k] @ TURNED) if d == 2 else np.cross(turn, pairs.arm[k]))
+            return nearest, np.asarray(turn * (turned(pairs.arm[k])) if d == 2 else np.cross(turn, pairs.arm[k]))
     return nearest, np.zeros(d)
 
 

@@ -7,13 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.checks.thresholds import ALONG, SLIGHT
-from prensa.contact.faces import FacePoints
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity, coordinates
 from prensa.model import problem as model
 from prensa.system.moments import Moment, contact_path
 from prensa.system.system import System
-from prensa.types import Array, Index
+from prensa.types import Array
 
 
 class Pressed(NamedTuple):
@@ -30,11 +29,10 @@ NOT_PRESSED = Pressed(0.0, 0.0, 0, 0)
 
 def held(system: System, s: Surface, i: int, m: Moment, x: Array, pressed: dict[tuple[int, int], Pressed]) -> None:
     """Nodes of the body that are held along the normal of a tool which reaches into them."""
-    first = system.offsets[s.body]
-    last = first + len(system.meshes[s.body].points)
+    span = system.span(s.body)
     field = system.dofs.displacement
     nodes, axis = field.split(m.plan.fixed[field.owns(m.plan.fixed)])
-    mine = (nodes >= first) & (nodes < last)
+    mine = (nodes >= span.start) & (nodes < span.stop)
     nodes, axis = nodes[mine], axis[mine]
     if not len(nodes):
         return
@@ -48,7 +46,7 @@ def held(system: System, s: Surface, i: int, m: Moment, x: Array, pressed: dict[
     came = pairs.n @ place >= -0.5 * pairs.g
     # deep in a tool that is as narrow as its travel is long, its side may be nearer than the face that came
     across = np.abs(pairs.n @ place) < 0.5 * np.linalg.norm(place)
-    own = _touched(s)
+    own = s.touching
     came |= np.isin(nodes, own) & (master.shape.half_space | ~across)
     # what is free across its support goes along with a tool that comes that way, down a bore under a fillet, say
     free = ~np.isin(field.dofs(nodes), m.plan.fixed)
@@ -59,11 +57,6 @@ def held(system: System, s: Surface, i: int, m: Moment, x: Array, pressed: dict[
         key = (i, int(nodes[k]) if nodes[k] in own else -1 - int(nodes[k]))
         if -pairs.g[k] > pressed.get(key, NOT_PRESSED).depth:
             pressed[key] = Pressed(float(-pairs.g[k]), m.t, int(nodes[k]), int(axis[k]))
-
-
-def _touched(s: Surface) -> Index:
-    """Nodes of a contact surface, those too that bear none: the corners of quadratic tetrahedra."""
-    return np.unique(s.points.faces) if isinstance(s.points, FacePoints) else s.points.nodes
 
 
 def deepest(pressed: dict[tuple[int, int], Pressed]) -> dict[tuple[int, int], Pressed]:

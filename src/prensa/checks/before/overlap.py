@@ -109,7 +109,7 @@ def _in_contact(system: System, *bodies: str) -> bool:
 
 def _outline(system: System, body: str, x: Array) -> _Outline:
     mesh = system.meshes[body]
-    own = x[system.offsets[body] :][: len(mesh.points)]
+    own = x[system.span(body)]
     edges = segments(mesh.boundary)
     # Centres too: of two bars that cross, no node of either outline need lie in the other.
     places = np.concatenate([own[np.unique(edges)], own[mesh.cells].mean(axis=1)])

@@ -10,7 +10,6 @@ from prensa.checks.thresholds import NO_DIFFERENCE, TOWARDS
 from prensa.contact.passage import (
     INSIDE,
     STAIR,
-    TURNED,
     WORTH_SAYING,
     lengths,
     passable,
@@ -20,6 +19,7 @@ from prensa.contact.passage import (
 )
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
+from prensa.geometry.plane import turned
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array
@@ -72,11 +72,11 @@ def few_passages(system: System, moments: Iterable[tuple[StepPlan, Array]]) -> I
 
 def _lead(system: System, body: str, plan: StepPlan, before: Array, after: Array) -> Array:
     """Motion (2,) in which supports lead a body; not a number along an axis in which none holds it."""
-    first = system.offsets[body]
+    own = system.span(body)
     field = system.dofs.displacement
     dofs = plan.fixed[field.owns(plan.fixed)]
     nodes, axis = field.split(dofs)
-    mine = (nodes >= first) & (nodes < first + len(system.meshes[body].points))
+    mine = (nodes >= own.start) & (nodes < own.stop)
     out = np.full(2, np.nan)
     for a in range(2):
         step = (after - before)[dofs[mine & (axis == a)]]
@@ -93,7 +93,7 @@ def _taken(system: System, s: Surface, plan: StepPlan, feed: Array, before: Arra
     pairs = master.seen(system.X[s.points.nodes] + feed, before)
     inside = pairs.g <= INSIDE * s.points.depth.min()
     if plan.friction[system.surfaces.index(s)] is not None and inside.any() and turn not in plan.push:
-        yield q[:2] - p[:2] + (q[2] - p[2]) * (pairs.arm[inside].mean(axis=0) @ TURNED)
+        yield q[:2] - p[:2] + (q[2] - p[2]) * turned(pairs.arm[inside].mean(axis=0))
 
 
 def _follow(
@@ -106,7 +106,7 @@ def _follow(
     inside = pairs.g <= INSIDE * s.points.depth.min()
     way = np.nan_to_num(step) - (q[:2] - p[:2]) + np.zeros_like(x)
     if not turns_within(system, s, pairs.arm, pairs.n):
-        way -= (q[2] - p[2]) * (pairs.arm @ TURNED)
+        way -= (q[2] - p[2]) * turned(pairs.arm)
     size = np.hypot(*way.T)
     slides = np.abs((way * s.node_normal).sum(axis=1)) < TOWARDS * size
     leading = inside & slides & ((way * pairs.n).sum(axis=1) < -INSIDE * size)

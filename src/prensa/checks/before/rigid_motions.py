@@ -8,9 +8,9 @@ import numpy as np
 
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.contact.masters import Seen
-from prensa.contact.passage import TURNED
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
+from prensa.geometry.plane import turned
 from prensa.linear.rigid_modes import CLOSED, Frame, along_all, free_in_words, free_motions, rows_of, support_rows
 from prensa.model import problem as model
 from prensa.model.problem import tools_removed
@@ -179,7 +179,7 @@ def contact_rows(
         rows.append(rows_of(frame, x[seen], pairs.n[seen]))
         if rubs and not system.frictionless(law):
             solid = system.dofs.dimension == 3
-            rows.append(along_all(frame, x[seen]) if solid else rows_of(frame, x[seen], pairs.n[seen] @ TURNED))
+            rows.append(along_all(frame, x[seen]) if solid else rows_of(frame, x[seen], turned(pairs.n[seen])))
     return np.concatenate(rows)
 
 

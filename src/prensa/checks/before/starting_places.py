@@ -77,9 +77,8 @@ def starting_places(system: System) -> Iterator[Finding]:
 
 def _holds_all(system: System, s: Surface) -> bool:
     """Whether no node of a contact's body lies outside of its tool: where one side of a chain is the body, it is the other."""
-    start, first = system.initial(), system.offsets[s.body]
-    own = np.arange(first, first + len(system.meshes[s.body].points))
-    g = system.tool_masters[s.against].seen(system.positions(start.u)[own], start.u).g
+    start = system.initial()
+    g = system.tool_masters[s.against].seen(system.positions(start.u)[system.span(s.body)], start.u).g
     return bool((g[~np.isnan(g)] <= CLOSED * float(s.points.depth.min())).all())
 
 

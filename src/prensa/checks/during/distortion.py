@@ -86,5 +86,4 @@ def element_of(reason: Failure) -> tuple[str, int] | None:
 
 def shapes(system: System, body: str, u: Array) -> Array:
     """Scaled Jacobians (m,) of the elements of a body, for degrees of freedom u (ndof,)."""
-    first, mesh = system.offsets[body], system.meshes[body]
-    return quality(displaced(mesh, system.positions(u)[first : first + len(mesh.points)])).jacobian
+    return quality(displaced(system.meshes[body], system.positions(u)[system.span(body)])).jacobian

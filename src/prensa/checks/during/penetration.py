@@ -16,9 +16,7 @@ from prensa.checks.before.overlap import within, within_faces
 from prensa.checks.check import Solved, ended_by
 from prensa.checks.during.folding import Folding
 from prensa.checks.thresholds import SLIGHT, TOUCHING_DEPTH
-from prensa.contact.faces import FacePoints
 from prensa.contact.integration import depth_of
-from prensa.contact.surface import Surface
 from prensa.errors import Finding
 from prensa.mesh.bricks import BrickMesh, around_faces, every_face
 from prensa.mesh.mesh import Mesh, segments
@@ -76,7 +74,7 @@ def watches(system: System) -> list[Watch]:
     nodes, size, pieces = _outlines(system)
     out = []
     for t, tool in enumerate(system.tools):
-        known = [_in_contact(s) for s in system.against(tool.name)]
+        known = [s.touching for s in system.against(tool.name)]
         for entry in system.problem.no_contact:
             for name in entry.surface if entry.against == tool.name else ():
                 body = name.partition(".")[0]
@@ -86,11 +84,6 @@ def watches(system: System) -> list[Watch]:
             edges = pieces[np.isin(pieces, nodes[left]).all(axis=1)]
             out.append(Watch(t, nodes[left], size[left], np.searchsorted(nodes[left], edges)))
     return out
-
-
-def _in_contact(s: Surface) -> Index:
-    """Nodes (k,) of a contact: in space of its faces, whose corners a check of their own looks at where they are no points."""
-    return np.unique(s.points.faces) if isinstance(s.points, FacePoints) else s.points.nodes
 
 
 def _outlines(system: System) -> tuple[Index, Array, Index]:
@@ -217,7 +210,7 @@ def engulfed(system: System) -> list[tuple[str, str]]:
         place = middle + tool.at + system.place_of(t, u)[: system.dofs.dimension]
         meant = {name for entry in system.problem.no_contact if entry.against == tool.name for name in entry.surface}
         for body, mesh in system.meshes.items():
-            if body not in meant and _within_body(place, mesh, x[system.offsets[body] :][: len(mesh.points)]).all():
+            if body not in meant and _within_body(place, mesh, x[system.span(body)]).all():
                 out.append((tool.name, body))
     return out
 
@@ -233,7 +226,7 @@ def _within_body(x: Array, mesh: Mesh, points: Array) -> Flags:
 def _described(system: System, w: Watch, k: int, deep: Index, u: Array, depth: float) -> Inside:
     """Node number k of a watch in words; the side named is that of most of the nodes that lie ``deep`` inside."""
     node = int(w.nodes[k])
-    body = next(b for b in reversed(list(system.offsets)) if system.offsets[b] <= node)
+    body = system.body_of(node)
     first, edges = system.offsets[body], system.meshes[body].edges
     sides = [name for name, e in edges.items() if node - first in e]
     side = max(sides, key=lambda name: int(np.isin(deep - first, edges[name]).sum()), default="")

@@ -62,8 +62,7 @@ class SelfIntersection:
         for body, mesh in self.system.meshes.items():
             if body in self.reported:
                 continue
-            first = self.system.offsets[body]
-            inside = twice_inside(Solid(body, x[:0], x[first:][: len(mesh.points)], mesh.boundary))
+            inside = twice_inside(Solid(body, x[:0], x[self.system.span(body)], mesh.boundary))
             if len(inside):
                 self.reported.add(body)
                 yield warning(
@@ -152,7 +151,7 @@ def past_support(system: System, held: Index, body: str, nodes: Index, u: Array)
                 flat and np.isin(own, nodes).any() and np.isin(system.dofs.displacement.dof(own, component), held).all()
             ):
                 continue
-            inner = np.sign(system.X[:, axis][_others(system, body)].mean() - system.X[own[0], axis])
+            inner = np.sign(system.X[:, axis][system.span(body)].mean() - system.X[own[0], axis])
             others = np.setdiff1d(nodes, own)
             depth = inner * (x[own, axis].mean() - x[others, axis])
             if len(others) and depth.max() > NO_DIFFERENCE * system.length:
@@ -215,7 +214,3 @@ def _slopes_on_sides(nodes: int) -> Array:
     after = np.roll(corners, -1, axis=0)
     at = np.concatenate([(1 - s) * corners + s * after for s in np.arange(4) / 4])
     return table(nodes, (at, np.ones(len(at)))).dN
-
-
-def _others(system: System, body: str) -> Index:
-    return system.offsets[body] + np.arange(len(system.meshes[body].points))

@@ -10,6 +10,7 @@ from prensa.checks.check import Failed, ended_by
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.contact.masters import RigidMaster
 from prensa.errors import Finding
+from prensa.geometry.plane import cross, turned
 from prensa.system.failure import TipsOver
 from prensa.system.interaction import Context
 from prensa.system.system import System
@@ -48,14 +49,14 @@ def _tips(system: System, c: Context, master: RigidMaster) -> TipsOver | None:
     places, normals = _near(system, c, master, TIP_GAP_RATIO)
     if not len(places):
         return None
-    arm, along = places - at, np.stack([-normals[:, 1], normals[:, 0]], axis=1)
+    arm, along = places - at, turned(normals)
     # Any force in a friction cone of the plane is a sum of its two edges with factors ≥ 0, so equilibrium of the rigid tool is
     # a least-squares problem with factors ≥ 0: a rest says that there is none.
     rays = np.concatenate([-normals + TIP_FRICTION_LIMIT * way * along for way in (-1.0, 1.0)])
     arms = np.concatenate([arm, arm])
     length = float(np.abs(arm).max())
     # Over a length, so that moments and forces weigh alike in the residual.
-    moments = (arms[:, 0] * rays[:, 1] - arms[:, 1] * rays[:, 0]) / length
+    moments = cross(arms, rays) / length
     rows = np.concatenate([rays.T, moments[None]])[free]
     wanted = -np.array([force[0], force[1], force[2] / length])[free]
     if nnls(rows, wanted)[1] <= NO_DIFFERENCE * size:

@@ -14,6 +14,7 @@ import numpy as np
 from prensa.checks.check import Committed, Failed, Finished, ended_by, warning
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding
+from prensa.geometry.plane import cross
 from prensa.materials.flow_curve import FlowCurve
 from prensa.model.metals import metals_of
 from prensa.model.seconds import stated
@@ -260,7 +261,7 @@ def _area(x: Array, corners: Index) -> Array:
     """Twice the areas (m,) of triangles or quadrilaterals with ``corners`` (3|4, m) among points x (n, 2)."""
     at = x.take(corners, axis=0)
     one, other = (at[2] - at[0], at[3] - at[1]) if len(at) == 4 else (at[1] - at[0], at[2] - at[0])
-    return np.asarray(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
+    return cross(one, other)
 
 
 def slopes(x: Array) -> Array:

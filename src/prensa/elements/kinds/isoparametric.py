@@ -9,6 +9,7 @@ import numpy as np
 
 from prensa.elements import shapes
 from prensa.elements.element import Chunk, Element, Failure, Mode, Why, Work, material
+from prensa.elements.form import Form
 from prensa.materials.protocol import At, Material
 from prensa.types import Array, Flags
 
@@ -63,7 +64,7 @@ class Isoparametric(Element, abstract=True):
         """See `Element`."""
         solid, rows = _kernels(), self.table.rows
         points, nodes = self.table.N.shape
-        form = solid.Form(nodes, points, self.layout.dimension, self.bar, mode.axisymmetric, mode.finite)
+        form = Form(nodes, points, self.layout.dimension, mode.axisymmetric, mode.finite, self.bar)
         solid.kinematics(form, c.x, c.d, rows, mode.scale, work.h, work.w, work.flags)
         if np.count_nonzero(work.flags):
             return Failure(int(np.argmax(work.flags)), Why.INVERTED)

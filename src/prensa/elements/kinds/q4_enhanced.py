@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 
 from prensa.elements.element import Chunk, Failure, Mode, Why, Work, material, workspace
+from prensa.elements.form import Form
 from prensa.elements.kinds.isoparametric import Q4, Isoparametric
 from prensa.elements.shapes import Table
 from prensa.materials.protocol import At, Material
@@ -89,11 +90,10 @@ class Enhanced(Isoparametric, abstract=True):
 
         return enhanced.SPACE_MODES if self.layout.dimension == 3 else enhanced.MODES[mode.axisymmetric] + self.across
 
-    def _form(self, mode: Mode) -> Any:
+    def _form(self, mode: Mode) -> Form:
         """Of the kernels."""
-        from prensa.elements import enhanced
-
-        return enhanced.Form(self.points, self.modes(mode), self.layout.dimension, mode.axisymmetric, mode.finite)
+        nodes, points = self.nodes, self.points
+        return Form(nodes, points, self.layout.dimension, mode.axisymmetric, mode.finite, modes=self.modes(mode))
 
     def _numbers(self, mode: Mode) -> Array:
         """Of the points, for the kernels."""

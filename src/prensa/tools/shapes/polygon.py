@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Literal
 
 from prensa.geometry.chain import Piece, chain, signed_area
+from prensa.model.fields import Fillets
 from prensa.model.units import Length
-from prensa.tools.shapes.profile import Chained, FilletValue
+from prensa.tools.shapes.profile import Chained
 
 __all__ = ["Polygon"]
 
@@ -15,7 +16,7 @@ class Polygon(Chained):
     """Rigid polygon with corners ``points`` in the frame of the tool, in any direction around; ``fillet`` as in `Profile`."""
 
     points: tuple[tuple[Length, Length], ...]
-    fillet: FilletValue | None = None
+    fillet: Fillets | None = None
     type: Literal["polygon"] = "polygon"
 
     def pieces(self, rounding: float = 0.0) -> tuple[list[Piece], bool]:

@@ -19,7 +19,7 @@ from pydantic import (
 
 from prensa.geometry.chain import ChainError, Piece, chain
 from prensa.geometry.outline import of_chain
-from prensa.model.fields import described
+from prensa.model.fields import Fillets, described
 from prensa.model.names import Finding
 from prensa.model.units import Length, LengthUnit, Whole
 from prensa.tools.analytic import Tool
@@ -100,14 +100,6 @@ def _drawn(value: Any, handler: ValidatorFunctionWrapHandler, info: ValidationIn
 Points = Annotated[tuple[Vertex, ...], WrapValidator(_drawn)]
 
 
-def _fillet_kind(value: Any) -> str:
-    return "each" if isinstance(value, list | tuple) else "one"
-
-
-Radius = Annotated[Length, Field(ge=0)]
-FilletValue = Annotated[
-    Annotated[Radius, Tag("one")] | Annotated[tuple[Radius, ...], Tag("each")], Discriminator(_fillet_kind)
-]
 
 
 class Chained(ToolShape, abstract=True):
@@ -179,7 +171,7 @@ class Profile(Chained):
     """
 
     points: Points
-    fillet: FilletValue | None = None
+    fillet: Fillets | None = None
     closed: bool = False
     type: Literal["profile"] = "profile"
 
