@@ -489,7 +489,7 @@ Source = Callable[[int, int, Path], Iterator[tuple[str, Callable[[], str]]]]
 
 
 def files(count: int, seed: int, folder: Path) -> Iterator[tuple[str, Callable[[], str]]]:
-    """Attempts to read the `inputs`, every twenty-fifth what is no text file."""
+    """Attempts to read the `inputs`, every twenty-fifth what is not a text file."""
     rng = np.random.default_rng(seed)
     for number, text in enumerate(inputs(count, seed, folder)):
         if number % 25 == 13:

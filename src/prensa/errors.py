@@ -90,7 +90,7 @@ def take(function: str, name: str, value: object, kinds: type | tuple[type, ...]
 
 
 def take_path(function: str, value: object) -> Path:
-    """Refuse what is no path, as `take`; returns the path."""
+    """Refuse what is not a path, as `take`; returns the path."""
     take(function, "path", value, (str, os.PathLike), "give the path of a file or folder")
     path = Path(value)  # type: ignore[arg-type]
     try:

@@ -89,7 +89,7 @@ class Door:
         if not isinstance(cls, type):
             raise ValueError(f"{path!r} has no class {attribute!r}")
         if not issubclass(cls, self.base_class()):
-            raise ValueError(f"{name!r} is no {self.kind}: it must derive from prensa.{self.base_class().__name__}")
+            raise ValueError(f"{name!r} is not a valid {self.kind}: it must derive from prensa.{self.base_class().__name__}")
         return cls
 
 

@@ -140,7 +140,7 @@ class Infinite(pr.DamageLaw):
 
 @pytest.mark.parametrize(("law", "said"), [(Falling(), "'falls'"), (Infinite(), "not a finite number")])
 def test_the_suite_says_what_is_wrong(law, said):
-    """A law that falls unsaid, and one that is no number."""
+    """A law that falls unsaid, and one that is not a number."""
     with np.errstate(all="ignore"), pytest.raises(LawError, match=said):
         check_damage(law)
 

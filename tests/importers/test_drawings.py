@@ -146,7 +146,7 @@ def test_a_spline_with_a_corner_keeps_it(tmp_path: Path) -> None:
 
 
 def test_a_spline_of_too_many_arcs_is_refused(tmp_path: Path) -> None:
-    """A tolerance far below what is drawn, and control points that are no numbers one can compute with."""
+    """A tolerance far below what is drawn, and control points that are not usable numbers."""
     drawing(tmp_path, lambda d: d.modelspace().add_open_spline(DIE))
     with pytest.raises(CaseError, match="of more than 5000 arcs; give a larger 'tolerance' than 1e-12"):
         Read(tmp_path, "{file: a.dxf, tolerance: 1e-12}")
@@ -397,7 +397,7 @@ def test_the_unit_of_a_drawing_is_taken_and_reported(tmp_path: Path, unit: int, 
 def test_a_unit_that_is_none_here_is_refused(tmp_path: Path) -> None:
     """Mils: unless the case says what they are."""
     drawing(tmp_path, lambda d: d.modelspace().add_lwpolyline(U), unit=9)
-    with pytest.raises(CaseError, match="is in mils, which is no unit of length here; give its 'unit'"):
+    with pytest.raises(CaseError, match="is in mils, which is not a unit of length here; give its 'unit'"):
         Read(tmp_path)
     assert Read(tmp_path, "{file: a.dxf, unit: mm}").points == U
 

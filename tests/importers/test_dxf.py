@@ -121,7 +121,7 @@ def two(space):
         (punch, "{file: punch.dxf, layer: DIE}", "nothing on the layer 'DIE'; its layers are '0'"),
         (punch, "punsh.dxf", "there is no such file; the folder has broken.dxf, punch.dxf"),
         (lambda s: s.add_text("empty"), "punch.dxf", "no lines and arcs"),
-        (punch, "case.csv", "is no row of numbers"),
+        (punch, "case.csv", "is not a row of numbers"),
         (punch, "broken.dxf", "cannot be read as DXF"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Flow laws through measured curves: exact data give back the constants, and what is no flow curve is refused."""
+"""Flow laws through measured curves: exact data give back the constants, and what is not a flow curve is refused."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ BAD = {
     "names twice": (b"a,a\n1,2\n", "name every column once"),
     "no names": (b"1;2\n3;4\n", "name every column once"),
     "workbook": (b"PK\x03\x04...", "save its sheet as CSV"),
-    "binary": (b"a,b\n\x00\x01\x02", "this is no text"),
+    "binary": (b"a,b\n\x00\x01\x02", "this is not text"),
     "nothing": (b"", "there are no rows"),
     "names alone": (b"a,b\n\n,,\n", "there are no rows"),
     "ragged": (b"a,b\n1\n", "1 cells, but 2 columns"),

@@ -442,7 +442,7 @@ def test_users_flow_curve_and_material_stand_in_a_case_file(tmp_path, space, kin
 
 
 def test_what_a_users_material_lacks_is_reported_in_the_case(tmp_path):
-    """An elastic material of one's own has no shear yield stress; a class that is no flow curve is none."""
+    """An elastic material of one's own has no shear yield stress; a class that is not a flow curve is none."""
     (tmp_path / "my_laws.py").write_text(MODULE)
     options = {"space": "plane strain", "kinematics": "small", "k": ""}
     with pytest.raises(pr.CaseError, match="no shear yield stress"):

@@ -176,7 +176,7 @@ def test_unknown_metals_are_refused_in_one_line(tmp_path):
     with pytest.raises(pr.CaseError) as refused:
         loads(case("{type: j2, of: AISI4136}"), "case.yaml")
     assert str(refused.value).startswith("case.yaml:4:")
-    assert "unknown metal 'AISI4136'; spelt most like it are 'AISI4135'" in str(refused.value)
+    assert "unknown metal 'AISI4136'; the closest names are 'AISI4135'" in str(refused.value)
     assert "\n" not in str(refused.value)
     with pytest.raises(pr.CaseError, match=r"J2: unknown metal 'steel'; .*prensa materials"):
         pr.J2(of="steel")

@@ -357,9 +357,9 @@ def test_wrong_measures_of_a_case_end_a_run_before_it_begins(tmp_path: Path):
     with pytest.raises(MeasureError, match=r"(?s)measures\.b: .*\nmeasures\.c: "):
         pr.run(pr.Case(p), tmp_path / "r", quiet=True)
     assert not (tmp_path / "r").exists()
-    with pytest.raises(pr.CaseError, match="is no name for a measure"):
+    with pytest.raises(pr.CaseError, match="is not a name for a measure"):
         problem(measures={"time": "punch.fx"})
-    with pytest.raises(pr.CaseError, match="is no name for a measure"):
+    with pytest.raises(pr.CaseError, match="is not a name for a measure"):
         problem(measures={"a.b": "punch.fx"})
     assert list(parse_all(problem("q4", measures={"a": "punch.fx"}))) == ["a"]
 

@@ -165,7 +165,7 @@ def test_physical_groups_become_bodies_boundaries_and_points(tmp_path, text):
     assert right.points[right.nodes("weld")].tolist() == [[1, 1], [1, 0]]
     whole = mesh_of(pr.File(path, part=("left half", "right half")))
     assert areas(whole.points, whole.cells).tolist() == [1.0, 1.0] and len(whole.points) == 6
-    assert "weld" not in whole.edges, "inside the body it is no boundary"
+    assert "weld" not in whole.edges, "inside the body it is not a boundary"
     with pytest.raises(MeshError, match=r"several parts.*'left half', 'right half'"):
         mesh_of(pr.File(path))
 
@@ -304,14 +304,14 @@ def test_boundaries_that_a_file_does_not_have_are_reported_with_those_it_has(tmp
         ("a.msh", MSH2.replace(" 3 2 3 1 1 2 5 4", " 1 2 3 1 1 2").replace(" 3 2 4 2 2 5 6 3", " 1 2 3 1 1 2"), "no triangle"),
         ("a.inp", "", "no plane elements"),
         ("a.inp", INP.replace("CPE4R", "C3D8"), "'C3D8' is no plane element"),
-        ("a.inp", INP.replace(" 5, 4\n", " 5\n"), "3 numbers|4 numbers are no rows of 5"),
+        ("a.inp", INP.replace(" 5, 4\n", " 5\n"), "3 numbers|4 numbers are not rows of 5"),
         ("a.inp", INP.replace("*MATERIAL", "*INCLUDE, INPUT=/etc/passwd\n*MATERIAL"), "INCLUDE is not read"),
         ("a.inp", INP.replace(" 1, 3, 1", " 1, 999999999999, 1"), "generates no set"),
         ("a.inp", INP.replace(" left_half, S2", " left, S2"), "unknown element set 'left'"),
         ("a.inp", INP.replace("NSET=origin\n 1,", "NSET=origin\n 1" + 5000 * "0" + ","), "unknown set '1000"),
-        ("a.inp", INP.replace(" 10, S3", " 10, S\u00b2"), "is no side of element 10"),
+        ("a.inp", INP.replace(" 10, S3", " 10, S\u00b2"), "is not a side of element 10"),
         ("a.inp", INP.replace(" 10, S3", " \u00b2, S3"), "unknown element set"),
-        ("a.inp", INP.replace(" left_half, S2", " left_half, S7"), "'S7' is no side of element 10"),
+        ("a.inp", INP.replace(" left_half, S2", " left_half, S7"), "'S7' is not a side of element 10"),
         ("a.inp", INP.replace(" 4, 0., 1.", " four, 0., 1."), "line 9: 'four, 0., 1.' is not"),
         ("a.inp", INP.replace("*NODE\n", "*NGEN\n"), "NGEN is not read"),
     ],

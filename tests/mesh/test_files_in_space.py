@@ -267,5 +267,5 @@ def test_what_cannot_be_computed_is_refused_with_the_remedy(tmp_path: Path) -> N
     deck = INP.replace("10, 1, 2, 3, 4, 5, 6, 7, 8", "10, 1, 2, 3, 4, 5, 6, 7, 77")
     with pytest.raises(MeshError, match="line 14: element 10 refers to node 77"):
         written(tmp_path, "c.inp", deck, part="Foot")
-    with pytest.raises(MeshError, match=r"line 18: 'S9' is no side of element 10; write S1 … S6"):
+    with pytest.raises(MeshError, match=r"line 18: 'S9' is not a side of element 10; write S1 … S6"):
         written(tmp_path, "d.inp", INP.replace("10, S3", "10, S9"), part="Foot")

@@ -14,7 +14,7 @@ from prensa.solver.time_stepping import at_rest
 WRONG = [
     (lambda: pr.Stamp(width=1, filet=1), "unknown key 'filet' in Stamp; did you mean 'fillet'?"),
     (lambda: pr.Swift(k=1, e0=0.1, n=0.2), "unknown key 'k' in Swift; did you mean 'K'?"),
-    (lambda: pr.Contact("a.top", "p", friction=0.1), "0.1 is no friction: write its type and values, {type: coulomb, …}"),
+    (lambda: pr.Contact("a.top", "p", friction=0.1), "0.1 is not a valid friction: write its type and values"),
     (lambda: pr.Circle(radius=-1), "radius of Circle is -1; it must be greater than 0"),
     (lambda: pr.Circle(), "Circle needs 'radius', a length"),
     (lambda: pr.Circle(1, radius=2), "'radius' of Circle is given twice, by its position and by its name; keep one"),

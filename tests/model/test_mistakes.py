@@ -113,7 +113,7 @@ MISTAKES = [
     # names of things
     ("touching: billet.top", "touching: bilet.top", "12:15", ["unknown body 'bilet'", "did you mean 'billet'?"]),
     ("touching: billet.top", "touching: billet.tpo", "12:15", ["unknown boundary 'tpo'", "did you mean 'top'?"]),
-    ("touching: billet.top", "touching: top", "12:15", ["'top' is no boundary", "'body.boundary'"]),
+    ("touching: billet.top", "touching: top", "12:15", ["'top' is not a boundary", "'body.boundary'"]),
     ("billet.right]", "bilet.right]", "14:28", ["unknown body 'bilet'"]),
     ("against: punch", "against: punsh", "14:52", ["unknown tool 'punsh'", "did you mean 'punch'?"]),
     ("{punch: {y", "{pnuch: {y", "18:12", ["unknown tool 'pnuch'", "did you mean 'punch'?"]),

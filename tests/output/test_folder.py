@@ -260,7 +260,7 @@ def test_a_collection_cut_in_pieces_is_continued(tmp_path):
 
 
 def test_a_collection_with_a_damaged_time_is_continued(tmp_path):
-    """Of a list of fields in which a time is no number, the other entries are kept."""
+    """Of a list of fields in which a time is not a number, the other entries are kept."""
     run(small(), tmp_path, quiet=True)
     path = tmp_path / vtk.COLLECTION
     path.write_text(path.read_text().replace('timestep="0', 'timestep="0ˇ', 1), encoding="utf-8")

@@ -142,7 +142,7 @@ def test_blows_end_when_their_energy_is_used_and_it_adds_up(tmp_path: Path) -> N
     problem = billet(*steps, limit=pr.Press(energy=4000.0), n=(8, 8))
     summary = ran(problem, tmp_path)
     first, second = summary["blows"]
-    assert [first["step"], second["step"]] == ["first", "second"]  # going up is no blow
+    assert [first["step"], second["step"]] == ["first", "second"]  # going up is not a blow
     for made, energy in ((first, 2000.0), (second, 4000.0)):
         assert made["gave"] == pytest.approx(energy, rel=1e-6)
         assert abs(made["missing"]) < 1e-3 * energy

@@ -124,7 +124,7 @@ def test_tables_are_those_of_the_files(result, increment):
 
 
 def test_columns_say_their_units(result):
-    """Every column of a table that is no plain number or word has a unit, beside the table and in the summary."""
+    """Every column of a table that is not a plain number or word has a unit, beside the table and in the summary."""
     pytest.importorskip("pandas")
     frame, units = result.to_frame(), result.summary["units"]
     assert frame.attrs["units"] == units["history"] and set(units["history"]) <= set(frame.columns)

@@ -479,7 +479,7 @@ def test_what_has_no_derivative_is_refused() -> None:
     cases: list[tuple[list[str], str, dict[str, object]]] = [
         (["friction.mew"], "no number at 'friction.mew' in this case; did you mean 'friction.mu'", {}),
         (["steps.0.increments"], "whole numbers", {}),
-        (["friction"], "'friction' is no number but has some: friction.mu", {}),
+        (["friction"], "'friction' is not a number but has some: friction.mu", {}),
         (["contacts.0.friction.mu"], "it has that of the case: 'friction.mu'", {}),
         (["friction.mu", "friction.mu"], "listed twice", {}),
         (["friction.mu"], "run from the beginning", {"start": start}),

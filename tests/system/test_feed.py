@@ -132,7 +132,7 @@ def test_a_fed_run_goes_on_bit_for_bit(tmp_path):
     ],
 )
 def test_mistakes_in_feeds_have_a_place_and_a_remedy(feed, words):
-    """Line and column; a tool is no boundary."""
+    """Line and column; a tool is not a boundary."""
     text = dump(pr.Case(rolled(FEED))).replace("feed: {s.left: {x: 1}}", f"feed: {feed}")
     assert feed in text
     with pytest.raises(CaseError, match=rf"case.yaml:\d+:\d+: .*{words}"):

@@ -271,7 +271,7 @@ def test_a_polygon_is_inside_whatever_its_order():
         (((0.0, 0.0), (1.0, 0.0), (0.9, 1.0), (-1.0, -1.0)), 0.0, False, "crosses itself"),
         (((0.0, 1.0), (0.0, 0.0), (1.0, 0.0), (1.0, 1.0)), 0.6, False, r"fillet 0.6 does not fit at point 2.*0.5 does"),
         (SQUARE, (0.1, 0.1), True, "2 radii for 4 points"),
-        (SQUARE, (0.1, 0.1, 0.1, 0.1), False, "ends of an open profile are no corners"),
+        (SQUARE, (0.1, 0.1, 0.1, 0.1), False, "ends of an open profile are not corners"),
         (((0.0, 0.0), pr.Arc(through=(1.0, 0.0), to=(2.0, 0.0))), 0.0, False, "is straight"),
         ((pr.Arc(through=(1.0, 0.0), to=(2.0, 0.0)), (0.0, 0.0)), 0.0, False, "cannot be the first"),
     ],

@@ -162,7 +162,7 @@ def test_units_turns_and_texts(folder):
     [
         ("die.stl", "nothing.stl", "7:.*STL file 'nothing.stl': there is no such file; the folder has"),
         ("die.stl", "die.step", "7:.*is a STEP file: make triangles of it, prensa import die.step --out die.stl"),
-        ("die.stl", "case.yaml", "'case.yaml' is no STL file that can be read"),
+        ("die.stl", "case.yaml", "'case.yaml' is not an STL file that can be read"),
         ("die.stl", "inside_out.stl", "the surface in 'inside_out.stl' is inside out.* 'reverse: true'"),
         ("die.stl", "three.stl", "3 triangles of 'three.stl' meet in one edge, near .0.5, 0, 0. of the file"),
         ("die.stl,", "die.stl, scale: 0,", "scale .* must be greater than 0"),

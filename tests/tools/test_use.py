@@ -167,5 +167,5 @@ def test_a_boundary_all_around_has_no_side_to_touch():
 
 
 def test_a_ray_within_a_cavity_as_large_as_numbers_go_meets_nothing_near():
-    """Its square is no number: that is an answer, not an error."""
+    """Its square is not a number: that is an answer, not an error."""
     assert np.isinf(Hollow(1e308).along(np.array([[0.0, 1.0]]), np.array([0.0, 1.0]), 10.0)).all()

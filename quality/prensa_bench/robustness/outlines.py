@@ -50,7 +50,7 @@ class Round:
 
 @dataclass(frozen=True)
 class Corners:
-    """Straight lines between corners, all rounded with one radius; somebody who walks along them has the tool on the left.
+    """Straight lines between corners, all rounded with one radius; walk along them with the tool on the left.
 
     Open chains go on straight beyond both ends. Every corner has its fillet: the nearest piece then has a normal.
     """

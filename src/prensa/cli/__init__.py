@@ -65,11 +65,11 @@ Changes = Annotated[
 Quiet = Annotated[
     bool,
     typer.Option(
-        "--quiet", "-q", help="Print only warnings, errors and tables; of a run nothing, its files have the answer."
+        "--quiet", "-q", help="Print only warnings, errors and tables; nothing of a run, whose answer is in its files."
     ),
 ]
 Verbose = Annotated[
-    bool, typer.Option("--verbose", "-v", help="Print on standard error what the log says, and where errors come from.")
+    bool, typer.Option("--verbose", "-v", help="Print the log and the traceback of errors on standard error.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as one JSON document, and nothing else.")]
 Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; one a core if not given.")]
@@ -98,7 +98,7 @@ Fitted = Annotated[
     list[str] | None,
     typer.Option("--fit", metavar="PATH[=LOW..HIGH]", help="Parameter, as in friction.mu=0.02..0.5; repeatable."),
 ]
-KEPT = "what is computed is kept; the same command goes on"
+KEPT = "what is computed is kept; the same command continues"
 
 
 def main() -> None:
@@ -288,8 +288,8 @@ def sweep(
         ),
     ] = None,
     measures: Measured = None,
-    samples: Annotated[int | None, typer.Option(min=1, help="Samples of what scatters; 64 if not given.")] = None,
-    sampling: Annotated[str, typer.Option(help="How they are drawn: sobol, lhs or random.")] = "sobol",
+    samples: Annotated[int | None, typer.Option(min=1, help="Samples of scattered quantities; 64 if not given.")] = None,
+    sampling: Annotated[str, typer.Option(help="Sampling method: sobol, lhs or random.")] = "sobol",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the samples.")] = 0,
     out: StudyFolder = None,
     jobs: Jobs = None,
@@ -324,13 +324,13 @@ def window(
         list[str] | None,
         typer.Option(
             "--set", metavar="PATH=LOW:HIGH:N", autocompletion=completion.changes,
-            help="Range of a parameter, as in friction.mu=0.05:0.3:6; twice, and single values of others.",
+            help="Range of a parameter, as in friction.mu=0.05:0.3:6; give two, and single values of others.",
         ),
     ] = None,
     measures: Measured = None,
     limits: Annotated[
         list[str] | None,
-        typer.Option("--limit", metavar="LIMIT", help="What is to be kept, as in 'max(punch.fy)<=400e3'; repeatable."),
+        typer.Option("--limit", metavar="LIMIT", help="Limit to be kept, as in 'max(punch.fy)<=400e3'; repeatable."),
     ] = None,
     out: StudyFolder = None,
     jobs: Jobs = None,
@@ -432,7 +432,7 @@ def calibrate(
         str | None, typer.Option(help="What the first column is: time, or a motion as in --along=-die.uy; time if not given.")
     ] = None,
     sigma: Errors = None,
-    starts: Annotated[int | None, typer.Option(min=1, help="Starts: the case, and others that are spread.")] = None,
+    starts: Annotated[int | None, typer.Option(min=1, help="Starting points: the case, and others between the bounds.")] = None,
     refine: Annotated[bool | None, typer.Option("--refine/--no-refine", help="Fit again on a finer mesh, or not.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the result; results/<name>-fit if not given.")] = None,
     changes: Changes = None,
@@ -551,7 +551,7 @@ def materials(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="METAL", help="Metals to describe in full; left out, the list of all.", autocompletion=completion.metals
+            metavar="METAL", help="Metals to describe in full; without any, the list of all.", autocompletion=completion.metals
         ),
     ] = None,
     picture: Annotated[
@@ -641,7 +641,7 @@ def plot(
         ),
     ] = None,
     contact: Annotated[
-        str | None, typer.Option(help="Of pressure: its name, as block.top-punch, where there are several.")
+        str | None, typer.Option(help="Contact of a pressure, as block.top-punch, where there are several.")
     ] = None,
     view: Annotated[
         str | None,
@@ -690,7 +690,7 @@ def curve(
                           show_default=False),
     ] = "",
     at: Annotated[
-        str, typer.Option(help="Of the line: 'last', the name of a step, or the number of an increment.",
+        str, typer.Option(help="Time of the line: 'last', the name of a step, or the number of an increment.",
                           autocompletion=completion.moments),
     ] = "last",
     out: Annotated[Path | None, typer.Option(help="File of the table; curve.csv or profile.csv in DIR if not given.")] = None,
@@ -734,12 +734,12 @@ def view(folder: Folder, quiet: Quiet = False, verbose: Verbose = False, json: J
 def die(
     folder: Folder,
     tool: Annotated[str, typer.Option(help="The tool of the run.", show_default=False)],
-    thickness: Annotated[float, typer.Option(help="By which its outline is offset to a section.")] = 0.0,
+    thickness: Annotated[float, typer.Option(help="Thickness by which the outline is offset to a section.")] = 0.0,
     mesh: Annotated[
-        Path | None, typer.Option(help="A mesh of the die (.msh, .inp), in the coordinates of the case, in place of that.")
+        Path | None, typer.Option(help="A mesh of the die (.msh, .inp), in the coordinates of the case, instead.")
     ] = None,
     span: Annotated[
-        str | None, typer.Option(metavar="FROM:TO", help="Of its outline; what is touched and a thickness more if not given.")
+        str | None, typer.Option(metavar="FROM:TO", help="Part of its outline; else the contact and a thickness more.")
     ] = None,
     at: Annotated[
         str | None, typer.Option(
@@ -747,11 +747,11 @@ def die(
             autocompletion=completion.moments,
         ),
     ] = None,
-    modulus: Annotated[float | None, typer.Option("--E", help="Young's modulus of the die; steel's if not given.")] = None,
+    modulus: Annotated[float | None, typer.Option("--E", help="Young's modulus of the die; steel if not given.")] = None,
     nu: Annotated[float | None, typer.Option(help="Poisson's ratio of the die; 0.3 if not given.")] = None,
-    size: Annotated[float | None, typer.Option(help="Of elements at the face; 1/40 of what is touched if not given.")] = None,
+    size: Annotated[float | None, typer.Option(help="Elements at the face; 1/40 of what is in contact if not given.")] = None,
     fix: Annotated[
-        list[str] | None, typer.Option(metavar="SIDE=xy", help="What holds the die, as in back=y; repeatable. Else its back.")
+        list[str] | None, typer.Option(metavar="SIDE=xy", help="Supports of the die, as in back=y; repeatable. Else its back.")
     ] = None,
     back_pressure: Annotated[float, typer.Option(help="Pre-pressure on the back of the die.")] = 0.0,
     ring: Annotated[
@@ -810,7 +810,7 @@ def new(
     kind: Annotated[
         str,
         typer.Argument(
-            help="What is to be computed; left out, the list of what there is.", autocompletion=completion.kinds
+            help="Kind of case; without it, the list of all kinds.", autocompletion=completion.kinds
         ),
     ] = "",
     out: Annotated[Path | None, typer.Option(help="The file to write; KIND.yaml if not given, - prints it.")] = None,

@@ -337,7 +337,7 @@ def _radii(sharp: list[Piece], points: Sequence[Any], fillet: Any, closed: bool,
         if len(fillet) != len(points):
             raise ChainError(f"{len(fillet)} radii for {len(points)} points; give one for each point", None, "fillet")
         if not closed and (fillet[0] or fillet[-1]):
-            raise ChainError("the ends of an open profile are no corners; their radii are 0", None, "fillet")
+            raise ChainError("the ends of an open profile are not corners; their radii are 0", None, "fillet")
         return [float(fillet[p.point]) if p.point < len(points) else 0.0 for p in sharp]
     if fillet is not None:
         return [float(fillet)] * len(sharp)

@@ -96,7 +96,7 @@ class Assembly:
             what = f"*{k.name}" if k.name in GENERATING else "INPUT of another file"
             raise FileError.at(k.line, f"{what} is not read; write the nodes and elements themselves into the file")
         if k.name not in KNOWN and (near := nearest(k.name, GENERATING.union(_MESH))):
-            raise FileError.at(k.line, f"*{k.name} is no keyword; did you mean *{near}?")
+            raise FileError.at(k.line, f"*{k.name} is not a keyword; did you mean *{near}?")
         self.order.append((k, scope))
         if k.name in _MESH:
             self._into(k, scope)
@@ -210,7 +210,7 @@ class Assembly:
         numbers = k.numbers()
         if len(numbers) % (count + 1):
             raise FileError.at(
-                k.line, f"elements {kind} have {count} nodes; {len(numbers)} numbers are no rows of {count + 1}"
+                k.line, f"elements {kind} have {count} nodes; {len(numbers)} numbers are not rows of {count + 1}"
             )
         for first in range(0, len(numbers), count + 1):
             label, *nodes = (n + scope.offset for n in numbers[first : first + 1 + count])
@@ -266,7 +266,7 @@ class Assembly:
                     continue
                 corners = 3 if len(cell) in (3, 6) else 4
                 if side and not (side[0] in "SE" and is_label(side[1:]) and 1 <= int(side[1:]) <= corners):
-                    raise FileError.at(line, f"{side[:60]!r} is no side of element {label % LABELS}; write S1 … S{corners}")
+                    raise FileError.at(line, f"{side[:60]!r} is not a side of element {label % LABELS}; write S1 … S{corners}")
                 which = [int(side[1:]) - 1] if side else range(corners)
                 out += [(cell[i], cell[(i + 1) % corners]) for i in which]
         return out
@@ -276,7 +276,7 @@ class Assembly:
         kind, nodes = self.solids[label]
         last = len(kind.sides)
         if side and not (side[0] == "S" and is_label(side[1:]) and 1 <= int(side[1:]) <= last) and last:
-            raise FileError.at(line, f"{side[:60]!r} is no side of element {label % LABELS}; write S1 … S{last}")
+            raise FileError.at(line, f"{side[:60]!r} is not a side of element {label % LABELS}; write S1 … S{last}")
         which = kind.sides[int(side[1:]) - 1 : int(side[1:])] if side and last else kind.sides
         return [tuple(nodes[i] for i in corners) for corners in which]
 

@@ -125,7 +125,7 @@ class _Reader:
             near = nearest(k.name, KNOWN)
             hint = f"did you mean *{near}?" if near else "nothing here is like it."
             return FileError.at(
-                k.line, f"*{k.name} is not known; {hint} If nothing in the answer hangs on it: --without '{k.name.lower()}'"
+                k.line, f"*{k.name} is not known; {hint} If the answer does not depend on it: --without '{k.name.lower()}'"
             )
         group = group_of(k.name)
         leave = f"--without {group} leaves it out" if group else f"--without leaves out: {may_be_left_out()}"
@@ -167,7 +167,7 @@ class _Reader:
             raise FileError.at(k.line, "only isotropic elasticity is read")
         values = [(k.number(row, 0), k.number(row, 1)) for row in k.rows]
         if len(set(values)) > 1:
-            raise FileError.at(k.line, "an elasticity that depends on temperature or fields is not read; leave one row")
+            raise FileError.at(k.line, "an elasticity that depends on temperature or fields is not read; keep one row")
         self._of_material(k, dict(zip(("E", "nu"), values[0])))
 
     def _of_material(self, k: Keyword, properties: dict[str, Any]) -> None:
@@ -180,7 +180,7 @@ class _Reader:
             raise FileError.at(k.line, "only isotropic hardening without rate or temperature is read")
         data = k.rows
         if len({tuple(row[2:]) for row in data}) > 1:
-            raise FileError.at(k.line, "a flow curve for each of several temperatures is not read; leave that of one")
+            raise FileError.at(k.line, "flow curves at several temperatures are not read; keep one")
         rows = [(k.number(row, 1, 0.0), k.number(row, 0)) for row in data]
         # Said here, where the line of the deck is known, and not only when the case is checked.
         for (line, _), (before, _), (now, _) in zip(islice(k.data, 1, None), rows, rows[1:]):
@@ -368,7 +368,7 @@ class _Reader:
             raise FileError.at(k.line, "only one friction coefficient is read; other laws are in the guide to friction")
         data = [row for _, row in k.data]
         if len(data) > 1:
-            raise FileError.at(k.line, "a friction that depends on slip, pressure or temperature is not read; leave one number")
+            raise FileError.at(k.line, "a friction that depends on slip, pressure or temperature is not read; keep one number")
         row = data[0] if data else ["0"]
         mu, most = k.number(row, 0, 0.0), k.number([k.parameters.get("TAUMAX", "")], 0, 0.0)
         # CalculiX has the stick slope behind the coefficient; a rate of slip of Abaqus says nothing in a table of one row.
@@ -431,7 +431,7 @@ class _Reader:
         if not any(k.name == "STEP" for k, _ in self.history):
             if first := next((k for k, _ in self.history if k.name in ("STATIC", "CLOAD", "DLOAD", "DSLOAD")), None):
                 raise FileError.at(first.line, f"*{first.name} stands outside of any *STEP")
-            raise FileError("the deck has no *STEP, so it says nothing of what happens; 'mesh: {type: file}' reads its mesh")
+            raise FileError("the deck has no *STEP, so no process is described; 'mesh: {type: file}' reads its mesh")
         sections = self.names.bodies()
         for s in sections:
             self.case["bodies"][s.name] = self._body(s)
@@ -559,8 +559,8 @@ class _Reader:
             tool, slave = self._tool_of(slave, line, scope), master
         if tool is None:
             raise FileError.at(
-                line, f"{master!r} is no analytical rigid surface, nor one of a rigid body: contact is between bodies and rigid "
-                "tools; make the stiffer one rigid (*RIGID BODY, ELSET=…), or join them by *TIE"
+                line, f"{master!r} is not an analytical rigid surface, nor one of a rigid body: contact is between bodies and "
+                "rigid tools; make the stiffer one rigid (*RIGID BODY, ELSET=…), or join them by *TIE"
             )  # fmt: skip
         law = self._law(interaction, line)
         for surface in self.names.support(line, slave, scope, [slave]):
@@ -589,7 +589,7 @@ class _Reader:
         for a, b, n in single:
             if not any({a.name, b.name} <= group for group in at.get(n, ())):
                 raise FileError.at(
-                    b.line, f"{a.name!r} and {b.name!r} have node {n % LABELS} in common, and no side there: that is no tie"
+                    b.line, f"{a.name!r} and {b.name!r} have node {n % LABELS} in common, and no side there: that is not a tie"
                 )  # fmt: skip
 
     def _tool_of(self, who: str, line: int, scope: Scope) -> RigidTool | None:

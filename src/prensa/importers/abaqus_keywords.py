@@ -71,7 +71,7 @@ class Keyword:
         except ValueError:
             value = inf
         if not isfinite(value):
-            raise FileError.at(self.line, f"{row[place][:60]!r} of *{self.name} is no number")
+            raise FileError.at(self.line, f"{row[place][:60]!r} of *{self.name} is not a number")
         return value
 
 

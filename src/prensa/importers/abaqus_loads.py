@@ -151,7 +151,7 @@ class Loads:
             for line, row in mine:
                 nodes = self.nodes(line, row[0], scope)
                 if not nodes:
-                    raise FileError.at(line, f"{row[0]!r} is no node or set of nodes of this deck")
+                    raise FileError.at(line, f"{row[0]!r} is not a node or set of nodes of this deck")
                 if twice := next((n for n in nodes if n in forces), None):
                     raise FileError.at(line, f"node {twice % LABELS} has two forces along {'xyz'[c]}; write their sum")
                 forces |= dict.fromkeys(nodes, k.number(row, 2))

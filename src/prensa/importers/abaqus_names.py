@@ -112,7 +112,7 @@ class DeckNames:
         where, name = self.all.seen_from(line, who, scope)
         known = where.boundary_of.get(name)
         if known is None:
-            raise FileError.at(line, f"{who!r} is no set of nodes or surface of this deck")
+            raise FileError.at(line, f"{who!r} is not a set of nodes or surface of this deck")
         nodes = {n for side in where.surfaces.get(name, []) for n in side}
         return known, frozenset(nodes or where.node_sets.get(name, []))
 
@@ -149,7 +149,7 @@ class DeckNames:
 
         """
         if not nodes & self.all.places.of_cells:
-            raise FileError.at(line, "this number is no node of the elements of this deck")
+            raise FileError.at(line, "this number is not a node of the elements of this deck")
         if nodes & self.all.places.of_cells not in self.all.places.groups:
             raise FileError.at(line, "nodes of rigid bodies stand together with those of others; write a keyword for each")
         return self.all.places.name(nodes)
@@ -187,7 +187,7 @@ class DeckNames:
 
         """
         if not self.sections:
-            raise FileError("the deck has no *SOLID SECTION: nothing says of what the elements are made")
+            raise FileError("the deck has no *SOLID SECTION, so the material of the elements is unknown")
         if not self.sorted:
             self.sorted = True
             for s in self.sections:

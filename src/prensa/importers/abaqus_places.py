@@ -168,7 +168,7 @@ class Places:
             for label in self.all.elements_of(line, row[0], scope):
                 own = self.all.sides_of(label) if label in self.all.own else []
                 if number > len(own):
-                    raise FileError.at(line, f"{row[1]!r} is no side of element {label % LABELS}")
+                    raise FileError.at(line, f"{row[1]!r} is not a side of element {label % LABELS}")
                 out.append(own[number - 1])
         return out
 

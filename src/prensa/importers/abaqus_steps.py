@@ -209,7 +209,7 @@ class Steps:
             try:
                 self._step["stabilise"] = float(given) if given else "auto"
             except ValueError:
-                raise FileError.at(k.line, f"STABILIZE={given} is no number") from None
+                raise FileError.at(k.line, f"STABILIZE={given} is not a number") from None
 
     # ---------------------------------------------------------------------------------------- supports and motions
     def _boundary(self, k: Keyword, scope: Scope) -> None:
@@ -275,7 +275,7 @@ class Steps:
         last = _whole(line, words[2]) if len(words) > 2 and words[2] else first
         if {0, 8, 9, 11}.intersection(range(first, last + 1)) and not (last > first > 0):
             if "temperature" not in self.without or first not in (0, 11):
-                raise FileError.at(line, f"degree of freedom {first} is no displacement, and would change the answer; "
+                raise FileError.at(line, f"degree of freedom {first} is not a displacement, and would change the answer; "
                                    "a temperature may be left out: --without temperature")  # fmt: skip
             return "", 0.0
         known = self._degrees(turning)
@@ -416,7 +416,7 @@ def still(k: Keyword, row: list[str]) -> list[int]:
 
 def _whole(line: int, word: str) -> int:
     if not is_label(word):
-        raise FileError.at(line, f"{word[:60]!r} is no number of a degree of freedom, nor one of {', '.join(HELD_BY)}")
+        raise FileError.at(line, f"{word[:60]!r} is not a number of a degree of freedom, nor one of {', '.join(HELD_BY)}")
     return int(word)
 
 

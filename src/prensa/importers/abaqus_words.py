@@ -120,7 +120,7 @@ LEFT_OUT: dict[str, tuple[str, frozenset[str]]] = {
         frozenset(("CREEP", "SWELLING", "VISCOELASTIC", "VISCOUS", "RATE DEPENDENT", "VISCO", "CONTACT DAMPING")),
     ),
     "small-sliding": ("contact that keeps its first place on the master surface", frozenset()),
-    "softened-contact": ("pressures over overlap that are no straight line; contact is hard then", frozenset()),
+    "softened-contact": ("pressures over overlap that are not a straight line; contact is hard then", frozenset()),
     "temperature": (
         "temperatures, heat and thermal strains; coupled steps become static ones",
         frozenset(("TEMPERATURE", "COUPLED TEMPERATURE-DISPLACEMENT", "UNCOUPLED TEMPERATURE-DISPLACEMENT", "CFLUX", "DFLUX",
@@ -205,7 +205,7 @@ def refuse_unknown_parameters(name: str, parameters: dict[str, str], line: int) 
     """
     if name in PARAMETERS_OF and (unknown := [p for p in parameters if p and p not in PARAMETERS_OF[name]]):
         near = nearest(unknown[0], PARAMETERS_OF[name])
-        hint = f"did you mean {near}?" if near else "take it out if nothing in the answer hangs on it"
+        hint = f"did you mean {near}?" if near else "take it out if the answer does not depend on it"
         raise FileError.at(line, f"{unknown[0]} of *{name} is not read; {hint}")
 
 

@@ -66,7 +66,7 @@ def _drawn(drawing: Any, context: Any) -> Drawn:
         try:
             return factor(f"1 {unit}", units.get("length", "mm"), "N", (0, 1))
         except ValueError:
-            raise ValueError(f"{what} is in {unit}, which is no unit of length here; give its 'unit', such as mm") from None
+            raise ValueError(f"{what} is in {unit}, which is not a unit of length here; give its 'unit', such as mm") from None
 
     is_drawing = Path(path).suffix.lower() == ".dxf"
     walk = _of_drawing(path, drawing, what, scale_of) if is_drawing else _of_table(path, drawing, what)
@@ -202,7 +202,7 @@ def _of_table(path: str, drawing: Any, what: str) -> _Walk:
     try:
         sheet = read_sheet(Path(path), named=False, ragged=True)
     except DataError as error:
-        raise ValueError(f"{what} has what is no row of numbers: {error}") from None
+        raise ValueError(f"{what} has what is not a row of numbers: {error}") from None
     rows: list[list[float]] = []
     for line, row in zip(sheet.lines, sheet.rows):
         rows.append([x for x in row if not isnan(x)])

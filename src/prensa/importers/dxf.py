@@ -179,7 +179,7 @@ def _sorted_out(parts: list[tuple[Any, str]], what: str, out: Found) -> None:
         out.segments += [s for s in found if isinstance(s, Segment) and s.start != s.end]
         out.curves += [c for c in found if isinstance(c, Curve)]
     if not all(isfinite(c) and abs(c) <= LARGEST for s in out.segments for x in (s.start, s.end) for c in x):
-        raise ValueError(f"{what} has coordinates that are no numbers one can compute with")
+        raise ValueError(f"{what} has coordinates that are not usable numbers")
     if notes:
         out.notes.append(f"left out: {_counted(notes)}")
     if strange:

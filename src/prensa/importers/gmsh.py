@@ -87,7 +87,7 @@ def read(text: str, solid: bool = False) -> Deck:
     """
     sections = dict(_sections(text))
     if "MeshFormat" not in sections:
-        raise FileError.at(1, "there is no $MeshFormat; this is no gmsh mesh (save it with the extension .msh)")
+        raise FileError.at(1, "there is no $MeshFormat; this is not a gmsh mesh (save it with the extension .msh)")
     version, binary = (*sections["MeshFormat"].next(), "", "")[:2]
     if binary != "0":
         raise FileError.at(2, "the file is binary; save it as text ('Mesh.Binary = 0;' in gmsh)")
@@ -108,7 +108,7 @@ def read(text: str, solid: bool = False) -> Deck:
     if deck.solids and not solid:
         label, (kind, _) = next(iter(deck.solids.items()))
         raise FileError(
-            f"{deck.element(label)} is of gmsh's type {kind.gmsh}; a three-dimensional mesh is no section: save the surfaces "
+            f"{deck.element(label)} is of gmsh's type {kind.gmsh}; a three-dimensional mesh is not a section: save the surfaces "
             "only, or compute it in 'space: solid'"
         )
     return deck

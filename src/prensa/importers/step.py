@@ -118,6 +118,7 @@ def _gmsh() -> Any:
     except (ImportError, OSError) as error:  # OSError: a graphics library that it links is missing
         why = "" if isinstance(error, ModuleNotFoundError) else f" ({error})"
         raise FileError(
-            f"STEP files are meshed by gmsh{why}, a program under the GPL that is installed apart: pip install 'prensa[step]'"
+            f"STEP files are meshed by gmsh{why}, a program under the GPL that is installed separately: "
+            "pip install 'prensa[step]'"
         ) from None
     return gmsh

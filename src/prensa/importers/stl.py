@@ -69,11 +69,11 @@ def read(path: str, digest: str) -> Surface:
             mesh = meshio.stl.read(path)
         points, triangles = np.array(mesh.points, dtype=np.float64), np.array(mesh.get_cells_type("triangle"))
     except Exception as error:  # of a damaged file it may be any
-        raise ValueError(f"{name!r} is no STL file that can be read ({type(error).__name__}); export it again") from None
+        raise ValueError(f"{name!r} is not an STL file that can be read ({type(error).__name__}); export it again") from None
     if not len(triangles):
         raise ValueError(f"{name!r} has no triangles; is it an STL file of a surface or body?")
     if not np.isfinite(points).all():
-        raise ValueError(f"{name!r} has coordinates that are no finite numbers; export it again")
+        raise ValueError(f"{name!r} has coordinates that are not finite numbers; export it again")
     return joined(name, points, triangles.astype(np.int64))
 
 
@@ -131,8 +131,8 @@ def _edges(name: str, points: Array, triangles: Index) -> tuple[Index, Index, Fl
     if count.max() > 2:
         at = coordinates(points[edges[np.argmax(count)]].mean(axis=0))
         raise ValueError(
-            f"{count.max()} triangles of {name!r} meet in one edge, near ({at}) of the file: it is no surface of a body; export "
-            "the one body or side that is the tool"
+            f"{count.max()} triangles of {name!r} meet in one edge, near ({at}) of the file: it is not a surface of a body; "
+            "export the one body or side that is the tool"
         )
     order = np.argsort(inverse.ravel(), kind="stable")
     start = np.cumsum(count) - count

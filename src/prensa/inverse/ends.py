@@ -40,8 +40,8 @@ class End:
         where = f"at the end of its range, {self.end:g}" if np.isfinite(self.end) else "beyond all bounds"
         known = np.isfinite(self.limit) and self.limit > 0.0 if self.parameter.log else np.isfinite(self.limit)
         side = "below" if self.lower else "above"
-        seen = f"{side} {self.limit:.4g} at {100 * CONFIDENCE:.0f} %" if known else "any value follows the readings as well"
-        return f"{self.parameter.path}: its best value lies {where}; {seen}. Values and intervals of the others are for it there"
+        seen = f"{side} {self.limit:.4g} at {100 * CONFIDENCE:.0f} %" if known else "any value fits the readings equally well"
+        return f"{self.parameter.path}: its best value lies {where}; {seen}. Values and intervals of the others hold for it"
 
     def near(self, way: float) -> float:
         """The parameter at a way from its end, counted in itself, or in its inverse where the end is infinite."""

@@ -248,7 +248,7 @@ def fit_of(
     words += [rival] if isinstance(rival, str) else [rival.words] if rival is not None else []
     words += [note for e in objective.experiments for note in e.notes]
     if fine is None:
-        words.append("the error of the mesh is not known: the intervals have that of the readings alone")
+        words.append("the error of the mesh is not known: the intervals include only the errors of the readings")
     if len(found) > 1:
         same = sum(f[1].square <= found[0][1].square + BETTER for f in found)
         words.append(f"{same} of {len(found)} starts led to this answer")
@@ -357,7 +357,7 @@ def _weak(objective: Objective, covariance: Array) -> Any:
     error = 100 * float(np.sqrt(sizes[-1]) * np.abs(ways[:, -1]).max())
     yield (
         f"least certain: {' and '.join(path for path, _ in mixed)} trade off against each other. A change of {', '.join(parts)} "
-        f"is hardly seen; along this direction the standard error is {error:.2g} %. Measure one of them otherwise, or fix it"
+        f"is hardly seen; along this direction the standard error is {error:.2g} %. Measure one of them independently, or fix it"
     )
 
 
@@ -370,7 +370,7 @@ def _chance(channels: Sequence[Channel], reduced: float) -> Any:
             )
     if reduced > 2.0:
         yield (
-            f"χ²/ν is {reduced:.3g}: readings are farther from the case than their errors; the intervals are widened by "
+            f"χ²/ν is {reduced:.3g}: the readings deviate from the case by more than their errors; the intervals are widened by "
             f"{reduced**0.5:.2g}"
         )
 

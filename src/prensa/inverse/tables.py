@@ -36,7 +36,7 @@ class Table:
             raise DataError(f"{self.path}: a table needs columns of one length, at least one row; it has {lengths}")
         for name, values in self.columns.items():
             if np.isinf(np.asarray(values, dtype=np.float64)).any():
-                raise DataError(f"{self.path}: column {name!r} has infinite values; leave out what was not taken (nan)")
+                raise DataError(f"{self.path}: column {name!r} has infinite values; leave out what was not measured (nan)")
 
     def column(self, name: str) -> Array:
         """A column by name; raises `DataError`."""

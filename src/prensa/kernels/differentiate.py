@@ -141,7 +141,7 @@ def reverse(outputs: Sequence[Node | float], weights: Sequence[Node], wanted: Se
         w = bar.get(n, ZERO)
         if n in stop or n.op in CONSTANT or w is ZERO or n not in live:
             continue
-        # The branch that is not taken gets the weight zero, and must be finite for that: zero times infinity is no number.
+        # The branch that is not taken gets the weight zero, and must be finite for that: zero times infinity is not a number.
         if n.op == "where":
             shares = [(n.args[1], where(n.args[0], w, ZERO)), (n.args[2], where(n.args[0], ZERO, w))]
         else:

@@ -148,7 +148,7 @@ class _Number:
         return _Number(self.b, self.b.fneg(self.v), factors)
 
     def compared(self, how: str, other: _Number | float) -> Any:
-        """A vector of flags; false where one is no number."""
+        """A vector of flags; false where one is not a number."""
         return self.b.fcmp_ordered(how, self.v, self._of(other).v)
 
 

@@ -228,7 +228,7 @@ def power(x: Node, exponent: Node | float) -> Node:
 def where(test: Node, a: Node | float, b: Node | float) -> Node:
     """A where the test holds, else b: both are computed, so that what is not taken must not divide by zero or the like.
 
-    Backwards its weight is zero, and zero times infinity is no number.
+    Backwards its weight is zero, and zero times infinity is not a number.
     """
     if not isinstance(test, Node):
         return np.where(test, a, b)

@@ -96,7 +96,7 @@ def read_metal(name: str, folder: str | Path | None = None) -> tuple[Metal, Meta
     if found is None:
         near = ", ".join(map(repr, get_close_matches(name, of, n=3, cutoff=0)))
         raise UnknownMetalError(
-            f"unknown metal {name!r}; spelt most like it are {near}; 'prensa materials' lists all, and the file of a metal of "
+            f"unknown metal {name!r}; the closest names are {near}; 'prensa materials' lists all, and the file of a metal of "
             "your own is named like 'steel.yaml'"
         )
     return _read(LIBRARY / f"{of[found]}.yaml", 0)

@@ -638,7 +638,7 @@ class _Reader:
         body = _longest(head, list(self.problem.bodies))
         if not body:
             known = [*self.problem.bodies]
-            raise MeasureError(f"{text!r} is no place; begin with a body ({', '.join(known)}), as in '{known[0]}.top at x=5'")
+            raise MeasureError(f"{text!r} is not a place; begin with a body ({', '.join(known)}), as in '{known[0]}.top at x=5'")
         found, rest = self._outline(body, head[len(body) :].removeprefix("."))
         if rest:
             corners, edges = self._known(body)

@@ -87,7 +87,7 @@ def _no_core(turn: Turn, columns: int) -> str:
     if not pieces:
         return f"{math.degrees(turn.angle):g}° are less than an eighth of a turn"
     if turn.n % (2 * pieces):
-        return f"n = {turn.n} around {math.degrees(turn.angle):g}° is no multiple of {2 * pieces}"
+        return f"n = {turn.n} around {math.degrees(turn.angle):g}° is not a multiple of {2 * pieces}"
     core = turn.n // (2 * pieces)
     if columns < core + 1:
         return (

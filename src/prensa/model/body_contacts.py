@@ -9,7 +9,7 @@ from prensa.model.names import Finding
 from prensa.model.remeshing import remeshing_of
 from prensa.registry import DOORS
 
-DERIVATIVES = "those of contact between bodies are not there yet"
+DERIVATIVES = "those of contact between bodies are not available yet"
 CONDENSED = "contact between bodies acts on nodes that would be condensed"
 
 Boundary = Callable[[Any, str, tuple[str | int, ...]], Iterator[Finding]]
@@ -26,7 +26,7 @@ def findings(p: Any, boundary: Boundary) -> Iterator[Finding]:
     if not p.body_contacts:
         return
     if p.space != "plane strain":
-        yield Finding(("body_contacts",), "contact between bodies is there in plane strain alone yet")
+        yield Finding(("body_contacts",), "contact between bodies is so far available only in plane strain")
     if p.contact_geometry == "reference":
         yield Finding(("contact_geometry",), "contact between bodies is on moved sides; use 'current'")
     for i, step in enumerate(p.steps):
@@ -42,7 +42,7 @@ def _findings_of(p: Any, c: Any, path: tuple[str | int, ...], boundary: Boundary
         yield from boundary(p, getattr(c, key), (*path, key))
     owners = [name.partition(".")[0] for name in (c.slave, c.master)]
     if owners[0] == owners[1]:
-        yield Finding((*path, "master"), "it joins two bodies; contact of a body with itself is not there yet")
+        yield Finding((*path, "master"), "it joins two bodies; contact of a body with itself is not available yet")
     kinds: Any = DOORS["element"]
     quadratic = [b for b in owners if b in p.bodies and kinds.find(p.bodies[b].element_in(p.space)).quadratic]
     if quadratic:

@@ -68,7 +68,7 @@ def _measures(p: Any) -> Iterator[Finding]:
         if not _OWN_NAME.fullmatch(name) or name in _TAKEN:
             why = "every table has such a column" if name in _TAKEN else "letters, digits, '_' and '-' make one"
             yield Finding(
-                ("measures", name), f"{name!r} is no name for a measure ({why}); write it like 'bore'", at_key=True
+                ("measures", name), f"{name!r} is not a name for a measure ({why}); write it like 'bore'", at_key=True
             )
 
 
@@ -180,7 +180,7 @@ def _boundary(
     body, _, edge = name.partition(".")
     if not body or not edge:
         also = " or, for its whole outline, 'body'" if body_too else ""
-        yield Finding(path, f"{name!r} is no boundary; write it as 'body.boundary'{also}", at_key)
+        yield Finding(path, f"{name!r} is not a boundary; write it as 'body.boundary'{also}", at_key)
     elif body not in p.bodies:
         yield Finding(path, f"unknown body {body!r} in {name!r}{suggest(body, p.bodies)}", at_key)
     elif (known := _boundaries(p.bodies.get(body))) and edge not in known:

@@ -105,8 +105,8 @@ def _user(door: Door) -> Callable[[Any, ValidationInfo], Any]:
             if not isinstance(value, door.base_class()):
                 usual = door.default or next(iter(door.own()))
                 raise ValueError(
-                    f"{shown(value)} is no {door.kind}: write its type and values, {{type: {usual}, …}}; "
-                    f"a user's own in Python must derive from prensa.{door.base_class().__name__}"
+                    f"{shown(value)} is not a valid {door.kind}: write its type and values, {{type: {usual}, …}}; "
+                    f"your own class in Python must derive from prensa.{door.base_class().__name__}"
                 )
             return value
         given = dict(value)

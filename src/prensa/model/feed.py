@@ -16,8 +16,8 @@ from prensa.model.units import Displacement
 class Feed:
     """The longest way, ``x``, ``y`` or in space ``z``, by which a boundary pushes its body to the tools; to the side it is free.
 
-    The step ends before that as soon as the tools grip: when the boundary would have to hold the body back, because rolls
-    draw it in by friction. In the steps that follow the boundary is free. A body that is in no contact goes all its way.
+    The step ends before that as soon as the tools grip: when the boundary would have to hold the body back, because rolls draw
+    it in by friction. In the steps that follow the boundary is free. A body that touches nothing is fed all the way.
     """
 
     x: Displacement | None = None

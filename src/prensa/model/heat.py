@@ -65,15 +65,15 @@ def findings(p: Any) -> Iterator[Finding]:
             yield Finding(("heat", "conductors"), f"body {name!r} has no conductor; give its conductivity and capacity")
         element: Any = DOORS["element"].find(body.element_in(p.space))
         if element.quadratic:
-            yield Finding(("heat",), f"conduction is there in linear elements yet, and {name!r} has {element.type!r}")
+            yield Finding(("heat",), f"conduction is so far available only in linear elements, and {name!r} has {element.type!r}")
     for name in p.heat.conductors:
         if name not in p.bodies and name not in p.tools:
             known = [*p.bodies, *p.tools]
             yield Finding(("heat", "conductors", name), f"unknown body or tool {name!r}{suggest(name, known)}", at_key=True)
     if p.space not in ("plane strain", "axisymmetric"):
-        yield Finding(("heat",), f"conduction is not there in {p.space} yet")
+        yield Finding(("heat",), f"conduction is not available in {p.space} yet")
     for key in ("ties", "body_contacts", "start"):
         if getattr(p, key):
-            yield Finding(("heat",), f"heat does not go through {key!r} yet; leave one of the two out")
+            yield Finding(("heat",), f"heat does not pass through {key!r} yet; leave one of the two out")
     if p.remesh != "off":
         yield Finding(("heat",), "temperatures are not carried over to new meshes yet; use 'remesh: off'")

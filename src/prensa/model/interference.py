@@ -22,10 +22,10 @@ def _kind(value: Any) -> str:
 
 @described
 class Interference:
-    """Two surfaces overlap, and that is meant: the overlap grows from nothing over a step and stays.
+    """An intended overlap of two surfaces, which grows from zero over a step and stays.
 
-    ``by``: a length, by which surfaces drawn in touch overlap, or ``geometry``, the overlap of the geometry as it is drawn.
-    ``step``: name of the step over which it grows; without, the first.
+    ``by``: a length by which surfaces that are drawn in contact overlap, or ``geometry``, the overlap of the geometry as it is
+    drawn. ``step``: name of the step over which it grows; default: the first.
     """
 
     by: Annotated[
@@ -75,7 +75,7 @@ def _refused(p: Any, owner: Any, given: Interference) -> Iterator[str]:
         return
     number = 0 if given.step is None else names.index(given.step)
     if p.space == "solid":
-        yield "interference in space is not there yet; draw the tool where it is to be and move it there in the first step"
+        yield "interference is not available in space yet; draw the tool where it is to be and move it there in the first step"
     if p.start is not None:
         yield (
             "a case that starts from a run takes its contacts and ties over as they are: describe the fit and what follows "

@@ -108,7 +108,7 @@ class Strip:
     """A strip along x, to be fed to rolls or a die: ``length`` and ``thickness``, ``n`` elements along and across.
 
     Its front looks ``toward`` the ``right`` or ``left``, tapered where it has a ``nose``; ``front``: the middle of the front
-    face. ``half``: only what lies above its middle line. Boundaries and points as those of a `Rectangle`.
+    face. ``half``: only what lies above its middle line. Boundaries and points as in a `Rectangle`.
     """
 
     length: Annotated[Length, Field(gt=0)]
@@ -133,8 +133,8 @@ class Wire:
     """A wire (or bar) along the axis of an axisymmetric problem, to be drawn or extruded through a die.
 
     ``length`` and ``diameter``, ``n`` elements along and across the radius. Its front looks ``toward`` the ``top`` or
-    ``bottom``, tapered where it has a ``nose``; ``front``: height of the front face. Boundaries and points as those of a
-    `Rectangle`: ``left`` is the axis, ``right`` the skin.
+    ``bottom``, tapered where it has a ``nose``; ``front``: height of the front face. Boundaries and points as in a `Rectangle`:
+    ``left`` is the axis, ``right`` the skin.
     """
 
     length: Annotated[Length, Field(gt=0)]

@@ -35,12 +35,12 @@ TemperatureRange = Annotated[tuple[Number, Number], AfterValidator(_ordered)]
 class Metal:
     """Where the numbers of a metal come from: its ``name``, the ``source``, and the range in which it was measured.
 
-    In a case file stands the name of a metal of the library (``prensa materials`` lists them) or a file of one's own instead,
-    ``of: DC04`` or ``of: steel.yaml``, from which elastic constants and flow curve are taken; what the case states besides,
-    as in ``flow: {n: 0.2}``, takes the place of that number and is listed in ``changed``.
-    ``strain``, ``rate`` (per second) and ``temperature`` (°C): ranges [from, to] of the plastic strains, their rates and the
-    temperatures of the tests; ``holds``: temperatures (°C) that a flow curve with a ``T`` of its own may be put at, where they
-    are more than those; ``MPa``: one in the unit of stress in which the metal was read.
+    In a case file, write the name of a metal of the library (``prensa materials`` lists them) or your own file instead, ``of:
+    DC04`` or ``of: steel.yaml``, from which elastic constants and flow curve are taken; numbers that the case states as well, as
+    in ``flow: {n: 0.2}``, replace those of the metal and are listed in ``changed``. ``strain``, ``rate`` (per second) and
+    ``temperature`` (°C): ranges [from, to] of the plastic strains, their rates and the temperatures of the tests; ``holds``:
+    temperatures (°C) at which a flow curve with a parameter ``T`` is valid, where they are more than those of the tests;
+    ``MPa``: one in the unit of stress in which the metal was read.
     """
 
     name: str

@@ -46,12 +46,12 @@ else:
 class Press:
     """The press behind a tool: every increment has its ``press_utilisation``, 1 where the press is at its limit.
 
-    ``capacity``: the largest force, a number, a table of strokes and forces (strokes from the first place of the tool,
-    linear between) or the name of a CSV file of them. ``torque``: of the crank shaft of a mechanical press, whose tool the
-    steps drive by ``crank``; it allows the force torque / (way of the slide per angle of the crank). ``energy``: of one blow of
-    a hammer or a screw press: the work of the tool in a step. Capacities and energies are those of the machine, so of the
-    whole part: ``mirror`` names the sides of the bodies on which only a half is modelled, as ``mirror`` of the output does. A
-    step ends where the press reaches its limit with ``until: {press: TOOL}``; else the run goes on, and its answer says so.
+    ``capacity``: the largest force, a number, a table of strokes and forces (strokes from the initial place of the tool, linear
+    between) or the name of a CSV file of them. ``torque``: of the crank shaft of a mechanical press, whose tool the steps drive
+    by ``crank``; it allows the force torque / (way of the slide per angle of the crank). ``energy``: of one blow of a hammer or
+    a screw press: the work of the tool in a step. Capacities and energies are those of the machine, for the whole part:
+    ``mirror`` names the sides of the bodies on which only a half is modelled, as ``mirror`` of the output does. A step ends
+    where the press reaches its limit with ``until: {press: TOOL}``; otherwise the run continues, and its answer says so.
     """
 
     capacity: Capacity | None = None

@@ -188,13 +188,12 @@ def _default_enforcement() -> Any:
 class Contact:
     """Contact of ``surface`` (a body: its whole outline; a boundary ``body.name`` or a list of them) against a tool.
 
-    The outline of a body is without the sides that other contacts with the same tool name, which may have a friction of
-    their own, without those of ``no_contact``, and without what no tool touches: the axis, lines of symmetry (held along
-    their normal in all steps) and tied sides. ``friction`` overrides the problem's. ``integration``: where the contact terms
-    are integrated; ``enforcement``: how contact is enforced. Of the rules ``nodal`` (trapezoid) is the one to use, the others
-    show what they do: ``gauss1``, ``gauss2``, ``gauss3``, ``simpson`` on each edge, and ``kikuchi``, two Gauss points with
-    pressures projected to the nodes. ``interference``: surface and tool overlap, and that is meant: a length, ``geometry``
-    (the overlap as it is drawn) or an `Interference`.
+    The outline of a body excludes sides that other contacts with the same tool name (with their own friction, say), sides in
+    ``no_contact``, and what no tool touches: the axis, lines of symmetry (held along their normal in all steps) and tied sides.
+    ``friction`` overrides the problem's. ``integration``: where the contact terms are integrated; ``enforcement``: how contact
+    is enforced. The rule to use is ``nodal`` (trapezoid); the others are for comparison: ``gauss1``, ``gauss2``, ``gauss3``,
+    ``simpson`` on each edge, and ``kikuchi``, two Gauss points with pressures projected to the nodes. ``interference``: an
+    intended overlap of surface and tool: a length, ``geometry`` (the overlap as it is drawn) or an `Interference`.
     """
 
     surface: Annotated[tuple[str, ...], BeforeValidator(as_names), Field(min_length=1)]
@@ -214,8 +213,8 @@ class Contact:
 class NoContact:
     """Sides that a tool may go through: ``surface`` (a body, a boundary ``body.name`` or a list of them) ``against`` a tool.
 
-    Nothing acts between them, and metal that lies inside the tool there is meant. ``symmetry`` in place of a tool: bodies that
-    may go beyond lines of symmetry and the axis, which are rigid smooth planes to free sides otherwise.
+    No contact acts between them, and metal may lie inside the tool there. ``symmetry`` in place of a tool: bodies that may go
+    beyond lines of symmetry and the axis, which are rigid smooth planes to free sides otherwise.
     """
 
     surface: Annotated[tuple[str, ...], BeforeValidator(as_names), Field(min_length=1)]
@@ -232,10 +231,10 @@ def _run_folder(run: Any, info: Any) -> Any:
 class Start:
     """The case begins where an earlier run ended: ``run`` is its folder of results, relative to the case file.
 
-    Bodies of the same name have the same mesh, material and element, and begin with their displacements and histories; tools
-    of the same name and description begin where they were left, their contacts as they were; other tools are placed on the
-    deformed bodies. What held the bodies and is no longer there is released linearly during the first step. ``digest`` is
-    filled in by the program: a run is resumed only from the run that it began with.
+    Bodies of the same name have the same mesh, material and element, and begin with their displacements and histories; tools of
+    the same name and description begin where they were left, their contacts as they were; other tools are placed on the deformed
+    bodies. Supports, tools and loads that no longer exist are released linearly during the first step. ``digest`` is filled in
+    by the program: a run is resumed only from the run that it began with.
     """
 
     run: Annotated[str, BeforeValidator(_run_folder)]
@@ -256,10 +255,10 @@ class Start:
 class Tie:
     """Two bodies joined along a boundary of each, without slip or opening: the ``slave`` side follows the ``master`` side.
 
-    Nodes at the same places become one. Otherwise every slave node follows as a weighted mean of the master's nodes (dual
-    mortar conditions, exactly eliminated): the finer side, or the softer body, is the slave, and it lies on the master all
-    along. Gaps and overlaps of the two are taken away without stress, but for an ``interference`` that is meant: a length,
-    ``geometry`` (gaps and overlaps as they are drawn, up to an edge of the slave side) or an `Interference`.
+    Nodes at the same places become one. Otherwise every slave node follows as a weighted mean of the master's nodes (dual mortar
+    conditions, exactly eliminated): the finer side, or the softer body, is the slave, and it lies on the master all along. Gaps
+    and overlaps of the two are removed without stress, except for an intended ``interference``: a length, ``geometry`` (gaps and
+    overlaps as they are drawn, up to an edge of the slave side) or an `Interference`.
     """
 
     slave: str
@@ -435,22 +434,22 @@ class Step:
     ``move``: tool displacement from the initial position reached at the end of the step (or a table);
     ``by``: the same from where the tool is at the start of the step, also of a boundary, whose support it prescribes from then
     on; ``velocity``: tool velocity during the step; ``crank``: of a mechanical press; ``push``: tool force.
-    ``feed``: boundaries that push a strip or a wire to the tools, until these have gripped it or ``until`` ends the step; then it
-    is free.
-    Numbers ramp linearly from the value at the start of the step. What is not mentioned is held. What is released or
-    changed goes linearly, over the step, from the force that it carries to what is asked; lowered friction fades so too.
+    ``feed``: boundaries that push a strip or a wire to the tools, until these have gripped it or ``until`` ends the step; then
+    it is free.
+    Numbers ramp linearly from the value at the start of the step. What is not mentioned is held. What is released or changed
+    ramps linearly over the step from the force that it carries to the requested one; so does friction that is lowered.
     ``remove_tools``: all tools leave the bodies, their forces going linearly to zero over the step, and are gone from then on;
-    rigid motions that no support holds then are held at as few points as that takes, without any force at the end.
-    ``increments``: the number of equal increments asked for (each is cut further when it does not converge);
-    without it the step size is chosen automatically.
-    ``duration``: seconds, or a text such as ``20 ms``; without, one second, or as long as a ``crank`` takes. Velocities, rates,
-    speeds of slip and powers are per second; the times of tables count steps.
-    ``control``: displacement control of what the step pushes and loads. The tool goes the way that is given (as of ``by``, from
-    where it is at the start of the step), and one factor on all forces that the step changes, 1 where they are what is
-    asked, is what equilibrium makes of it: a load may pass a maximum on the way. Of one component that ``push`` drives.
-    ``name`` stands in tables and overrides. ``fixed``, ``loads``, ``body_force`` and ``friction`` are as of the problem, and hold
-    from this step on. ``stabilise`` overrides the problem's. ``until``: what ends the step before that; the rest of its time
-    is passed over, and what the next step says goes from where things are then.
+    rigid motions that no support then prevents are held at the fewest points needed, without any force at the end.
+    ``increments``: the number of equal increments asked for (each is cut further when it does not converge); without it the
+    step size is chosen automatically.
+    ``duration``: seconds, or a text such as ``20 ms``; without, one second, or as long as a ``crank`` takes. Velocities,
+    rates, speeds of slip and powers are per second; the times of tables count steps.
+    ``control``: displacement control of what the step pushes and loads. The tool moves by the given distance (as with ``by``,
+    from where it is at the start of the step), and one load factor on all forces that the step changes, 1 at the requested
+    ones, follows from equilibrium: a load may pass a maximum on the way. Give one component that ``push`` drives.
+    ``name`` stands in tables and overrides. ``fixed``, ``loads``, ``body_force`` and ``friction`` are as in the problem, and
+    hold from this step on. ``stabilise`` overrides the problem's. ``until``: what ends the step before that; the rest of its
+    time is skipped, and the next step starts from the state that was reached.
     """
 
     name: str
@@ -485,20 +484,21 @@ class Problem:
     """All the physics of a case.
 
     ``name`` stands in pictures and tables. ``bodies`` deform, ``tools`` are rigid, ``steps`` say one after the other what
-    happens; all three, and ``contacts``, ``ties``, ``fixed`` (supports) and ``loads``, are described below. ``friction`` is
-    that of all contacts which have none of their own. ``units``: the system of all numbers. ``start``: an earlier run that
-    this one continues. ``space``: ``plane strain``, ``plane stress`` or ``axisymmetric`` (x is the radius, y the axis); from
-    Python ``solid`` too, bodies in space. Plane problems have ``thickness``, in plane stress the initial one; axisymmetric
-    ones have none. ``kinematics``: ``finite`` (updated Lagrangian) or ``small``. ``contact_geometry``: ``current`` (moved
-    surface, true tool normal) or ``reference`` (gap on the undeformed surface along its own normal: linear Signorini).
-    ``allow_large_strain``: what ``small`` gives where strains or rotations are beyond 0.1, which is refused otherwise.
+    happens; all three, and ``contacts``, ``ties``, ``fixed`` (supports) and ``loads``, are described below. ``friction``
+    applies to all contacts without their own. ``units``: the system of all numbers. ``start``: an earlier run that this one
+    continues. ``space``: ``plane strain``, ``plane stress`` or ``axisymmetric`` (x is the radius, y the axis), or ``solid``,
+    bodies in space. Plane problems have ``thickness``, in plane stress the initial one; axisymmetric ones have none.
+    ``kinematics``: ``finite`` (updated Lagrangian) or ``small``. ``contact_geometry``: ``current`` (moved surface, true tool
+    normal) or ``reference`` (gap on the undeformed surface along its own normal: linear Signorini). ``allow_large_strain``:
+    what ``small`` gives where strains or rotations are beyond 0.1, which is refused otherwise.
     ``body_force``: force per volume ρb on each body.
-    ``contacts`` left out (or empty): every tool against the outline of every body; ``no_contact``: what tools may go through.
+    ``contacts`` left out (or empty): every tool against the outline of every body; ``no_contact``: what tools may pass
+    through.
     ``stabilise``: viscous forces on the velocities of the nodes carry bodies over limit points, where they snap or buckle:
     ``auto``, or the share of the work that they may dissipate (``auto``: 2e-4); ``off`` without. What they do dissipate is in
-    the energy balance, and reported when it is more than 1 % of the work. ``measures``: numbers that are wanted of every
-    increment, by names of their own, such as ``bore: ring.left.x at y=0``. ``remesh``: bodies that flow plastically get new
-    meshes where theirs become distorted: ``auto``, or a `Remesh`; ``off`` without.
+    the energy balance, and reported when it is more than 1 % of the work. ``measures``: numbers recorded in every increment
+    under names of your choice, such as ``bore: ring.left.x at y=0``. ``remesh``: bodies that flow plastically get new meshes
+    where theirs become distorted: ``auto``, or a `Remesh`; ``off`` without.
     """
 
     name: str
@@ -610,22 +610,21 @@ class Numerics:
     """How the problem is solved. You should rarely need to change the defaults; every threshold is dimensionless.
 
     ``tolerance``: residual over the sum of absolute element forces; ``max_iterations`` of an attempt; ``line_search`` and
-    ``predictor`` (an increment starts where the last two lead) may be switched off; ``max_cutbacks``: how often an increment
-    may be cut to a quarter; ``reuse_factors``: finish nearly converged iterates with the factors at hand; ``solver``:
-    ``auto`` takes PARDISO when installed, else rslab, else SuperLU; in space from 10 000 unknowns on GMRES, preconditioned by
-    factors ``ldlt`` of a symmetric matrix, and from 150 000 on by ``multigrid``. ``iteration``: ``newton`` with the exact
-    tangent, or ``paper``: the founding paper's, whose contact matrix is symmetric because friction takes the pressure of the last
-    iterate; for comparison. ``condense``: linear elastic bodies in small strain are factored once and condensed onto their
-    contact unknowns: ``auto`` where it pays, ``true`` wherever it can be done (refused elsewhere), ``false`` never.
-    ``threads`` for elements and factorisations: ``auto`` takes the cores that are free, no more than OMP_NUM_THREADS where
-    that is set, and one for small problems; one of them finds derivatives, where these are asked for, while the run goes on.
-    Results are the same bit for bit with any number (PARDISO's may not be).
-    ``time_rule`` of J2 plasticity: ``backward_euler``, of first order in the increment, ``bdf2``, the backward difference of
-    second order, whose automatic increments are twice as long where bodies flow, or ``auto``: ``bdf2`` in automatic increments
-    in which flow is steady. ``time_tolerance``, not of the first: automatic increments are as short as it takes for first and
-    second order to differ by no more than this share of the plastic flow; without it they go by plastic strain and travel alone.
-    ``energy_tolerance``: automatic increments of a step that ends by the work of a tool are so short that the energy balance of
-    each misses no more than this share of that work.
+    ``predictor`` (an increment starts where the last two lead) may be switched off; ``max_cutbacks``: how often an increment may
+    be cut to a quarter; ``reuse_factors``: finish nearly converged iterates with the factors at hand; ``solver``: ``auto`` takes
+    PARDISO when installed, else rslab, else SuperLU; in space from 10 000 unknowns on GMRES, preconditioned by factors ``ldlt``
+    of a symmetric matrix, and from 150 000 on by ``multigrid``. ``iteration``: ``newton`` with the exact tangent, or ``paper``:
+    the founding paper's, whose contact matrix is symmetric because friction takes the pressure of the last iterate; for
+    comparison. ``condense``: linear elastic bodies in small strain are factored once and condensed onto their contact unknowns:
+    ``auto`` where it pays, ``true`` wherever it can be done (refused elsewhere), ``false`` never. ``threads`` for elements and
+    factorisations: ``auto`` takes the cores that are free, no more than OMP_NUM_THREADS where that is set, and one for small
+    problems; one of them computes derivatives, where these are requested, while the run continues. Results are the same bit for
+    bit with any number (PARDISO's may not be). ``time_rule`` of J2 plasticity: ``backward_euler``, of first order in the
+    increment, ``bdf2``, the backward difference of second order, whose automatic increments are twice as long where bodies flow,
+    or ``auto``: ``bdf2`` in automatic increments in which flow is steady. ``time_tolerance``, not of the first: automatic
+    increments are as short as it takes for first and second order to differ by no more than this share of the plastic flow;
+    without it they go by plastic strain and travel alone. ``energy_tolerance``: automatic increments of a step that ends by the
+    work of a tool are so short that the energy balance of each misses no more than this share of that work.
     """
 
     tolerance: Annotated[Number, Field(gt=0, le=1e-4)] = 1e-9
@@ -669,7 +668,7 @@ class Output:
     ``mirror``: sides (``left``, ``right``, ``bottom``, ``top``, in space ``back`` and ``front``) of the bodies on which pictures
     show their mirror image, where a part of the whole was modelled; in axisymmetry the axis mirrors by itself. ``wear``: by
     tool, a wear law (`Archard` where none is named) or ``relative``: loads along its outline and its wear, in the report.
-    ``points``: fields have stresses, plastic strains and damage at the integration points too, which nothing was recovered from.
+    ``points``: fields have stresses, plastic strains and damage at the integration points too, as they were computed.
     """
 
     fields: Annotated[Whole, Field(ge=0)] = 1

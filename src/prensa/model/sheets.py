@@ -21,7 +21,7 @@ _POINT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?", re.ASCII)
 _COMMA = re.compile(r"[-+]?(\d+,?\d*|,\d+)([eEdD][-+]?\d+)?", re.ASCII)
 _SEPARATOR = re.compile(r"sep=(.)\s*", re.IGNORECASE)
 MOST_BYTES = 64 << 20  # of a table: a million rows
-LONGEST = 100_000  # characters of a row, more than which is no row of numbers
+LONGEST = 100_000  # characters of a row, more than which is not a row of numbers
 MOST_COLUMNS = 1000  # of a table
 EXAMPLE = "'travel [mm],force [kN]'"
 
@@ -97,7 +97,7 @@ def _separators(stated: str, lines: list[tuple[int, str]]) -> list[str]:
 
 
 def _names_columns(row: _Row) -> bool:
-    """Whether a first row has names: its first cell is no number."""
+    """Whether a first row has names: its first cell is not a number."""
     first = row.cells[0].strip() if row.cells else ""
     return not (_POINT.fullmatch(first) or (row.separator != "," and _COMMA.fullmatch(first)))
 
@@ -128,14 +128,14 @@ def _text(path: Path) -> str:
             continue
         if "\0" not in text:
             return text
-    raise DataError(f"{path}: this is no text; save the table as CSV in UTF-8")
+    raise DataError(f"{path}: this is not text; save the table as CSV in UTF-8")
 
 
 def _cells(path: Path, number: int, line: str, separator: str) -> list[str]:
     try:
         row = next(csv.reader([line], delimiter=separator))
     except (csv.Error, StopIteration, TypeError, ValueError) as error:
-        raise DataError(f"{path}:{number}: this is no row of cells ({error})") from None
+        raise DataError(f"{path}:{number}: this is not a row of cells ({error})") from None
     return row
 
 
@@ -167,7 +167,7 @@ def _numbers(path: Path, names: list[str], rows: list[_Row], ragged: bool) -> li
     for i, (number, separator, row) in enumerate(rows):
         if (len(row) < len(names) and not ragged) or any(cell.strip() for cell in row[len(names) :]):
             raise DataError(
-                f"{path}:{number}: {len(row)} cells, but {len(names)} columns; leave a cell empty where nothing was taken"
+                f"{path}:{number}: {len(row)} cells, but {len(names)} columns; leave a cell empty where nothing was measured"
                 + ("" if separator != "," else "; if these are decimal commas, separate the columns by semicolons")
             )
         for j, cell in enumerate(row[: len(names)]):
@@ -181,7 +181,7 @@ def _numbers(path: Path, names: list[str], rows: list[_Row], ragged: bool) -> li
                 )
             if not (_COMMA if comma and separator != "," else _POINT).fullmatch(text) and not _POINT.fullmatch(text):
                 raise DataError(
-                    f"{path}:{number}: {name} is {shown(text)}; a number is expected, or nothing where none was taken"
+                    f"{path}:{number}: {name} is {shown(text)}; a number is expected, or nothing where none was measured"
                 )
             out[i][j] = float(text.replace(",", ".").replace("d", "e").replace("D", "e"))
             if not isfinite(out[i][j]):

@@ -90,7 +90,7 @@ def _not_yet(owner: Any, kind: str, path: tuple[str | int, ...]) -> Iterator[Fin
     for key in NOT_IN_SPACE[kind]:
         given = getattr(owner, key, None)
         if not (given in _NOTHING or given == () or given == {}):
-            yield Finding((*path, key), f"{key!r} is not there in space yet; leave it out", at_key=True)
+            yield Finding((*path, key), f"{key!r} is not available in space yet; leave it out", at_key=True)
 
 
 def _bodies(p: Any, dimension: int) -> Iterator[Finding]:

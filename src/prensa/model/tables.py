@@ -37,7 +37,7 @@ def read_mu_table(path: str, context: Any) -> Any:
     """
     # '0.1 mm' in the place of a coefficient is a text, and would be reported as a missing file.
     if path[:1] in "+-.0123456789" and path and _is_number(path.split()[0]) and not _beside(path, context).is_file():
-        raise ValueError(f"{path!r} is no friction coefficient: it is a plain number, such as 0.1")
+        raise ValueError(f"{path!r} is not a friction coefficient: it is a plain number, such as 0.1")
     kappa, mu = zip(*read_columns(path, context, "friction table", (("slip", LENGTH), ("mu", RATIO))))
     return {"kappa": list(kappa), "mu": list(mu)}
 
@@ -91,7 +91,7 @@ def unit_of_column(unit: str, what: str, dimension: Dimension, context: Any) -> 
     Raises
     ------
     ValueError
-        If it is no unit of that dimension, or there is no case.
+        If it is not a unit of that dimension, or there is no case.
 
     """
     # '-' over a column of pure numbers is what testing machines write.

@@ -124,7 +124,7 @@ def _unit(name: str) -> tuple[Fraction, int, int, int]:
     powers = dict(base.dimensionality)
     mass, length, time = (powers.pop(f"[{of}]", 0) for of in ("mass", "length", "time"))
     if powers or any(exponent != int(exponent) for exponent in (mass, length, time)):
-        raise ValueError(f"{name!r} is no unit of length, force, stress, time or angle")
+        raise ValueError(f"{name!r} is not a unit of length, force, stress, time or angle")
     return Fraction(base.magnitude), int(mass), int(length - mass), int(time + 2 * mass)
 
 
@@ -251,7 +251,7 @@ def powers(unit: str) -> tuple[int, int]:
     Raises
     ------
     ValueError
-        If it is no unit.
+        If it is not a unit.
 
     """
     _, force, length, _ = _product(unit)

@@ -40,7 +40,7 @@ class ToolForce:
 
 @described
 class ToolTravel:
-    """Displacement ``x``, ``y`` of a tool from its first place, and rotation ``rz``, counter-clockwise, as in ``history.csv``.
+    """Displacement ``x``, ``y`` of a tool from its initial place, and rotation ``rz``, counter-clockwise, as in ``history.csv``.
 
     In space ``z``, ``rx`` and ``ry`` too.
     """
@@ -77,15 +77,15 @@ Amount = Annotated[Annotated[Number, Tag("number")] | Annotated[str, Tag("text")
 
 @described
 class Until:
-    """A step ends at the first of these, exactly there, and the next one goes on from that state.
+    """A step ends exactly where the first of these is reached, and the next one continues from that state.
 
     ``force``, ``travel``: what a tool's force or displacement reaches, from whichever side it comes; ``contact``: a tool or a
-    contact (``<surface>-<tool>``) that ``touches`` for the first time in the step, or ``leaves``; ``energy``: the work that
-    a tool does in the step, as in the blow of a hammer; ``press``: tools whose press reaches its limit; ``measure``: any
-    number of an increment by its name, a column of ``history.csv`` or a measure such as ``billet.height``, with a number in
-    the units of the case or a text such as ``12 mm``; ``damage``: by body the largest damage that it reaches, a number where it
-    has one damage law, or ``limit`` for the limit of each of its laws. A step in which none of them is met ends as it would
-    without, which is reported (but of a press); with ``required`` that is an error.
+    contact (``<surface>-<tool>``) that ``touches`` for the first time in the step, or ``leaves``; ``energy``: the work that a
+    tool does in the step, as in the blow of a hammer; ``press``: tools whose press reaches its limit; ``measure``: any number of
+    an increment by its name, a column of ``history.csv`` or a measure such as ``billet.height``, with a number in the units of
+    the case or a text such as ``12 mm``; ``damage``: by body the largest damage that it reaches, a number where it has one
+    damage law, or ``limit`` for the limit of each of its laws. A step in which none of them is met runs to its end, which is
+    reported (except for a press); with ``required`` that is an error.
     """
 
     force: Mapping[str, ToolForce] = field(default_factory=dict)

@@ -39,7 +39,7 @@ from prensa.result.increment import (
 from prensa.system.checkpoint import CHECKPOINT, read_checkpoint
 from prensa.types import Bytes
 
-_NOT_KEPT = "{}: an increment read back has no {}; those that solve yields have"
+_NOT_KEPT = "{}: an increment read back has no {}; only increments from solve have them"
 
 
 @dataclass(frozen=True)

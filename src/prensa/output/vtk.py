@@ -290,7 +290,7 @@ def _times_until(directory: Path, last: int) -> dict[str, float]:
     text = collection.read_text(encoding="utf-8", errors="replace") if collection.is_file() else ""
     out: dict[str, float] = {}
     for time, name in _ENTRY.findall(text):  # whole ones only: a power cut may have left a later one in pieces
-        with suppress(ValueError):  # or what is no number in its place
+        with suppress(ValueError):  # or what is not a number in its place
             if (directory / name).is_file():
                 out[name] = float(time)
     return out

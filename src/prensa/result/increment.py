@@ -504,14 +504,14 @@ class Increment(Drawn):
     def folding(self) -> Mapping[str, Folding]:
         """Re-entrant corners and folds of the outlines by body."""
         if self._known.folding is None:
-            raise PrensaError("an increment read back has no outlines; those that solve yields have")
+            raise PrensaError("an increment read back has no outlines; only increments from solve have them")
         return self._known.folding()
 
     @cached_property
     def points(self) -> Mapping[str, MaterialPoints]:
         """Stresses, plastic strains and damage at the integration points by body; in files with ``output: {points: true}``."""
         if self._known.points is None:
-            raise PrensaError("this increment has no values at integration points; those that solve yields have")
+            raise PrensaError("this increment has no values at integration points; only increments from solve have them")
         return self._known.points()
 
     def wear_of(self, tool: str) -> float:

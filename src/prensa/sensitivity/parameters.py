@@ -78,7 +78,7 @@ def value_of(problem: Problem, path: str) -> float:
     below = [k for k in known if k.startswith(f"{path}.")]
     if below:
         few = ", ".join(below[:4]) + (" …" if len(below) > 4 else "")
-        raise ArgumentError(f"derivatives: {path!r} is no number but has some: {few}")
+        raise ArgumentError(f"derivatives: {path!r} is not a number but has some: {few}")
     raise ArgumentError(
         f"derivatives: no number at {path!r} in this case{suggest(path, known)}; whole numbers, such as counts of "
         "elements, cannot be varied"

@@ -114,12 +114,13 @@ def _refuse_to_move(guard: Guard | None, d: Direction) -> None:
 def refuse(system: System, start: State | None, derivatives: Sequence[str]) -> None:
     """Refuse what has no derivative."""
     if system.problem.heat is not None:
-        raise ArgumentError("derivatives: those of temperatures are not there yet; leave 'derivatives' out")
+        raise ArgumentError("derivatives: those of temperatures are not available yet; leave 'derivatives' out")
     if system.problem.body_contacts:
         raise ArgumentError(f"derivatives: {DERIVATIVES}; leave 'derivatives' out")
     if interfering(system.problem):
         raise ArgumentError(
-            "derivatives: those of runs with 'interference' are not there yet; run the case with other values instead ('sweep')"
+            "derivatives: those of runs with 'interference' are not available yet; run the case with other values instead "
+            "('sweep')"
         )
     if system.more:
         raise ArgumentError(

@@ -203,7 +203,7 @@ def _bytes(memory: str, most: float) -> int:
     try:
         found = int(parse_bytes(memory))
     except ValueError:
-        raise PrensaError(f"{memory!r} is no amount of memory; give one such as 2GB or 500MB") from None
+        raise PrensaError(f"{memory!r} is not an amount of memory; give one such as 2GB or 500MB") from None
     if found < 200_000_000:
         raise PrensaError(f"{memory} of memory for each worker; a process alone takes 200 MB, give more")
     if found > most:

@@ -145,4 +145,4 @@ def _check_time(text: str, argument: str, end: int) -> None:
     except ValueError:
         inside = False
     if not inside:
-        raise PrensaError(f"measure {text!r}: {argument!r} is no time between 0 and {end}, the end of the last step")
+        raise PrensaError(f"measure {text!r}: {argument!r} is not a time between 0 and {end}, the end of the last step")

@@ -177,7 +177,7 @@ def factors_of(values: Mapping[str, Any]) -> list[Factor]:
 
 def _of_object(path: str, value: Any) -> Factor:
     if not isinstance(path, str) or not path:
-        raise PrensaError(f"sweep: {shown(path)} is no path; give texts such as 'friction.mu'")
+        raise PrensaError(f"sweep: {shown(path)} is not a path; give texts such as 'friction.mu'")
     if isinstance(value, str):
         return factor(path, value)
     if callable(getattr(value, "ppf", None)):
@@ -247,7 +247,7 @@ def _numbers(arguments: list[str], where: str, form: str) -> tuple[list[float], 
     found = [_NUMBER_AND_UNIT.fullmatch(a) for a in arguments]
     for argument, match in zip(arguments, found):
         if match is None:
-            raise PrensaError(f"{where}: {argument!r} is no number; write {form}")
+            raise PrensaError(f"{where}: {argument!r} is not a number; write {form}")
     pairs = [(float(m[1]), m[2].strip()) for m in found if m]
     if any(not math.isfinite(v) for v, _ in pairs):
         raise PrensaError(f"{where}: a number is not finite; write {form}")
@@ -294,7 +294,7 @@ def _law(name: str, v: list[float], where: str, form: str) -> Any:
             raise PrensaError(f"{where}: {words}; write {form}")
 
     if name in ("uniform", "loguniform"):
-        need(v[0] < v[1], f"from {v[0]:g} to {v[1]:g} is no interval")
+        need(v[0] < v[1], f"from {v[0]:g} to {v[1]:g} is not an interval")
         need(name == "uniform" or v[0] > 0, "both ends must be positive")
         return stats.uniform(v[0], v[1] - v[0]) if name == "uniform" else stats.loguniform(v[0], v[1])
     if name == "triangular":
@@ -308,7 +308,7 @@ def _law(name: str, v: list[float], where: str, form: str) -> Any:
         return stats.lognorm(math.sqrt(spread), scale=mean * math.exp(-0.5 * spread))
     if len(v) == 2:
         return stats.norm(mean, sd)
-    need(v[2] < v[3], f"from {v[2]:g} to {v[3]:g} is no interval")
+    need(v[2] < v[3], f"from {v[2]:g} to {v[3]:g} is not an interval")
     return stats.truncnorm((v[2] - mean) / sd, (v[3] - mean) / sd, mean, sd)
 
 

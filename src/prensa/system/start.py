@@ -235,7 +235,7 @@ def earlier_run(
             )
         if [replace(law, limit=None) for law in new.damage] != [replace(law, limit=None) for law in old.damage]:
             raise StartError(
-                f"start: body {name!r} has other damage laws in the earlier run; make them equal, but for their limits"
+                f"start: body {name!r} has other damage laws in the earlier run; make them equal, except for their limits"
             )
         a, b = meshes[name], (system.first or system).meshes[name]
         if not (np.array_equal(a.points, b.points) and np.array_equal(a.cells, b.cells)):

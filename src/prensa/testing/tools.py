@@ -117,7 +117,7 @@ def _derivatives_wrong(shape: Tool, x: Array, close: Closest, size: float) -> It
     n, e, c, g = close.n[smooth], e[smooth], close.c[smooth], close.g[smooth]
     off = np.abs(np.hypot(slope[:, 0], slope[:, 1]) - 1.0)
     if off.max() > DISTANCE:
-        yield f"g is no distance: |∇g| differs from 1 by {off.max():.1e}"
+        yield f"g is not a distance: |∇g| differs from 1 by {off.max():.1e}"
         return
     if (error := np.abs(slope - n).max()) > DISTANCE:
         yield f"n differs from ∇g by {error:.1e}"

@@ -19,7 +19,7 @@ ONE_NORMAL = np.cos(np.radians(5.0))  # cosine of the angle to the mean normal u
 FACING = 0.5  # cosine of the angle between the mean normal and a tool's way up to which the tool goes towards the boundary
 
 
-UNFIT = "shape, 'at', or the order of its points (somebody who walks along them has the tool on the left)"
+UNFIT = "shape, 'at', or the order of its points (walk along them with the tool on the left)"
 
 
 class ToolError(PrensaError):

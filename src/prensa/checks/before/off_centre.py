@@ -45,9 +45,8 @@ def off_centre(system: System) -> Iterator[Finding]:
                     f"tools.{tool.name}.at" if own.at is not None else f"tools.{tool.name}",
                     f"it is centred at x = {x:.4g} and reaches across {where} by {half - abs(x - at):.4g}: with its mirror "
                     f"image there would be two tools that overlap; centre it there ('at: [{at:g}, …]'), or keep it on one side"
-                    + ("" if system.axisymmetric else f"; if that is no symmetry, '{{surface: {s.body}, against: symmetry}}' "
-                        "in "
-                    "'no_contact' says so"),
+                    + ("" if system.axisymmetric else "; if this is not a line of symmetry, list "
+                        f"'{{surface: {s.body}, against: symmetry}}' under 'no_contact'"),
                 )  # fmt: skip
 
 

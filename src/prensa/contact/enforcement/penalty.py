@@ -22,8 +22,8 @@ class Penalty(Enforcement):
     M is the stiffness of material that cannot spread, h the depth of the elements behind, or two of their edges where these are
     shorter.
 
-    ``k_n`` and ``k_T`` set absolute stiffnesses (pressure per length) instead, to reproduce published work.
-    ``continuation`` has no effect any more; it is read so that older case files go on, and reported.
+    ``k_n`` and ``k_T`` set absolute stiffnesses (pressure per length) instead, to reproduce published work. ``continuation`` has
+    no effect any more; it is accepted, for older case files, and reported.
     """
 
     # Penetration is 1 % of what a layer of elements gives under a uniform pressure. Forces change by 0.03 % at most for β from

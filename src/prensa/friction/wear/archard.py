@@ -18,8 +18,8 @@ from prensa.types import Array
 class Archard(WearLaw):
     """Wear of a tool by Archard's law (1953), a depth of (k/H) ∫ p ds: his coefficient ``k`` and the ``hardness`` H of the tool.
 
-    ``depth``: permitted, of which follows how many parts the tool makes. Without ``k`` and ``hardness`` (``relative``) wear is
-    ∫ p ds, to be compared between places and designs.
+    ``depth``: permitted depth, from which the number of parts follows. Without ``k`` and ``hardness`` (``relative``) wear is ∫ p
+    ds, to be compared between places and designs.
     """
 
     k: Annotated[Number, Field(gt=0)] | None = None

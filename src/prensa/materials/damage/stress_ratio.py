@@ -16,7 +16,7 @@ from prensa.types import Array
 class StressRatio(DamageLaw):
     """The largest that the greatest principal stress over a ``strength`` has been, D = max(σ_1, 0)/strength over time.
 
-    Elastic states count too. ``limit``: a number, 1 where nothing is said.
+    Elastic states count too. ``limit``: a number, by default 1.
     """
 
     strength: Annotated[Pressure, Field(gt=0)]

@@ -31,8 +31,8 @@ def _measured(value: Any, info: ValidationInfo) -> Any:
 class FlowTable(PointCurve):
     """Flow stress from ``points`` (ε̄, σ_y), interpolated by a monotone C¹ cubic, constant slope zero beyond the last.
 
-    In the place of points may stand the name of a CSV file of plastic strains and flow stresses, whose first line may state units
-    as in ``strain (%), stress (MPa)``.
+    Instead of points, give the name of a CSV file of plastic strains and flow stresses, whose first line may state units as in
+    ``strain (%), stress (MPa)``.
     """
 
     points: Annotated[tuple[tuple[Strain, Pressure], ...], BeforeValidator(_measured)]
@@ -50,7 +50,7 @@ class FlowTable(PointCurve):
         if max(e) > LARGEST or max(p[1] for p in self.points) > LARGEST:
             raise ValueError(f"no metal has strains or flow stresses above {LARGEST:g}, and no curve leads through them")
         if any(abs(t / 1e150 - s / 1e150) > b - a for (a, s), (b, t) in pairwise(self.points)):
-            raise ValueError("points lie so close together that the slope between them is no number that can be used")
+            raise ValueError("points lie so close together that the slope between them is not a number that can be used")
         return self
 
     @cached_property

@@ -23,9 +23,9 @@ __all__ = ["J2", "Metal"]
 class J2(Material):
     """Elastic-plastic, von Mises yield, isotropic hardening; logarithmic strain in finite kinematics.
 
-    ``E``: Young's modulus, ``nu``: Poisson's ratio, ``flow``: the flow curve.
-    ``yield_on``: the stress that the flow curve limits, ``cauchy`` (true stress of a tensile test) or ``kirchhoff``.
-    ``of``: a metal of the library, or a file of one's own, that gives the other three; in Python in N/mm².
+    ``E``: Young's modulus, ``nu``: Poisson's ratio, ``flow``: the flow curve. ``yield_on``: the stress that the flow curve
+    limits, ``cauchy`` (true stress of a tensile test) or ``kirchhoff``. ``of``: a metal of the library, or your own file, that
+    gives the other three; in Python in N/mm².
     """
 
     E: Annotated[Pressure, Field(gt=0)]

@@ -23,8 +23,8 @@ class Polyhedron(ToolShape):
     """Rigid convex polyhedron in space: the hull of its corners, ``points``, or what lies behind its ``planes``.
 
     Each plane is [n_x, n_y, n_z, d] with a normal that looks outwards, of any length, and its distance d along it from the
-    reference point. ``radius``: of edges and corners, which are rounded inside the faces; not given, those of one that moves on a
-    surface have a quarter of an element. ``turn``: rotation at the start.
+    reference point. ``radius``: of edges and corners, which are rounded inside the faces; by default with a quarter of an
+    element if it moves on a surface. ``turn``: rotation at the start.
     """
 
     points: tuple[tuple[Length, Length, Length], ...] = ()

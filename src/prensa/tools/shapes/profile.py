@@ -161,13 +161,13 @@ class Chained(ToolShape, abstract=True):
 
 
 class Profile(Chained):
-    """Rigid tool bounded by a chain of lines and arcs: somebody who walks along ``points`` has the tool on the left.
+    """Rigid tool bounded by a chain of lines and arcs: walk along ``points`` with the tool on the left.
 
-    ``points`` are corners in the frame of the tool (its reference point is the origin), or arcs to the next corner. An
-    open profile goes on straight beyond both ends; a ``closed`` one returns to its first point, and is a cavity (bodies
-    inside) if walked clockwise. ``fillet``: radius of the rounding of its corners, one for all or one for each point;
-    0 is sharp. Not given, a convex corner that moves on a surface is rounded with a quarter of an element. In the place of
-    points may stand the name of a DXF or CSV file, or a `Drawing`.
+    ``points`` are corners in the frame of the tool (its reference point is the origin), or arcs to the next corner. An open
+    profile continues straight beyond both ends; a ``closed`` one returns to its first point, and is a cavity (bodies inside) if
+    walked clockwise. ``fillet``: radius of the rounding of its corners, one for all or one for each point; 0 is sharp. Not
+    given, a convex corner that moves on a surface is rounded with a quarter of an element. Instead of points, give the name of a
+    DXF or CSV file, or a `Drawing`.
     """
 
     points: Points
@@ -189,6 +189,6 @@ class Profile(Chained):
     def hint(self) -> str:
         """Which way to walk."""
         return (
-            "; or its points are in the wrong order: somebody who walks along them has the tool on the left (reverse them; those "
+            "; or its points are in the wrong order: walk along them with the tool on the left (reverse them; those "
             "of a file with 'points: {file: …, reverse: true}')"
         )

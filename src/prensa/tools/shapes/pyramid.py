@@ -27,9 +27,9 @@ class Pyramid(ToolShape):
     """Rigid regular pyramid in space, endless behind its tip; the reference point is the sharp tip, which looks along −y.
 
     ``of``: an indenter by name, Vickers (136° between opposite faces), Berkovich (modified, 65.27° between axis and faces) or
-    cube corner; or give ``sides`` and the ``angle`` between axis and faces. One face looks towards +x: the planes x = 0 and z = 0
-    are planes of symmetry of a Vickers pyramid, z = 0 is one of a Berkovich pyramid. ``radius``: of tip and edges; not given,
-    those of a pyramid that moves on a surface have a quarter of an element. ``turn``: rotation at the start.
+    cube corner; or give ``sides`` and the ``angle`` between axis and faces. One face looks towards +x: the planes x = 0 and z =
+    0 are planes of symmetry of a Vickers pyramid, z = 0 is one of a Berkovich pyramid. ``radius``: of tip and edges; by default
+    a quarter of an element if it moves on a surface. ``turn``: rotation at the start.
     """
 
     of: Literal["vickers", "berkovich", "cube corner"] | None = None

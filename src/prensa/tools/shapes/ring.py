@@ -20,7 +20,7 @@ __all__ = ["Ring"]
 class Ring(ToolShape):
     """Flat ring stamp between radii ``inner`` and ``outer`` (axisymmetric), edges rounded with ``fillet``.
 
-    ``facing``: as of a `Stamp`.
+    ``facing``: as in a `Stamp`.
     """
 
     inner: Annotated[Length, Field(gt=0)]

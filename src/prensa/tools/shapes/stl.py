@@ -43,10 +43,10 @@ class Stl(ToolShape):
 
     The patches go through the corners of the triangles and have the mean normals there, so that they are not as coarse as the
     facets; flats stay flat. Edges between triangles that differ by more than the angle ``sharp`` are edges of the tool. The
-    origin of the file is the reference point. ``unit``: what one is in the file, such as mm or inch (default: one of the case);
-    ``scale``: a factor besides. ``turn``: rotation at the start, by which a z that is upright in the file becomes y:
+    origin of the file is the reference point. ``unit``: the unit of length of the file, such as mm or inch (default: that of the
+    case); ``scale``: a factor besides. ``turn``: rotation at the start, by which a z that is upright in the file becomes y:
     ``[-90 deg, 0, 0]``. Of a closed surface the normals look outwards; ``reverse`` turns them round, and ``false`` says that a
-    closed one whose normals look inwards is a cavity with bodies inside. An open surface goes on straight beyond its borders.
+    closed one whose normals look inwards is a cavity with bodies inside. An open surface continues straight beyond its borders.
     ``digest`` is filled in by the program: a run is resumed only with the file that it began with.
     """
 
