@@ -126,6 +126,7 @@ def approach_of_tools(system: System, c: Context, policy: Policy = DEFAULT) -> A
         if not force.any() or not own or any(were_closed(c.state, system.surfaces[i]) for i in own):
             continue
         rests = []
+        # The way through air does no work: its end is where the springs just carry something, not where they carry all.
         for base, share in ((touch, policy.just_touches_share), (u, 1.0)):
             rigid = RigidBalance.of_tool(system, c, base, dofs, share * force, own)
             z = rigid.balanced(policy)

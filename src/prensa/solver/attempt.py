@@ -56,6 +56,8 @@ def _other_ways(eq: Equilibrium, start: Array, failed: NewtonResult, was_cut: bo
     if decides and failed.contact_changed(eq.policy) and (was_cut or not failed.affordable):
         yield partial(_by_contact, eq, start)
     if eq.reduced.equations and eq.numerics.line_search and was_cut and failed.contact_changed(eq.policy):
+        # The residual is no measure of a step that changes the active set (chapter 6), so a line search may never reach the right
+        # one.
         yield partial(_by_full_steps, eq, start)
 
 
@@ -120,6 +122,7 @@ def _by_stages(eq: Equilibrium, path: list[Context], start: Array, lam: Array, r
     """Solve the stages in which tools that start inside bodies, drawn back, go in again (see `overlap_stages`), and then the
     increment.
     """
+    # No stage is committed: it only has to lead near the next one.
     rough = replace(eq.numerics, tolerance=eq.policy.overlap_stage_residual)
     for stage in path:
         at = replace(eq, context=stage, numerics=rough)

@@ -26,6 +26,7 @@ def eigenvalue_across_sets(eq: Equilibrium, result: NewtonResult) -> float | Non
     the same sign, and with multipliers, whose equations change with the set.
     """
     sets = list(result.active_sets.values())
+    # Equations of multipliers are others on another set: their determinants do not compare.
     if eq.reduced.equations or len(sets) < 2:
         return None
     try:

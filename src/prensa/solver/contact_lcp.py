@@ -65,6 +65,7 @@ def contact_step(
     while 0 < at.sum() <= max_candidates(eq):
         rubbing = _rubbing(eq, e, at)
         rubs = np.zeros_like(at) if rubbing is None else rubbing
+        # A weak foundation under all candidates keeps the matrix regular where contact alone holds a body.
         springs = eq.policy.foundation_ratio * np.stack([at, rubs], axis=1).astype(np.float64)
         held = stick if rubbing is None else None
         base = eq.evaluate(u, lam, stick=held, guess=given is not None, foundation=springs)
@@ -86,6 +87,7 @@ def contact_step(
         eq.reduced.factorisation.begin()
         if found is None:
             return None
+        # Points that the step would take through a tool join the candidates, until it takes none.
         missed = _wrong(eq, base, all_lam, found) & near & ~at
         if not missed.any():
             return ContactStep(found, rubbing is not None, at)
@@ -101,6 +103,7 @@ def edge_step(eq: Equilibrium, e: Evaluation, lam: Array, step: Array) -> Array:
     tools are pushed or hang on springs, or loads act: other equilibria may be near. lam (points, 1 + t).
     """
     loads = eq.context.interactions[len(eq.context.surfaces) :]
+    # A pushed tool was led past its limit point without notice: with forces, Newton's own steps decide (chapter 5).
     led = eq.tools_are_moved and all(isinstance(load, Release) for load in loads)
     if not (led and eq.globalised and e.contacts) or len(eq.reduced.free) > eq.policy.edge_max_unknowns:
         return step
@@ -158,6 +161,7 @@ def _first(eq: Equilibrium, e: Evaluation) -> Flags:
     near = _near(eq, e)
     if near.sum() <= few(eq):
         return near
+    # What is closed now or was when the increment began; points that are missed join later.
     return near & (np.concatenate([f.p > 0 for f in e.contacts]) | eq.context.state.contact.closed)
 
 
@@ -167,6 +171,7 @@ def _rubbing(eq: Equilibrium, e: Evaluation, at: Flags) -> Flags | None:
     for s, f, law in zip(eq.context.surfaces, e.contacts, eq.context.laws):
         if law is None or law.frictionless or f.bound is None:
             continue
+        # Stick and slip are complementary where the bound depends on pressure alone (Klarbring 1986).
         if s.exact or law.hardens or eq.context.picard_friction:
             return None
         rubbing[s.rows] = at[s.rows]

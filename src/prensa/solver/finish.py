@@ -95,6 +95,7 @@ def finish(
     e, policy = done.evaluation, eq.policy
     # round-off is estimated from above: a start that nobody has tried to improve may be better than that
     untried = not eq.reduced.factorisation.factored and done.norm > eq.numerics.tolerance * e.scale
+    # Tool forces are sums over all nodes: finishing to the tolerance alone left them 8e-9 off (chapter 6).
     if untried or not (done.fine(eq) or done.rounded_off(eq)) or e.violation > policy.exact_gap_ratio:
         _refactor(eq, done, lam)
     return done, not done.evaluation.violation > policy.exact_gap_ratio
@@ -107,6 +108,7 @@ def _substitute(eq: Equilibrium, done: Finish, lam: Array, followed: float | Non
         # the first is a step of Newton's: as exact as it has to be to be the last, if it can be that
         enough = policy.linear_share_last_step * done.enough(eq) / done.norm
         share = max(enough, followed, policy.min_forcing)
+    # On as long as substitutions, at their present rate, reach the goal for less than a factorisation costs.
     while (
         not done.fine(eq)
         and not done.stalled

@@ -106,6 +106,7 @@ def moved_by(policy: Policy, k: Unknowns, after: Array, A: Array) -> Array | Non
         if values is None:
             return best
         at, bounds = values.f + values.d, k.bounds(values.f)
+        # Radii that rise steeply are taken for their tangents anew in each pass: one tangent does not say what they bear.
         radii, line = bounds.value, line if k.law is None else bounds
         missed = _missed(k, values, radii)
         if missed < least:
@@ -193,6 +194,7 @@ def _in_intervals(
     R[row, k.rubs] = 2.0 * line.slope
     R[row, row - l] = R[row, row] = -1.0
     bound = 2.0 * (line.value - line.slope * line.at)
+    # From the pairs of the pass before, 67 of 200 random problems end on a ray; from all sticking, 8 (chapter 5).
     first = np.append(closed, np.ones(2 * l, dtype=bool))
     found = complementary(L, R, np.append(known, bound), first, policy)
     if found is None:

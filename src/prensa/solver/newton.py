@@ -89,6 +89,7 @@ def terminate(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Eval
         return Diverged()
     least = state.least
     least.append(min(here.norm, least[-1]) if least else here.norm)
+    # Giving up early: a shorter increment is cheaper than the rest of such an attempt (switched off, 2 % more iterations).
     if eq.globalised and len(least) > policy.max_nonimproving and least[-1] == least[0]:
         return Stagnated(here.relative)
     if len(least) > policy.stagnation_iterations + 2 and least[-1] > policy.stagnation_ratio * least[-1 -
@@ -170,6 +171,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     # where flow turns, few nodes are nearly always put right first: then the next step begins with another matrix
     full = eq.evaluate(moved, state.lam, wanted and not (secant and applies(eq)), secant=secant)
     size = eq.norm(full)
+    # A step that raised the residual has most likely assumed the wrong points closed or sticking: let the step decide them.
     if not decided and size > here.norm and (better := _contact_step_instead(eq, state, e, full, result)) is not None:
         moved, full, by_contact_step = better
         size = eq.norm(full)
@@ -182,6 +184,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     if not full.failed and _accepted(eq, state, size, best.norm):
         state.iterate = Iterate(moved, full, alone is None and _turns(eq, state))
         return None
+    # A step that left the domain has to be shortened itself; of the others the least residual says where to go on.
     start = mine if full.failed else best
     state.iterate = Iterate(_shortened(eq, start.u, start.step, start.e, state.lam))
     state.contact = state.best = None
@@ -239,6 +242,7 @@ def _newton_direction(eq: Equilibrium, state: NewtonState, stick: Flags | None) 
         del stuck
     # a multiplier's equation is another one where its point has another status, and the digits of its force count
     same = not (state.changed and eq.reduced.equations)
+    # Factors of another iterate are near this matrix only if no other mechanism has changed it.
     alike = same and not turns and stick is None and here.relative <= eq.policy.same_matrix_residual
     changed = state.changed if alike and eq.numerics.reuse_factors else None
     with eq.report.timed("factorisation and solve"):

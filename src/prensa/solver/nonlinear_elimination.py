@@ -43,6 +43,7 @@ def eliminated(
     if len(worst) > _most(eq):
         return None
     own = _with_those_beside(eq.system, eq.reduced.free, worst)
+    # Their matrix is dense: of more of them it would cost as much as the step of all that it is to save.
     if not 0 < len(own) <= _most(eq):
         return None
     first = least = _left(e, own)
@@ -58,6 +59,7 @@ def eliminated(
     if u is begun:
         return None
     e = eq.evaluate(u, lam)
+    # Nodes beside may miss more than these have gained: it counts if less is left in all.
     return (u, e) if eq.norm(e) < whole else None
 
 
@@ -172,6 +174,7 @@ def _nearer(
         return None
     for share in (1.0, *eq.policy.local_search_factors):
         moved = u + share * delta
+        # The secant only leads the first step away from a wrong direction of flow; steps that converge are Newton's.
         there = evaluate(moved, lam, secant=0.0)
         if (left := _left(there, own)) < least:
             return moved, there, left

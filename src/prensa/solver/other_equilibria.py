@@ -32,6 +32,7 @@ def beside(eq: Equilibrium, result: NewtonResult, modes: Modes, checks: RunCheck
     """A stable equilibrium beside an unstable one, along its mode, the way that the bodies were going; None if not found."""
     spent, u = result.iterations, result.u
     nodal, way = eq.system.dofs.displacement.slice, _way(eq, u - eq.context.state.u, modes.mode)
+    # From near to far: a stable equilibrium farther away may be beyond another jump.
     for share in eq.policy.branch_distances:
         found = []
         for sign in (way, -way):
@@ -105,6 +106,7 @@ def _at_rest(eq: Equilibrium, u: Array, drag: float, checks: RunChecks) -> Newto
         spent += dragged.iterations
         moved = distance(eq, dragged.u, u) if dragged.converged else np.inf
         if not moved <= policy.branch_distances[-1]:
+            # No drag is left in the answer: it may be any size with which the next step converges and moves by little.
             drag *= policy.jump_drag_factor
             continue
         u = dragged.u

@@ -46,6 +46,7 @@ def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> G
     system, c, fixed = eq.system, eq.context, eq.reduced.fixed
     if not eq.numerics.predictor or not c.state.dt_last > 0:
         return None
+    # By the way of prescribed motions and not by time: speeds change at the corners of tables and along the turn of a crank.
     u = start + c.state.extrapolated(c.extrapolated_for)
     u[fixed] = values
     # what contact holds are gaps of points: with nodes put at theirs, those of points between them may be anywhere
@@ -77,6 +78,7 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
     delta = system.with_slaves((1.0 - tools) * delta)
     if (decided := _by_contact(eq, start, delta, lam)) is not None:
         return decided
+    # Deep overlaps stand for no pressure: in a guess the terms that turn the normal take the committed tractions (chapter 6).
     base = eq.evaluate(start, lam, guess=True)
     if base.failed or base.data is None:
         return Guess(start + delta)
@@ -88,6 +90,7 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
         return Guess(start + delta, None, base.touching)
     u = contact_corrected(system, eq.context, base, start, delta + step, lam)
     e = eq.evaluate(u, lam)
+    # A tool that slides or turns far slips under the bodies; points that stuck to it would be dragged inside out.
     if e.failed and (still := _still(eq, start + delta, lam)) is not None:
         return Guess(start + delta, still, base.touching)
     return Guess(u, e, base.touching)

@@ -71,6 +71,7 @@ def contact_corrected(system: System, c: Context, e: Evaluation, u: Array, step:
     they are.
     """
     moved = u + step
+    # On the undeformed surface gaps are linear in the displacements: a straight step needs no correction.
     if system.problem.contact_geometry != "current":
         return moved
     after_lam = system.multipliers(moved, lam)

@@ -188,6 +188,7 @@ class RigidBalance:
             if np.abs(r).max() <= nothing:
                 return z
             stiff = max(float(np.trace(K)), float(min(scale.k_n.max() for scale in self.c.scales)))
+            # What nothing resists gets a stiffness of round-off, so that the step goes on along it until something does.
             step = np.asarray(np.linalg.solve(K + ROUND_OFF * stiff * np.eye(len(z)), -r), dtype=np.float64)
             share = self._search(z, step, policy.max_displacement_ratio * self.system.length)
             if share is None:

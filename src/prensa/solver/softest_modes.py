@@ -51,6 +51,7 @@ def softest_modes(system: System, reduced: Reduced, policy: Policy, exactly: boo
     bodily = free < system.dofs.tool.slice.stop  # multipliers come last
     if not factors.factored or not bodily.any():
         return None
+    # Several are watched: the one that turns may be the third.
     columns = min(policy.watched_modes, int(bodily.sum()))
     # as much as may be left of the softest mode for its sign to count; what the answer misses of stiffer ones does not matter
     share = policy.soft_mode_error if factors.iterates else policy.mode_residual_share
@@ -87,6 +88,7 @@ def _begun(reduced: Reduced, bodily: Flags, columns: int) -> Array:
     """Orthonormal forces (f, columns) on ``bodily`` degrees of freedom (f,) to begin with, the same ones each time."""
     kept = reduced.kept.get("forces")
     if kept is None:
+        # Not Newton's step or the load: these have the symmetry of the problem, which the buckling mode may not have (chapter 8).
         random = np.random.default_rng(0).standard_normal((len(bodily), columns))
         kept = np.linalg.qr(np.where(bodily[:, None], random, 0.0))[0]
         if len(bodily) < reduced.policy.reuse_max_unknowns:  # of large systems they take more room than making them takes time

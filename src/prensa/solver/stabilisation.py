@@ -115,6 +115,7 @@ class Stabilisation:
             return False
         policy, e, old, du = self.policy, result.evaluation, c.state.energy, result.u - c.state.u
         way = [np.abs(self.system.displacement(du)[s.points.nodes]).max() / s.points.depth.min() for s in self.system.surfaces]
+        # Without this look edges that are cut anew were followed: 2211 increments for 20, and 43 % of the work viscous.
         if not any(far > policy.jump_travel_in_elements for far in way):
             return False
         work, dissipated = nodal_work(self.system, c, e), self.dissipated(c, du)

@@ -56,6 +56,7 @@ def _judged(eq: Equilibrium, result: NewtonResult, checks: RunChecks, cutbacks: 
         return result
     result.softest = modes.stiffness
     if modes.negative and not eq.context.state.stability.negative:
+        # The factors are of the iterate before: nothing is refused before the matrix at the solution itself is asked.
         modes = modes_at(eq, result.u, result.lam) or modes
     result.negative = modes.negative
     if not modes.negative and jumped(eq, result):
@@ -69,6 +70,7 @@ def _judged(eq: Equilibrium, result: NewtonResult, checks: RunChecks, cutbacks: 
         return result
     viscous = eq.context.state.stability.viscosity > 0  # short increments are stable then
     c, policy = eq.context, eq.policy
+    # First shorter increments: an imperfection leads bodies onto the stable branch, which needs no search.
     cut = may_cut and (viscous or cutbacks < policy.cuts_before_branching)
     short = c.dt < policy.branch_from_share * (c.plan.t1 - c.plan.t0)
     if not viscous and (short or not cut) and (other := beside(eq, result, modes, checks)):
@@ -156,6 +158,7 @@ def jumped(eq: Equilibrium, result: NewtonResult) -> bool:
         predicted = system.displacement(ahead)
         if np.abs(system.displacement(du) - predicted).max() <= policy.max_prediction_error * np.abs(predicted).max():
             return False
+    # Between two stable states there are unstable ones: the way from one to the other shows them.
     for share in policy.jump_samples:
         modes = modes_at(eq, system.with_slaves(state.u + share * du), result.lam, mode=False)
         if modes is None:
@@ -197,6 +200,7 @@ def _freed(eq: Equilibrium, modes: Modes) -> ToolRunaway | None:
     for number, tool in enumerate(system.tools):
         way = np.abs(system.place_of(number, modes.mode))
         way[system.dofs.dimension :] *= system.length
+        # A mode that moves the tool alone is no limit point of the bodies: it is the tool that comes free.
         if way.max() > eq.policy.tool_mode_ratio:
             return ToolRunaway(tool.name, system.dofs.tool.components[int(np.argmax(way))])
     return None
