@@ -92,8 +92,8 @@ def pays(system: System, policy: Policy) -> bool:
     candidates = 2 * sum(len(s.points.nodes) for s in system.surfaces)
     if afford >= candidates:  # which are counted at once
         return True
+    # Columns come in whole blocks; one more, because a contact need not begin where a block does.
     blocks = -(-2 * reached(system, policy) // policy.columns_at_once) + 1
-        # they come in whole blocks, and a contact begins in one
     return afford >= min(blocks * policy.columns_at_once, candidates)
 
 

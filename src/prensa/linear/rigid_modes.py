@@ -72,9 +72,7 @@ def leaves_free(system: System, plan: StepPlan) -> bool:
 
 def _nodes(system: System, body: str) -> Index:
     """Nodes of a body and of those tied to it: they move as one."""
-    return np.concatenate(
-        [system.nodes_of(b) for b in system.tied_bodies(body)]
-    )
+    return np.concatenate([system.nodes_of(b) for b in system.tied_bodies(body)])
 
 
 class Frame(NamedTuple):

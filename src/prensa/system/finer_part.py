@@ -79,6 +79,8 @@ def part_of(
     values, cells, marked = np.hstack([system.X[part.nodes], *moved]), part.cells, np.hstack([part.held, on])
     for _ in range(halvings):
         values, cells, marked = halved(values, cells, marked)
+    # The start of the step is a stage of its own: the plastic history depends on the way, and a straight one from the beginning
+    # would miss a turn between steps.
     ways = [values[:, k : k + 2] for k in range(2, values.shape[1], 2)]
     steps = [_step(system, s.body, marked[:, :2], *way) for way in zip(ways, stages)]
     steps[-1] = replace(steps[-1], increments=c.plan.increments)

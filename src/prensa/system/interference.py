@@ -87,6 +87,7 @@ def _shift(
     if isinstance(s.description, model.BodyContact) or (given := interference_of(s.description)) is None:
         return None
     share = grown(problem, s.description, time)
+    # A tool that is thicker has a smaller gap at every node, so that the shift has one value.
     if given.by != "geometry":
         return np.full(nodes, -share * float(given.by)) if share > 0.0 else None
     if share == 1.0:

@@ -31,9 +31,7 @@ def _chosen(system: System, body: str, held: Index, slaves: Index, u: Array) -> 
     """Degrees of freedom of a body, and of those tied to it, that see its free motions best: far apart, across its arms."""
     from scipy.linalg import qr
 
-    nodes = np.concatenate(
-        [system.nodes_of(b) for b in system.tied_bodies(body)]
-    )
+    nodes = np.concatenate([system.nodes_of(b) for b in system.tied_bodies(body)])
     x = (system.positions(u) if system.problem.kinematics == "finite" else system.X)[nodes]
     x = x / float(np.abs(x).max())  # a sum of places as far away as numbers go is none
     arm = (x - x.mean(axis=0)) / float(np.ptp(x, axis=0).max())
@@ -58,5 +56,6 @@ def _chosen(system: System, body: str, held: Index, slaves: Index, u: Array) -> 
     sight = seen[can] @ left.T
     if not len(left):
         return np.zeros(0, dtype=np.int64)
+    # Column pivoting picks one degree of freedom for each motion, the least dependent ones: a minor that is far from singular.
     _, _, order = qr(sight.T, mode="economic", pivoting=True)
     return dofs[can[order[: len(left)]]]

@@ -82,6 +82,7 @@ def plan_step(system: System, number: int, step_start: Array, ends: Array | None
                     )
             else:
                 groups.append(_tool_group(step, name, key, dof, step_start, number))
+    # Committed orientations of tools in space are updated at commits only; during an increment they are given, like supports.
     if len(own := system.dofs.orientation(np.arange(system.dofs.tool.count)).ravel()):
         groups.append(Prescribed(own, step_start[own].copy()))
     if gone:
@@ -137,6 +138,7 @@ def _support_groups(system: System, number: int, step_start: Array, ends: Ends) 
     taken = np.zeros(system.ndof, dtype=bool)
 
     def add(dofs: Index, c: Amplitude | None, support: tuple[str, str] | None = None) -> None:
+        # Merged nodes stand for one another, and the corner of two boundaries is in both: an unknown is prescribed once.
         dofs = system.master_dofs(dofs)
         dofs = dofs[~taken[dofs]]
         taken[dofs] = True

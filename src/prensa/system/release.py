@@ -38,6 +38,7 @@ def release_forces(system: System, state: State, plan: StepPlan) -> Array | None
     out = carried - asked
     freed = np.setdiff1d(before.held, plan.held)
     out[freed] += state.work[freed] - carried[freed]
+    # A tool whose motion is prescribed has any force that its motion needs: nothing of it is to be released.
     out[plan.held[system.dofs.tool.owns(plan.held)]] = 0.0
     out[_rolling(system, state, plan)] = 0.0
     return out if np.abs(out).sum() > NOTHING * np.abs(state.work).sum() else None
@@ -61,6 +62,7 @@ def removed_tools(system: System, state: State, plan: StepPlan) -> State:
         if s.exact:
             release[s.unknowns] = work[s.unknowns] = 0.0
     self_equilibrated = None
+    # Dead forces turn a body that turns as it springs back; K y has no moment on any shape (self_equilibrated.py).
     if system.problem.kinematics == "finite" and not system.axisymmetric:  # elsewhere dead forces stay in balance too
         self_equilibrated = self_equilibrated_stiffness(system, state)
         release -= self_equilibrated_forces(system, state.u, self_equilibrated)

@@ -58,7 +58,10 @@ def _matrices(x: Array, r: Array) -> Array:
     ones = np.ones((*x.shape[:2], 1))
     X = np.concatenate([ones, x - x.mean(axis=1, keepdims=True)], axis=2)
     R = np.concatenate([0.0 * ones, r], axis=2)
+    # A pseudo-inverse: an element has more nodes than 1 + d, so that K x = r does not determine K.
     back = np.linalg.pinv(X)  # (m, 1 + d, a)
+    # The closed form of the symmetric Procrustes problem: what acts outside the span of 1 and x is zero, since that has least
+    # norm.
     half = R @ back
     along = X @ back  # onto the span of 1 and the coordinates
     return np.asarray(half + (half - along @ half).transpose(0, 2, 1))

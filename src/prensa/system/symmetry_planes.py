@@ -200,6 +200,7 @@ def with_planes(guard: Guard) -> System:
         contacts += [model.Contact((body,), name, friction=smooth) for body in line.bodies]
         others = tuple(body for body in p.bodies if body not in line.bodies)
         beyond += [model.NoContact((body,), name) for body in others]
+    # The planes come last, so that the numbers of all tools and contacts of the description stay what they were.
     system = discretise(replace(p, tools=tools, contacts=tuple(contacts), no_contact=(*p.no_contact, *beyond)))
     return replace(system, mirrors=len(lines))
 

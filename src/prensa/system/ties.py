@@ -103,6 +103,7 @@ def make_ties(
     meant = [interference_of(tie) for tie in problem.ties]
     # Nodes that are made one cannot be moved against each other.
     matching = [given is None and _matching(X, *s) for given, s in zip(meant, sides)]
+    # Coinciding nodes first: what is one node cannot also follow by a mortar condition.
     owner = _merged([s for s, one in zip(sides, matching) if one], X)
     X = X[owner]
     field = DofMap(X.shape[1], len(X)).displacement
@@ -234,6 +235,7 @@ def _closed(n: int, rows: Index, cols: Index, values: Array, held: Index | None 
     for _ in range(16):
         if not slave[matrix.indices].any():
             return csr_matrix(matrix)
+        # Squaring follows chains of slaves in log₂ of their length; one that never ends is a circle of ties.
         matrix = matrix @ matrix
         matrix.eliminate_zeros()
     raise MeshError("ties: boundaries are tied to each other in a circle; make one of them the master of all")

@@ -38,6 +38,7 @@ class TimeRule(NamedTuple):
     @classmethod
     def of(cls, dt: float, last: float) -> TimeRule:
         """For an increment dt after one of length ``last`` in its step; backward Euler if that is 0 (none) or far shorter."""
+        # Without an increment before there is no flow to go on with; after a much shorter one errors would grow.
         if not last > 0.0 or dt > STABLE_RATIO * last:
             return cls()
         ratio = dt / last
