@@ -240,7 +240,7 @@ def free_bending(run: Run) -> Iterator[Row]:
     yield row("angle between the legs (deg), strip in bending", math.degrees(exact.angle), bent, 0.02)
     yield beside("angle between the legs (deg), NAFEMS R0094", 21.84, bent)
     as_bent = math.degrees(exact.released)
-    yield beside("angle after release (deg), strip with the curvature of the punch all along it", as_bent, released)
+    yield beside("angle after release (deg), strip with the curvature of the punch along its whole length", as_bent, released)
     yield beside("angle after release (deg), NAFEMS R0094", 54.45, released)
     yield beside("angle after release (deg), another program there", 43.2, released)
 
@@ -368,7 +368,7 @@ def die_filling(run: Run) -> Iterator[Row]:
     rounded = 2.0 * math.pi * (10.0 + 7.0) * (math.tan(math.radians(22.5)) - math.radians(22.5))
     die, billet = math.pi * 100.0 * height - ring - rounded, math.pi * 6.5**2 * 17.0
     yield row("missing volume (mm³), within 0.2 % of the billet", die - run["volume"], run["missing"], 0.002 * billet, "absolute")
-    yield beside("missing volume (mm³), of a billet that pressure does not make smaller", die - billet, run["missing"])
+    yield beside("missing volume (mm³), of an incompressible billet", die - billet, run["missing"])
     yield row("share of the die that is filled (%)", 100.0 * run["volume"] / die, 100.0 * run["fill"], 0.2, "absolute")
 
 
@@ -437,8 +437,8 @@ def square_cup(run: Run) -> Iterator[Row]:
     drawn = radii * turn + math.sqrt(way**2 - radii**2) - beside_it
     yield row("force of the die (kN), punch and holder", 4e-3 * (run["force"] + run["holder"]), -4e-3 * run["die"], 1e-6)
     yield row("draw-in of the middle of a side (mm), a strip that does not stretch", drawn, -run["side"], 0.0, "at most")
-    yield row("draw-in of the corner (mm), that of the sides", -run["side"], -run["corner"], 0.0, "at most")
-    yield row("volume (mm³), that of the blank", 0.78 * 75.0**2, run["volume"], 0.002)
+    yield row("draw-in of the corner (mm), at most as at the sides", -run["side"], -run["corner"], 0.0, "at most")
+    yield row("volume (mm³), as of the blank", 0.78 * 75.0**2, run["volume"], 0.002)
     yield beside("force of the punch (kN)", math.nan, 4e-3 * run["force"])
     yield beside("largest thinning (%)", math.nan, 100.0 * run["thinning"])
     yield beside("largest thickening (%)", math.nan, 100.0 * run["thickening"])

@@ -10,7 +10,7 @@ STARTERS = {
     "ring": ("ring_compression", "ring compression, from which friction is read"),
     "upsetting": ("upsetting", "a billet upset with friction"),
     "cracks": ("upsetting_cracks", "a billet whose equator cracks in upsetting"),
-    "press": ("crank_press", "a billet on a crank press: is the press enough?"),
+    "press": ("crank_press", "a billet on a crank press: is the press strong enough?"),
     "hammer": ("hammer", "two blows of a hammer, and what becomes of their energy"),
     "rolling": ("flat_rolling", "a strip fed into a roll gap and rolled"),
     "drawing": ("wire_drawing", "a pointed wire drawn through a conical die"),
