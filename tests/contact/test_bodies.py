@@ -62,8 +62,8 @@ def test_forces_are_those_of_the_whole_thickness():
     ("change", "words"),
     [
         ({"contact_geometry": "reference"}, "on moved sides"),
-        ({"space": "axisymmetric"}, "plane strain alone"),
-        ({"body_contacts": (pr.BodyContact("lower.top", "lower.bottom"),)}, "itself is not there yet"),
+        ({"space": "axisymmetric"}, "only in plane strain"),
+        ({"body_contacts": (pr.BodyContact("lower.top", "lower.bottom"),)}, "itself is not available yet"),
         ({"body_contacts": (pr.BodyContact("lower.top", "upper.botom"),)}, "did you mean 'bottom'"),
         ({"body_contacts": (pr.BodyContact("lower.top", "upper.bottom", pr.Augmented()),)}, "enforced by 'penalty'"),
         ({"steps": (pr.Step("free", remove_tools=True),)}, "cannot be freed of all supports"),
@@ -79,7 +79,7 @@ def test_what_it_cannot_do_yet_is_refused(change, words):
 
 def test_derivatives_and_case_files_are_refused():
     """Derivatives know nothing of it yet, and a file cannot ask for it."""
-    with pytest.raises(pr.PrensaError, match="contact between bodies are not there yet"):
+    with pytest.raises(pr.PrensaError, match="contact between bodies are not available yet"):
         list(pr.solve(blocks((4, 3), 0.01), derivatives=["bodies.lower.material.E"]))
     text = """
 name: two

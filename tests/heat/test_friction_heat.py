@@ -111,7 +111,7 @@ def test_heat_is_that_of_the_circumference_in_axisymmetry():
         ({"heat": pr.Heat({"bar": METAL, "dye": METAL}, initial=COLD)}, "unknown body or tool"),
         ({"heat": pr.Heat({"bar": METAL}, COLD, {"bar.lift": HOT})}, "did you mean 'left'"),
         ({"bodies": {"bar": pr.Body(pr.Rectangle((20.0, 1.0), (4, 1)), STEEL, "q8")}}, "linear elements"),
-        ({"space": "plane stress"}, "not there in plane stress"),
+        ({"space": "plane stress"}, "not available in plane stress"),
     ],
 )
 def test_what_it_cannot_do_yet_is_refused(change, words):
@@ -130,7 +130,7 @@ def test_runs_derivatives_restarts_and_case_files_are_refused(tmp_path):
         next(pr.solve(problem, start=first.state))
     with pytest.raises(pr.PrensaError, match="not written yet"):
         pr.run(pr.Case(problem), tmp_path / "out", quiet=True)
-    with pytest.raises(pr.PrensaError, match="temperatures are not there yet"):
+    with pytest.raises(pr.PrensaError, match="temperatures are not available yet"):
         pr.solve(problem, derivatives=["bodies.bar.material.E"])
     text = """
 name: bar

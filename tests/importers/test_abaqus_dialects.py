@@ -128,7 +128,7 @@ def test_blanks_and_case_of_keywords_say_nothing(tmp_path, written):
         (("*END STEP", "*SPRING\nBOT, 300.\n*END STEP"), r"\*SPRING is not read.*leaves out: adjust, damage, inertia"),
         (("*STEP, NLGEOM", "*STEP\n*STATIC\n*END STEP\n*STEP, NLGEOM"), "NLGEOM begins in a later step"),
         (("*NODE\n", "*NODE, INPUT=nodes.txt\n"), "INPUT of another file is not read"),
-        (("900, 2, 2, -0.1\n", "900, 2, 2, -0.1\nTOP, 11, 11, 300.\n"), "degree of freedom 11 is no displacement"),
+        (("900, 2, 2, -0.1\n", "900, 2, 2, -0.1\nTOP, 11, 11, 300.\n"), "degree of freedom 11 is not a displacement"),
         (("*ELEMENT, TYPE=CPE4", "*ELEMENT, TYPE=CPE4T"), "CPE4T have a temperature.*--without temperature"),
     ],
 )  # fmt: skip

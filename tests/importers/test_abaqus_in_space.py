@@ -189,7 +189,7 @@ def test_profiles_stand_where_the_deck_has_them(kind: str, seed: int) -> None:
         other = np.cross(ex, generator)
         t = rng.uniform(0.0, 6.0, (3, 1))
         on = a + along[:, 1:] * ex + along[:, :1] * (np.cos(t) * generator + np.sin(t) * other)
-    shape = tool.shape(np.array([0.0, -1.0, 0.0]))
+    shape = tool.shape(np.array([0.0, -1.0, 0.0]), 0.0)
     assert np.abs(shape.closest(on - reference).g).max() < 1e-9
     assert shape.closest(np.array([[1.0, 0.5, 1.0]]) - reference).g[0] > 0.0
 
@@ -246,7 +246,7 @@ C3D4 = "*ELEMENT, TYPE=C3D4\n90, 1, 2, 3, 5\n*SOLID"
     ("*SOLID", C3D20, "C3D20 have no counterpart here; mesh it with elements of the first order"),
     ("*SOLID", C3D4, "C3D4 have no counterpart here; mesh it with tetrahedra of second order"),
     ("TYPE=C3D8,", "TYPE=C3D8T,", "have a temperature, which is not read"),
-    ("RIGHT, 1, 1, 0.02", "1, 1, 1, 0.02\n1, 11, 11, 5.", "degree of freedom 11 is no displacement"),
+    ("RIGHT, 1, 1, 0.02", "1, 1, 1, 0.02\n1, 11, 11, 5.", "degree of freedom 11 is not a displacement"),
     ("RIGHT, 1, 1, 0.02", "NALL, 1, 1, 0.02", "is on no side of"),
     ("*END STEP", "*CLOAD\n1, 4, 2.\n*END STEP", "those along 1, 2 and 3 are read"),
     ("*END STEP", "*DLOAD\nALL, CENTRIF, 2.\n*END STEP", "P1 … P6, GRAV, BX, BY and BZ are read"),

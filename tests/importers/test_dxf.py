@@ -47,7 +47,7 @@ def punch(space, layer="0"):
 
 
 def closest(problem, x):
-    return problem.tools["punch"].shape(np.array([0.0, -1.0])).closest(np.asarray(x, dtype=float))
+    return problem.tools["punch"].shape(np.array([0.0, -1.0]), 0.0).closest(np.asarray(x, dtype=float))
 
 
 def test_lines_and_arcs_of_a_drawing_are_the_profile_written_by_hand(tmp_path):
@@ -56,7 +56,7 @@ def test_lines_and_arcs_of_a_drawing_are_the_profile_written_by_hand(tmp_path):
     by_hand = pr.Profile(points=((-10, 30), (-10, 0), (10, 0), (10, 30)), fillet=(0, 2, 2, 0), touching="block.top")
     drawn = case(tmp_path, "punch.dxf, fillet: 0")
     x = np.random.default_rng(0).uniform(-15, 15, (200, 2))
-    want = by_hand.shape(np.array([0.0, -1.0])).closest(x).g
+    want = by_hand.shape(np.array([0.0, -1.0]), 0.0).closest(x).g
     assert np.abs(closest(drawn, x).g - want).max() <= 1e-12
     assert loads(pr.dump(drawn), "again").problem == drawn
 
@@ -174,7 +174,7 @@ def test_a_drawing_of_another_program_runs(tmp_path):
     outline = [(-x, y) for x, y in corner[::-1]] + corner + [(10, 30), (-10, 30)]
     by_hand = pr.Polygon(points=tuple(map(tuple, outline)), fillet=0, touching="block.top")
     x = np.random.default_rng(2).uniform(-15, 15, (100, 2))
-    want = by_hand.shape(np.array([0.0, -1.0])).closest(x).g
+    want = by_hand.shape(np.array([0.0, -1.0]), 0.0).closest(x).g
     assert np.abs(closest(problem, x).g - want).max() <= 1e-4  # the file has six digits
     (*_, last) = pr.solve(case(tmp_path, f"{file}, closed: true"))
     assert last.force("punch").y > 0

@@ -80,7 +80,7 @@ def test_the_faces_of_a_step_file_are_a_tool(tmp_path: Path) -> None:
     part = drawn(tmp_path / "rod.step", lambda occ: occ.addCylinder(0.0, 0.0, 0.0, 0.0, 20.0, 0.0, 5.0))
     out = tmp_path / "rod.stl"
     assert called(str(part), "--out", str(out)).exit_code == 0
-    shape = pr.Stl(str(out)).shape(np.array([0.0, -1.0, 0.0]))
+    shape = pr.Stl(str(out)).shape(np.array([0.0, -1.0, 0.0]), 0.0)
     assert shape.surface.closed and shape.surface.volume == pytest.approx(500.0 * np.pi, rel=0.01)
     angle = np.linspace(0.0, 6.0, 40)
     beside = np.stack([5.1 * np.cos(angle), np.full(40, 9.0), 5.1 * np.sin(angle)], axis=1)

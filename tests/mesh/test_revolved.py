@@ -69,7 +69,7 @@ def test_a_core_is_a_core_where_there_is_room_for_one():
     assert not wedges(mesh_of(pr.Revolution(few, 6, angle=np.pi / 2)).cells).any()
     for n, angle, why in (
         (8, np.pi / 2, "needs 5 columns"),
-        (5, np.pi / 2, "no multiple of 2"),
+        (5, np.pi / 2, "not a multiple of 2"),
         (4, 0.5, "less than an eighth"),
     ):
         assert wedges(mesh_of(pr.Revolution(few, n, angle=angle)).cells).sum() == 3 * n

@@ -376,7 +376,7 @@ SEEDED = {
         ),
         Seeded(
             "profile walked the wrong way round", ((CYLINDER[0], "type: profile, points: [[9, 4], [0, 0], [-9, 4]], fillet: 3, touching: strip.top"),),
-            "8:3", ("walks along them has the tool on the left",),
+            "8:3", ("walk along them with the tool on the left",),
         ),
         Seeded(
             "profile placed the wrong way round", ((CYLINDER[0], "type: profile, points: [[9, 0], [-9, 0]], at: [0, 0]"), ("[strip.top, strip.right]", "strip.top")),
@@ -620,7 +620,7 @@ SEEDED = {
             ("thickness of a body in space", (("space: solid", "space: solid\nthickness: 10"),), "3:1", ("have no thickness",), False),
             ("mesh of the plane", ((BRICKS, "type: rectangle, size: [10, 5], n: [5, 3]"),), "5:5", ("'rectangle' is a mesh of the plane", "'extruded'"), False),
             ("tool of the plane", ((ROLL, "type: circle, radius: 20, touching: block.top, at: [0, 0, 0]"),), "8:3", ("is a tool of the plane", "type: extruded"), False),
-            ("new meshes in space", (("steps:", "remesh: auto\nsteps:"),), "12:1", ("'remesh' is not there in space yet",), False),
+            ("new meshes in space", (("steps:", "remesh: auto\nsteps:"),), "12:1", ("'remesh' is not available in space yet",), False),
             ("far too fine a mesh", (("n: [5, 3, 5]", "n: [500, 250, 500]"),), "5:5", ("6.25e+07 elements", "take fewer"), False),
         )
     ],

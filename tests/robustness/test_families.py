@@ -40,7 +40,7 @@ def test_two_geometries_agree(name):
     tool = TOOLS[name]
     x = np.random.default_rng(3).uniform(-3.0, 3.0, (400, 2))
     gap, n = tool.outline(x)
-    shape = tool.tool.shape(tool.tool.looks(np.array([0.0, 1.0])))
+    shape = tool.tool.shape(tool.tool.looks(np.array([0.0, 1.0])), 0.0)
     told = shape.closest(x)
     near = (np.abs(gap) < 0.35) & (np.abs(told.g) < 0.35)  # deep inside the nearest place depends on what is counted
     assert near.sum() > 20

@@ -42,7 +42,7 @@ def test_two_geometries_agree_in_space(name):
     x = np.random.default_rng(3).uniform(-4.0, 4.0, (600, 3))
     x[:, 1] -= 0.5
     gap, n = tool.outline(x)
-    told = tool.tool.shape(np.array([0.0, -1.0, 0.0])).closest(x)
+    told = tool.tool.shape(np.array([0.0, -1.0, 0.0]), 0.0).closest(x)
     near = (np.abs(gap) < 0.3) & (np.abs(told.g) < 0.3)
     assert near.sum() > 20
     assert np.abs(gap - told.g)[near].max() <= 1e-9 + tool.off

@@ -178,7 +178,7 @@ def test_bad_requests_are_reported_before_anything_starts(tmp_path: Path, monkey
         (["--set", f"{MU}=0,0.1"], "no measure; say what to take"),
         (["--set", f"{MU}=0,0.1", "--measure", "punch.fz"], "did you mean 'punch."),
         (["--set", f"{MU}=0,0.1", "--measure", "most(punch.fy)"], "unknown function 'most'"),
-        (["--set", f"{MU}=0,0.1", "--measure", "at(punch.fy, 3)"], "no time between 0 and 2"),
+        (["--set", f"{MU}=0,0.1", "--measure", "at(punch.fy, 3)"], "not a time between 0 and 2"),
         (["--set", f"{MU}=0,0.1", "--measure", "end(punch.fy, dwon)"], "did you mean 'down'?"),
         (["--set", "friction.mx=0,0.1", "--measure", "punch.fy"], "unknown key 'mx'"),
         (["--set", "tools.die.x=0,0.1", "--measure", "punch.fy"], "unknown tool 'die'"),
@@ -188,7 +188,7 @@ def test_bad_requests_are_reported_before_anything_starts(tmp_path: Path, monkey
         ([*good[:-2], "--cluster", "nowhere.json"], "no scheduler file"),
         ([*good[:-2], "--cluster", "here"], "give an address"),
         ([*good[:-2], "--cluster", "tcp://127.0.0.1:1"], "no Dask cluster at"),
-        ([*good, "--memory", "much"], "no amount of memory"),
+        ([*good, "--memory", "much"], "not an amount of memory"),
         ([*good, "--samples", "8"], "nothing is scattered"),
     ):
         result = CliRunner().invoke(app, ["sweep", str(path), *asked, "--out", str(tmp_path / "out")])

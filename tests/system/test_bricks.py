@@ -266,7 +266,7 @@ def test_a_run_in_space_is_continued_from_its_arrays_bit_for_bit(element):
     [
         ({"normal": (0.0, -1.0)}, "normal has 2 components; solid has 3"),
         ({"element": "q4"}, "'q4' is an element of the plane"),
-        ({"remesh": "auto"}, "'remesh' is not there in space yet"),
+        ({"remesh": "auto"}, "'remesh' is not available in space yet"),
         ({"thickness": 2.0}, "no thickness"),
         ({"top": np.array([[0, 1, 2, 5]])}, "no face on the outside"),
     ],

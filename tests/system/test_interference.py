@@ -210,7 +210,7 @@ def test_what_cannot_go_together_with_interference_is_refused():
             pr.Step("fit"), pr.Step("off", remove_tools=True),
             contacts=[pr.Contact("b.top", "t", interference=pr.Interference(0.1, "off"))],
         )  # fmt: skip
-    with pytest.raises(PrensaError, match="interference' are not there yet"):
+    with pytest.raises(PrensaError, match="interference' are not available yet"):
         refuse(discretise(fit("plane strain", 0.0, (4, 4))), None, ["bodies.hub.material.E"])
 
 

@@ -235,28 +235,28 @@ def test_chains_equal_the_tools_they_draw():
             ds -= other.period * np.round(ds / other.period)
         assert np.allclose(ds, 0.0, atol=1e-9)
 
-    compare(Chain(*pr.Profile(points=((-1.0, 0.0), (1.0, 0.0))).pieces()), HalfSpace((0.0, -1.0)))
+    compare(Chain(*pr.Profile(points=((-1.0, 0.0), (1.0, 0.0))).pieces(0.0)), HalfSpace((0.0, -1.0)))
     stamp = pr.Profile(points=((-1.5, 1.0), (-1.5, 0.0), (1.5, 0.0), (1.5, 1.0)), fillet=0.4)
     shallow = x[(x[:, 1] < 0.3) | (np.abs(x[:, 0]) > 1.5)]
-    compare(Chain(*stamp.pieces()), Flat(0.0, -1.0, -1.5, 1.5, 0.4), shallow)
+    compare(Chain(*stamp.pieces(0.0)), Flat(0.0, -1.0, -1.5, 1.5, 0.4), shallow)
     round_ = ((0.0, -2.0), pr.Arc(through=(2.0, 0.0), to=(0.0, 2.0)), pr.Arc(through=(-2.0, 0.0), to=(0.0, -2.0)))
-    compare(Chain(*pr.Profile(points=round_, closed=True).pieces()), Disc(2.0))
+    compare(Chain(*pr.Profile(points=round_, closed=True).pieces(0.0)), Disc(2.0))
     hole = ((0.0, -2.0), pr.Arc(through=(-2.0, 0.0), to=(0.0, 2.0)), pr.Arc(through=(2.0, 0.0), to=(0.0, -2.0)))
-    compare(Chain(*pr.Profile(points=hole, closed=True).pieces()), Hollow(2.0))
-    assert Chain(*pr.Profile(points=hole, closed=True).pieces()).cavity
+    compare(Chain(*pr.Profile(points=hole, closed=True).pieces(0.0)), Hollow(2.0))
+    assert Chain(*pr.Profile(points=hole, closed=True).pieces(0.0)).cavity
 
 
 def test_a_polygon_is_inside_whatever_its_order():
     """Both directions around give the same tool, per-point fillets included."""
     x = np.random.default_rng(4).uniform(-3, 3, (200, 2))
     fillet = (0.1, 0.2, 0.3, 0.0)
-    one = Chain(*pr.Polygon(points=SQUARE, fillet=fillet).pieces())
-    two = Chain(*pr.Polygon(points=SQUARE[::-1], fillet=fillet[::-1]).pieces())
+    one = Chain(*pr.Polygon(points=SQUARE, fillet=fillet).pieces(0.0))
+    two = Chain(*pr.Polygon(points=SQUARE[::-1], fillet=fillet[::-1]).pieces(0.0))
     assert np.array_equal(one.closest(x).g < 0, two.closest(x).g < 0)
     assert np.allclose(one.closest(x).g, two.closest(x).g, atol=1e-12)
     assert one.closest(np.zeros((1, 2))).g[0] == pytest.approx(-1.0)
     assert one.radius == 0.0
-    assert Chain(*pr.Polygon(points=SQUARE, fillet=0.5).pieces()).radius == 0.5
+    assert Chain(*pr.Polygon(points=SQUARE, fillet=0.5).pieces(0.0)).radius == 0.5
 
 
 @pytest.mark.parametrize(
@@ -301,7 +301,7 @@ def test_the_width_near_an_end_is_that_of_lines_and_arcs():
         (tip, 0.5, wide, 4.0 - np.sqrt(2) + 1),
         (side, 0.0, 3.0, 3.0),
     ):
-        near, across = Chain(*pr.Polygon(points=points, fillet=fillet).pieces()).across(down, 0.1)
+        near, across = Chain(*pr.Polygon(points=points, fillet=fillet).pieces(0.0)).across(down, 0.1)
         assert near == pytest.approx(width, rel=1e-3)
         assert across == pytest.approx(whole, rel=1e-3)
 

@@ -25,7 +25,7 @@ TOOLS = {
 def test_gap_normal_and_curvature_belong_together(tool):
     """By differences to 1e-8 but at kinks; the foot of a point lies on the surface; rays end on it; pictures are of it."""
     rng = np.random.default_rng(0)
-    x, shape = rng.normal(size=(1000, 3)) * 1.5, tool.shape(DOWN)
+    x, shape = rng.normal(size=(1000, 3)) * 1.5, tool.shape(DOWN, 0.0)
     close = shape.closest(x)
     x = x[(np.abs(close.g) < 0.4) & (close.g > -0.9 * shape.radius)]
     slope, bend = belongs_together(shape, x)
@@ -47,7 +47,7 @@ def test_gap_normal_and_curvature_belong_together(tool):
 def test_closed_forms():
     """The ball in a pyramid's tip, its edges as cylinders; a cube's distance; the angle between the faces of an indenter."""
     r, half = 0.3, np.radians(68.0)
-    shape = TOOLS["vickers"].shape(DOWN)
+    shape = TOOLS["vickers"].shape(DOWN, 0.0)
     middle = np.array([0.0, r / np.sin(half), 0.0])
     below = np.array([[0.1, -1.0, 0.05], [0.0, -3.0, 0.0]])
     assert np.allclose(shape.closest(below).g, np.linalg.norm(below - middle, axis=1) - r, rtol=1e-14)
@@ -61,7 +61,7 @@ def test_closed_forms():
     assert np.isclose(found.g[0], 0.4, rtol=1e-13) and np.allclose(found.n[0], out)
     assert np.allclose(found.c[0], (np.eye(3) - np.outer(out, out) - np.outer(edge, edge)) / 0.7)
     x = np.random.default_rng(1).normal(size=(200, 3)) * 2.0
-    cube = pr.Polyhedron(points=CUBE, radius=0.25).shape(DOWN)
+    cube = pr.Polyhedron(points=CUBE, radius=0.25).shape(DOWN, 0.0)
     q = np.abs(x) - 0.75
     exact = np.linalg.norm(np.maximum(q, 0.0), axis=1) + np.minimum(q.max(axis=1), 0.0) - 0.25
     assert np.allclose(cube.closest(x).g, exact, atol=1e-14)
@@ -71,11 +71,11 @@ def test_points_and_planes_are_one_polyhedron():
     """The hull of a cube's corners is what lies behind its six planes; a pyramid of many sides tends to a cone."""
     planes = tuple((*map(float, s * e), 1.0) for e in np.eye(3) for s in (1, -1))
     x = np.random.default_rng(2).normal(size=(100, 3)) * 2.0
-    a, b = (pr.Polyhedron(**given, radius=0.1).shape(DOWN).closest(x) for given in ({"points": CUBE}, {"planes": planes}))
+    a, b = (pr.Polyhedron(**given, radius=0.1).shape(DOWN, 0.0).closest(x) for given in ({"points": CUBE}, {"planes": planes}))
     assert np.allclose(a.g, b.g, atol=1e-13) and np.allclose(a.n, b.n, atol=1e-12)
-    cone = pr.Revolved(pr.Profile(points=((0.0, 0.0), (1.0, 1.0)))).shape(DOWN)
+    cone = pr.Revolved(pr.Profile(points=((0.0, 0.0), (1.0, 1.0)))).shape(DOWN, 0.0)
     for n in (32, 64):  # its faces touch the cone, its edges are farther out by 1/cos(π/n)
-        off = cone.closest(x).g - pr.Pyramid(sides=n, angle=np.pi / 4, radius=0.0).shape(DOWN).closest(x).g
+        off = cone.closest(x).g - pr.Pyramid(sides=n, angle=np.pi / 4, radius=0.0).shape(DOWN, 0.0).closest(x).g
         most = np.abs(x).max() * (1.0 - np.cos(np.pi / n))
         assert off.min() > -1e-12 and 0.2 * most < off.max() < most
 

@@ -15,7 +15,7 @@ BONDED = 0.4105  # regular part of the Green function of a block twice as wide a
 def test_gap_normal_and_curvature_belong_together():
     """Gap and normal by definition to 1e-14; the curvature is the derivative of the normal to 1e-9; the centre has a normal."""
     rng = np.random.default_rng(0)
-    x, ball = rng.normal(size=(200, 3)) * 3.0, pr.Sphere(2.0).shape(np.eye(3)[1])
+    x, ball = rng.normal(size=(200, 3)) * 3.0, pr.Sphere(2.0).shape(np.eye(3)[1], 0.0)
     close = ball.closest(x)
     r = np.sqrt((x**2).sum(axis=1))
     assert np.abs(close.g - (r - 2.0)).max() <= 1e-14 * r.max()

@@ -43,7 +43,7 @@ def beside(shape, k=1500, box=((-15, 15), (-1, 5), (-15, 15)), seed=0):
 
 def test_a_sphere_of_triangles_is_a_sphere(folder):
     """Gap to 1e-4 of the radius over chords of 4e-3, normals within 0.1°, curvature within 5 %; triangles 8.6° long."""
-    shape, exact = pr.Stl(str(folder / "ball.stl")).shape(DOWN), pr.Sphere(10.0).shape(DOWN)
+    shape, exact = pr.Stl(str(folder / "ball.stl")).shape(DOWN, 0.0), pr.Sphere(10.0).shape(DOWN, 0.0)
     x = beside(exact, box=((-12, 12),) * 3)
     ours, sphere = shape.closest(x), exact.closest(x)
     assert shape.surface.closed and shape.surface.volume == pytest.approx(4 / 3 * np.pi * 1000, rel=0.02)
@@ -57,7 +57,7 @@ def test_a_sphere_of_triangles_is_a_sphere(folder):
 def test_the_tangent_is_exact(folder):
     """N = ∇g and ∂n/∂x by differences away from sides of patches, to 1e-8; each point for itself, the same each time."""
     for name, box in (("ball.stl", ((-12, 12),) * 3), ("die.stl", ((-15, 15), (-1, 5), (-15, 15)))):
-        shape = pr.Stl(str(folder / name)).shape(DOWN)
+        shape = pr.Stl(str(folder / name)).shape(DOWN, 0.0)
         x = beside(shape, 600, box)
         slope, bend = belongs_together(shape, x)
         smooth = bend < 1e-3
@@ -69,8 +69,8 @@ def test_the_tangent_is_exact(folder):
 
 def test_a_die_as_cad_writes_it(folder):
     """Flats flat to 1e-12, others to the file's seven digits; fillets of 10° within 0.1° and 1e-4, borders apart."""
-    shape = pr.Stl(str(folder / "die.stl")).shape(DOWN)
-    exact = pr.Extruded(pr.Profile(points=DIE_PROFILE, fillet=2.0)).shape(DOWN)
+    shape = pr.Stl(str(folder / "die.stl")).shape(DOWN, 0.0)
+    exact = pr.Extruded(pr.Profile(points=DIE_PROFILE, fillet=2.0)).shape(DOWN, 0.0)
     x = beside(exact)
     ours, profile = shape.closest(x), exact.closest(x)
     flat = np.abs(profile.c).max(axis=(1, 2)) == 0.0
@@ -98,7 +98,7 @@ def punch(folder, n=36):
 
 def test_a_punch_has_flats_fillets_sides_and_a_sharp_rim(folder):
     """Normals within 3°, the flat face flat, the straight lines of its side straight, the sharp rim a circle."""
-    shape, exact = pr.Stl(punch(folder)).shape(DOWN), pr.Revolved(pr.Stamp(10.0, 1.0)).shape(DOWN)
+    shape, exact = pr.Stl(punch(folder)).shape(DOWN, 0.0), pr.Revolved(pr.Stamp(10.0, 1.0)).shape(DOWN, 0.0)
     x = beside(exact, 3000, ((-6, 6), (-0.5, 6), (-6, 6)))
     x = x[np.abs(exact.closest(x).g) < 0.06]
     ours, stamp = shape.closest(x), exact.closest(x)
@@ -113,7 +113,7 @@ def test_a_punch_has_flats_fillets_sides_and_a_sharp_rim(folder):
 
 def test_an_open_surface_goes_on_straight(folder):
     """Beyond its borders, which are said to be touched; near its middle they are not."""
-    shape = pr.Stl(str(folder / "die.stl")).shape(DOWN)
+    shape = pr.Stl(str(folder / "die.stl")).shape(DOWN, 0.0)
     assert (shape.facets.edge_kinds == BORDER).sum() > 50 and not shape.surface.closed
     beyond, within = np.array([[-24.0, 2.0, 3.0], [-15.0, 2.5, 26.0]]), np.array([[-15.0, 2.5, 3.0]])
     assert np.allclose(shape.closest(beyond).g, [1.0, 0.5], atol=1e-12)
@@ -127,11 +127,11 @@ def test_what_files_get_wrong_is_mended(folder):
     loose = points[triangles].reshape(-1, 3) * (1.0 + 1e-8 * np.random.default_rng(0).normal(size=(3 * len(triangles), 1)))
     path = write(folder / "loose.stl", loose, np.arange(len(loose)).reshape(-1, 3), binary=False)
     tool = pr.Stl(path)
-    surface = tool.shape(DOWN).surface
+    surface = tool.shape(DOWN, 0.0).surface
     assert (surface.closed, surface.turned, len(surface.points)) == (True, 1, len(points))
     assert tool.notes() == ("loose.stl: 1 triangles looked the other way than their neighbours, and are turned",)
     twice = pr.Stl(write(folder / "twice.stl", points, np.concatenate([triangles, triangles[3:5, [2, 0, 1]]])))
-    assert (twice.shape(DOWN).surface.closed, len(twice.shape(DOWN).surface.triangles)) == (True, len(triangles))
+    assert (twice.shape(DOWN, 0.0).surface.closed, len(twice.shape(DOWN, 0.0).surface.triangles)) == (True, len(triangles))
     assert "twice.stl: 2 triangles were there twice, and count once" in twice.notes()
 
 
@@ -151,7 +151,7 @@ steps: [{name: press, move: {t: {y: -0.02}}, increments: 1}]
 def test_units_turns_and_texts(folder):
     """One of the file's unit is a length of the case, by its name or a number; turned; what is written is read again."""
     given = loads(CASE.replace("die.stl,", "die.stl, unit: inch, scale: 0.5, turn: [0, 90 deg, 0],"), folder=folder).problem
-    size = np.ptp(given.tools["t"].shape(DOWN).surface.points, axis=0)
+    size = np.ptp(given.tools["t"].shape(DOWN, 0.0).surface.points, axis=0)
     assert np.allclose(size, [12.7 * 40, 12.7 * 3, 12.7 * 40], rtol=1e-6)
     assert loads(pr.dump(given)).problem == given
     assert pr.discretise(loads(CASE, folder=folder).problem).tools[0].at == pytest.approx([0.0, 2.0, 0.0], abs=1e-12)
@@ -212,6 +212,6 @@ def test_a_run_says_how_coarse_it_is(folder, tmp_path, caplog):
     assert re.search("leave chords of 0.0062 mm .9° between them., 2.5 % of the depth of contact 0.249", said)
     grid = meshio.read(tmp_path / "fields" / "tools_0001.vtu")
     tool = problem.tools["t"]
-    assert np.allclose(grid.points, tool.shape(DOWN).surface.points + np.array([0.0, 1.75, -19.5]))
+    assert np.allclose(grid.points, tool.shape(DOWN, 0.0).surface.points + np.array([0.0, 1.75, -19.5]))
     assert (tmp_path / "fields.pvd").read_text().count('part="1"') == 1
     assert len(vtk.read_collection(tmp_path / "fields.pvd")) == 1

@@ -165,7 +165,7 @@ class Wrong(pr.ToolShape):
 @pytest.mark.parametrize(
     ("way", "said"),
     [
-        ("distance", "is no distance"), ("normal", "n differs from ∇g"), ("long", "length 1"),
+        ("distance", "is not a distance"), ("normal", "n differs from ∇g"), ("long", "length 1"),
         ("curvature", "∂n/∂x differs"), ("coordinate", "∂s/∂x differs"), ("scale", "∂s/∂x differs"),
         ("memory", "remember"), ("others", "other points"), ("shape", "has the shape"), ("nan", "not a finite"),
         ("period", "lead back"), ("edges", "not a sharp one"), ("outline", "the outline"),
@@ -247,7 +247,7 @@ def test_lengths_along_an_ellipse_are_integrals():
     assert np.isclose(shape.period, quad(lambda t: np.hypot(3 * np.cos(t), np.sin(t)), 0, 2 * np.pi, epsabs=1e-12)[0])
     y = np.random.default_rng(0).normal(size=(200, 2)) * 3
     down = np.array([0.0, -1.0])
-    one, two = pr.Ellipse((2.0, 2.0)).shape(down).closest(y), pr.Circle(2.0).shape(down).closest(y)
+    one, two = pr.Ellipse((2.0, 2.0)).shape(down, 0.0).closest(y), pr.Circle(2.0).shape(down, 0.0).closest(y)
     for u, v in zip(one, two):
         assert np.allclose(u, v, rtol=1e-12, atol=1e-12)
 
@@ -256,7 +256,7 @@ def test_lengths_along_an_ellipse_are_integrals():
 def test_what_is_derived_from_a_distance_is_what_is_known():
     """A circle by its distance alone has the normal, curvature, coordinate, period and rays of the circle that comes along."""
     down = np.array([0.0, -1.0])
-    one, two = Round(2.0).shape(down), pr.Circle(2.0).shape(down)
+    one, two = Round(2.0).shape(down, 0.0), pr.Circle(2.0).shape(down, 0.0)
     x = np.random.default_rng(0).normal(size=(300, 2)) * 2
     a, b = one.closest(x), two.closest(x)
     assert np.abs(a.n - b.n).max() < 1e-12
@@ -268,8 +268,8 @@ def test_what_is_derived_from_a_distance_is_what_is_known():
     ray = np.array([0.6, 0.8])
     outside = a.g > 0
     assert np.allclose(one.along(x[outside], ray, 50.0), two.along(x[outside], ray, 50.0), atol=1e-10)
-    assert len(Sharp(2.0).shape(down).edges) == 4
-    assert abs(Sharp(2.0).shape(down).period - 16.0) < 1e-4
+    assert len(Sharp(2.0).shape(down, 0.0).edges) == 4
+    assert abs(Sharp(2.0).shape(down, 0.0).period - 16.0) < 1e-4
 
 
 def case(tool):
@@ -349,7 +349,7 @@ def test_a_tool_without_a_shape_says_what_to_define():
         pass
 
     with pytest.raises(NotImplementedError, match="define distance"):
-        Nothing(at=(0, 0)).shape(np.array([0.0, -1.0]))
+        Nothing(at=(0, 0)).shape(np.array([0.0, -1.0]), 0.0)
 
     class Half(pr.ToolShape):
         def distance(self, x):

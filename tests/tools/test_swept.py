@@ -45,7 +45,7 @@ def differences(shape, x, h=1e-5):
 @pytest.mark.parametrize("tool", TOOLS.values(), ids=TOOLS)
 def test_gap_normal_and_curvature_belong_together(tool):
     """N = ∇g and ∂n/∂x as given, by differences, but at kinks; the foot x − g n is on the surface."""
-    x, shape, h = points(), tool.shape(DOWN), 1e-5
+    x, shape, h = points(), tool.shape(DOWN, 0.0), 1e-5
     close = shape.closest(x)
     slope = np.stack([shape.closest(x + e).g - shape.closest(x - e).g for e in h * np.eye(3)], axis=1) / (2 * h)
     found = differences(shape, x)
@@ -62,7 +62,7 @@ def test_gap_normal_and_curvature_belong_together(tool):
 def test_closed_forms():
     """A revolved circle is a ball, an extruded one a cylinder, a circle off the axis a torus, to round-off."""
     x = points()
-    ball, pipe, ring = (TOOLS[name].shape(DOWN).closest(x) for name in ("sphere", "roll", "torus"))
+    ball, pipe, ring = (TOOLS[name].shape(DOWN, 0.0).closest(x) for name in ("sphere", "roll", "torus"))
     r = np.linalg.norm(x, axis=1)
     assert np.abs(ball.g - (r - 2.0)).max() < 1e-14 * r.max()
     assert np.abs(ball.n - x / r[:, None]).max() < 1e-14
@@ -77,15 +77,15 @@ def test_a_section_swept_around_a_circle_is_a_revolved_one():
     """Gap, normal and curvature of a plan of radius 3 are those of the section moved out by 3, but near the axis."""
     moved = pr.Profile(points=((-9.0, 0.0), (3.0, 0.0), (3.0, 9.0)), fillet=(0.0, 1.0, 0.0))
     x = points()
-    swept = pr.Swept(WALL, pr.Circle(3.0), axis=SLANTED).shape(DOWN).closest(x)
-    revolved = pr.Revolved(moved, axis=SLANTED).shape(DOWN).closest(x)
+    swept = pr.Swept(WALL, pr.Circle(3.0), axis=SLANTED).shape(DOWN, 0.0).closest(x)
+    revolved = pr.Revolved(moved, axis=SLANTED).shape(DOWN, 0.0).closest(x)
     for one, other in zip(swept[:3], revolved[:3]):
         assert np.abs(one - other).max() < 1e-12 * max(1.0, np.abs(other).max())
 
 
 def test_a_square_punch_is_flat_below_and_rounded_at_its_edges_and_corners():
     """Closed forms below the face, beside a side, beside the fillet of a side, beside a corner of the plan."""
-    shape = pr.Swept(WALL, SQUARE).shape(DOWN)
+    shape = pr.Swept(WALL, SQUARE).shape(DOWN, 0.0)
     x = np.array([[0.3, -2.0, 0.1], [5.0, 4.0, 0.5], [3.0, -1.0, 0.0], [1.5 + 2.4, 4.0, 1.5 + 3.2]])
     assert np.allclose(shape.closest(x).g, [2.0, 2.0, np.hypot(1.0, 2.0) - 1.0, 2.5], rtol=1e-14)
     facets, triangles = pr.Swept(WALL, SQUARE).facets(DOWN, 9.0)
@@ -98,7 +98,7 @@ def test_a_square_punch_is_flat_below_and_rounded_at_its_edges_and_corners():
 
 def test_the_tip_of_a_cone_is_a_vertex():
     """Below it points see the tip, on its sides the flank; on the axis the normal is the axis, inside too."""
-    shape = TOOLS["cone"].shape(DOWN)
+    shape = TOOLS["cone"].shape(DOWN, 0.0)
     flank = np.array([8.0, -10.0]) / np.hypot(8.0, 10.0)
     below = shape.closest(np.array([[0.1, -2.0, 0.2], [0.0, -3.0, 0.0]]))
     assert np.allclose(below.g, [np.sqrt(4.05), 3.0], rtol=1e-14)
@@ -111,7 +111,7 @@ def test_the_tip_of_a_cone_is_a_vertex():
 
 def test_the_axis_of_a_torus_is_away_from_it():
     """Points on the axis are nearest to a circle: its distance, and the axis as normal."""
-    torus = pr.Revolved(pr.Circle(1.0, at=(2.0, 0.0))).shape(np.array([0.0, -1.0, 0.0]))
+    torus = pr.Revolved(pr.Circle(1.0, at=(2.0, 0.0))).shape(np.array([0.0, -1.0, 0.0]), 0.0)
     found = torus.closest(np.array([(0.0, 0.0, 0.0), (0.0, 1.5, 0.0)]))
     assert np.allclose(found.g, [1.0, 1.5])
     assert np.allclose(np.abs(found.n), [[0, 1, 0], [0, 1, 0]])
@@ -120,13 +120,13 @@ def test_the_axis_of_a_torus_is_away_from_it():
 def test_rays_end_on_the_surface():
     """From outside and inside, into hollows too; those that miss are infinite."""
     for name in ("sphere", "torus", "cup", "stamp", "profile"):
-        shape, x, way = TOOLS[name].shape(DOWN), points(60, 3), np.array([0.2, 0.9, -0.3])
+        shape, x, way = TOOLS[name].shape(DOWN, 0.0), points(60, 3), np.array([0.2, 0.9, -0.3])
         way /= np.linalg.norm(way)
         h = shape.along(x, way, 50.0)
         met = np.isfinite(h)
         assert met.any()
         assert np.abs(shape.closest(x[met] + h[met, None] * way).g).max() < 1e-7
-    ball = pr.Revolved(pr.Circle(2.0)).shape(DOWN)
+    ball = pr.Revolved(pr.Circle(2.0)).shape(DOWN, 0.0)
     hit = ball.along(np.array([[0.5, -5.0, 0.5], [3.0, -5.0, 0.0]]), np.eye(3)[1], 100.0)
     assert np.allclose(hit, [5.0 - np.sqrt(3.5), np.inf], rtol=1e-12)
 
@@ -182,7 +182,7 @@ def test_a_section_that_reaches_beyond_the_corners_of_its_plan_is_doubted():
 
 def test_a_torus_on_its_axis_has_a_distance_without_a_tip():
     """It does not meet its axis: from the middle all of its inner equator is equally far."""
-    torus = pr.Revolved(pr.Circle(5.0, at=(15.0, 0.0))).shape(np.array([0.0, -1.0, 0.0]))
+    torus = pr.Revolved(pr.Circle(5.0, at=(15.0, 0.0))).shape(np.array([0.0, -1.0, 0.0]), 0.0)
     found = torus.closest(np.array([[0.0, 0.0, 0.0], [0.0, 3.0, 0.0]]))
     assert found.g == pytest.approx([10.0, np.hypot(15.0, 3.0) - 5.0])
     assert np.linalg.norm(found.n, axis=1) == pytest.approx([1.0, 1.0])

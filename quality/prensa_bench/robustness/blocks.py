@@ -275,7 +275,7 @@ def _covered(tool: Any, depth: float, x0: float, width: float, axi: bool) -> flo
     """Area of the top, from x0 on, that a tool covers once it has sunk by ``depth``: a narrow stamp bears less than a plane."""
     x = x0 + width * (np.arange(400) + 0.5) / 400
     below = 10 * width
-    height = tool.shape(np.array([0.0, -1.0])).along(
+    height = tool.shape(np.array([0.0, -1.0]), 0.0).along(
         np.stack([x, np.full(400, -below)], axis=1), np.array([0.0, 1.0]), 4 * below
     )
     under = height <= height.min() + depth

@@ -35,7 +35,6 @@ from prensa.linear.reduction import Reduced, equations_of, in_lengths, weights_o
 from prensa.linear.rigid_modes import free_to_move
 from prensa.model import problem as model
 from prensa.model.body_contacts import CONDENSED
-from prensa.model.interference import interfering
 from prensa.policy import DEFAULT, Policy
 from prensa.precision import EPS
 from prensa.system.assembly import Pattern
@@ -62,7 +61,7 @@ def refusal(system: System) -> str:
         return CONDENSED
     if system.more:
         return "extensions act on nodes that would be condensed"
-    if interfering(system.problem):
+    if system.interferes:
         return "overlaps that are meant (interference) move nodes that would be condensed"
     if system.problem.kinematics != "small":
         return "only bodies in small strain ('kinematics: small') are linear"

@@ -337,7 +337,7 @@ def _tag(tag: Any) -> str:
 
 def _yaml_message(problem: str) -> str:
     if "\\t" in problem or "'\t'" in problem:
-        return "tabs cannot indent YAML; use spaces"
+        return "a tab cannot indent in YAML; use spaces"
     if "mapping values are not allowed" in problem:
         return "unexpected ':'; check the indentation, and put quotes around text that contains ': '"
     if "could not find expected ':'" in problem:

@@ -34,7 +34,7 @@ def surface(tool: object, state: ToolState, low: Array, high: Array, beyond: flo
     Of a tool that has an end, all of it that is no farther outside of the box than a share ``beyond`` of the box's longest side.
     Any shape that has a distance is drawn: points of a grid are taken to the surface along its normals.
     """
-    shape = tool.shape(np.array(state.direction))  # type: ignore[attr-defined]
+    shape = tool.shape(np.array(state.direction), 0.0)  # type: ignore[attr-defined]
     if 0.0 < shape.extent < np.inf and not shape.cavity:
         more = beyond * float((high - low).max())
         low = np.minimum(low, np.maximum(low - more, -1.02 * shape.extent))

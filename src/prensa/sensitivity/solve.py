@@ -14,7 +14,6 @@ from prensa.linear.threads import threads_with_follower
 from prensa.model import problem as model
 from prensa.model.body_contacts import DERIVATIVES
 from prensa.model.feed import ends_early
-from prensa.model.interference import interfering
 from prensa.model.remeshing import remeshing_of
 from prensa.policy import Policy
 from prensa.result.increment import Increment, Monitor
@@ -117,7 +116,7 @@ def refuse(system: System, start: State | None, derivatives: Sequence[str]) -> N
         raise ArgumentError("derivatives: those of temperatures are not available yet; leave 'derivatives' out")
     if system.problem.body_contacts:
         raise ArgumentError(f"derivatives: {DERIVATIVES}; leave 'derivatives' out")
-    if interfering(system.problem):
+    if system.interferes:
         raise ArgumentError(
             "derivatives: those of runs with 'interference' are not available yet; run the case with other values instead "
             "('sweep')"

@@ -14,7 +14,7 @@ import numpy as np
 from prensa.contact.surface import Surface
 from prensa.layout import DofMap
 from prensa.model import problem as model
-from prensa.model.interference import interference_of, interfering, step_of
+from prensa.model.interference import interference_of, step_of
 from prensa.system.schedule import Prescribed, amplitude
 from prensa.types import Array, Index
 
@@ -68,12 +68,10 @@ def grown(problem: model.Problem, contact: model.Contact, time: float) -> float:
 def at_time(
     problem: model.Problem, surfaces: list[Surface], time: float, nodes: int, gaps: Callable[[Surface], Array]
 ) -> list[Surface]:  # fmt: skip
-    """Contacts with the shifts of their gaps at a time; the list itself without interference.
+    """Contacts with the shifts of their gaps at a time.
 
     ``nodes`` of the system; ``gaps`` (k,) of the nodes of a contact as it is drawn.
     """
-    if not interfering(problem):
-        return surfaces
     return [replace(s, shift=_shift(problem, s, time, nodes, gaps)) for s in surfaces]
 
 

@@ -25,6 +25,7 @@ from prensa.layout import DofMap
 from prensa.materials.laws import At
 from prensa.mesh.mesh import Mesh, MeshError
 from prensa.model import problem as model
+from prensa.model.interference import interfering
 from prensa.model.seconds import elapsed
 from prensa.precision import EPS
 from prensa.system.assembly import Block, Pattern, scatter_matrix, scatter_vector, slots, sweep
@@ -459,6 +460,8 @@ class System:
 
     def surfaces_at(self, time: float) -> list[Surface]:
         """The contacts with what overlaps that are meant add to their gaps at a time."""
+        if not self.interferes:
+            return self.surfaces
         return at_time(self.problem, self.surfaces, time, self.nodes, lambda s: self.nodes_seen(s, np.zeros(self.ndof)).g)
 
     def _cut_by(self, s: Surface, u: Array, ahead: Array, flanks: bool) -> Surface:
@@ -511,12 +514,17 @@ class System:
         """Gaps and normals at the nodes of a contact's surface, whatever the rule."""
         return self.masters[s.against].nodes_seen(s, self, u)
 
-    @property
+    @cached_property
+    def interferes(self) -> bool:
+        """Whether an overlap of contacts or ties is meant."""
+        return interfering(self.problem)
+
+    @cached_property
     def on_undeformed(self) -> bool:
         """Whether contact is that of the undeformed surface."""
         return self.problem.contact_geometry == "reference"
 
-    @property
+    @cached_property
     def reach(self) -> float:
         """How far masters are looked for along its normals."""
         return 100.0 * self.length

@@ -103,7 +103,7 @@ class ToolShape(Member, abstract=True):
         """
         raise NotImplementedError
 
-    def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
+    def shape(self, direction: Array, rounding: float) -> Tool:
         """The shape in the tool's frame.
 
         Parameters

@@ -27,7 +27,7 @@ class Circle(ToolShape):
     concave: bool = False
     type: Literal["circle"] = "circle"
 
-    def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
+    def shape(self, direction: Array, rounding: float) -> Tool:
         """Disc, or what is around it."""
         return Hollow(self.radius) if self.concave else Disc(self.radius)
 

@@ -38,7 +38,7 @@ class Ellipse(ToolShape):
 
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({"semi": (3.0, 1.0)}, {"semi": (0.002, 0.003)})
 
-    def shape(self, direction: Array, rounding: float = 0.0) -> Oval:
+    def shape(self, direction: Array, rounding: float) -> Oval:
         """Ellipse about the reference point."""
         return Oval(*self.semi)
 

@@ -27,7 +27,7 @@ class Plane(ToolShape):
     direction_key: ClassVar[str] = "normal"
     dimensions: ClassVar[tuple[int, ...]] = (2, 3)
 
-    def shape(self, direction: Array, rounding: float = 0.0) -> HalfSpace:
+    def shape(self, direction: Array, rounding: float) -> HalfSpace:
         """Half-space behind the line, in space the plane, across the direction."""
         return HalfSpace(tuple(direction.tolist()))
 

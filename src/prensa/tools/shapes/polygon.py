@@ -19,7 +19,7 @@ class Polygon(Chained):
     fillet: Fillets | None = None
     type: Literal["polygon"] = "polygon"
 
-    def pieces(self, rounding: float = 0.0) -> tuple[list[Piece], bool]:
+    def pieces(self, rounding: float) -> tuple[list[Piece], bool]:
         """As `Chained.pieces`, turned so that the tool is inside."""
         out = chain(self.points, self.fillet, True, rounding)
         if signed_area(out) < 0:

@@ -50,7 +50,7 @@ class Polyhedron(ToolShape):
             key = "radius" if "radius" in str(error) else "points" if self.points else "planes"
             yield Finding((*path, key), str(error))
 
-    def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
+    def shape(self, direction: Array, rounding: float) -> Tool:
         """See `prensa.tools.convex`."""
         return self._made(rounding if self.radius is None else self.radius)
 

@@ -108,7 +108,7 @@ class Chained(ToolShape, abstract=True):
     points: tuple[Any, ...]
     fillet: Any
 
-    def pieces(self, rounding: float = 0.0) -> tuple[list[Piece], bool]:
+    def pieces(self, rounding: float) -> tuple[list[Piece], bool]:
         """Lines and arcs with the tool on the left, and whether they close; ``rounding``: radius of automatic fillets.
 
         Raises
@@ -122,7 +122,7 @@ class Chained(ToolShape, abstract=True):
     def findings(self, p: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:
         """Points and fillets that make no chain."""
         try:
-            self.pieces()
+            self.pieces(0.0)
         except ChainError as error:
             where: tuple[str | int, ...] = (*path, error.key)
             if error.point is not None and (error.key == "points" or isinstance(self.fillet, tuple)):
@@ -133,7 +133,7 @@ class Chained(ToolShape, abstract=True):
         """Its points say where it looks."""
         return np.array([0.0, -1.0])
 
-    def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
+    def shape(self, direction: Array, rounding: float) -> Tool:
         """The chain."""
         from prensa.tools.chain import Chain
 
@@ -157,7 +157,7 @@ class Chained(ToolShape, abstract=True):
 
     def outline(self, depth: float) -> list[Array]:
         """The chain; the ends of an open one are closed far inside the tool."""
-        return [of_chain(*self.pieces(), depth)]
+        return [of_chain(*self.pieces(0.0), depth)]
 
 
 class Profile(Chained):
@@ -175,7 +175,7 @@ class Profile(Chained):
     closed: bool = False
     type: Literal["profile"] = "profile"
 
-    def pieces(self, rounding: float = 0.0) -> tuple[list[Piece], bool]:
+    def pieces(self, rounding: float) -> tuple[list[Piece], bool]:
         """As `Chained.pieces`."""
         points, fillet = self.points, self.fillet
         returns = len(points) > 2 and points[0] == getattr(points[-1], "to", points[-1])

@@ -50,7 +50,7 @@ class Pyramid(ToolShape):
             names = ", ".join(INDENTERS)
             yield Finding(path, f"a pyramid needs a name, 'of' ({names}), or both 'sides' and 'angle' (between axis and faces)")
 
-    def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
+    def shape(self, direction: Array, rounding: float) -> Tool:
         """See `prensa.tools.convex`."""
         return self._made(rounding if self.radius is None else self.radius)
 

@@ -45,7 +45,7 @@ class Ring(ToolShape):
             yield Finding((*path, "type"), "a ring stamp needs 'space: axisymmetric'; use stamps in plane problems")
         yield from self._along_axis(p, path)
 
-    def shape(self, direction: Array, rounding: float = 0.0) -> Flat:
+    def shape(self, direction: Array, rounding: float) -> Flat:
         """Flat face beside the axis."""
         nx, ny = direction
         # e = n turned: facing down e = +x, facing up e = −x

@@ -25,7 +25,7 @@ class Sphere(ToolShape):
 
     dimensions: ClassVar[tuple[int, ...]] = (3,)
 
-    def shape(self, direction: Array, rounding: float = 0.0) -> Ball:
+    def shape(self, direction: Array, rounding: float) -> Ball:
         """Ball about the reference point."""
         return Ball(self.radius)
 

@@ -41,7 +41,7 @@ class Stamp(ToolShape):
         """In axisymmetry it faces along the axis, on which it is centred."""
         yield from self._along_axis(p, path)
 
-    def shape(self, direction: Array, rounding: float = 0.0) -> Flat:
+    def shape(self, direction: Array, rounding: float) -> Flat:
         """Flat face about the reference point."""
         nx, ny = direction
         return Flat(nx, ny, -0.5 * self.width, 0.5 * self.width, self.fillet)

@@ -75,7 +75,7 @@ class Stl(ToolShape):
             )
         return self
 
-    def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
+    def shape(self, direction: Array, rounding: float) -> Tool:
         """See `prensa.tools.curved`."""
         return self._made()
 

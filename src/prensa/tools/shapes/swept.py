@@ -105,7 +105,7 @@ class Extruded(_SweptShape):
     axis: Direction = (0.0, 0.0, 1.0)
     type: Literal["extruded"] = "extruded"
 
-    def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
+    def shape(self, direction: Array, rounding: float) -> Tool:
         """See `prensa.tools.swept`."""
         return self._swept(Prism, self._section_looks(-(direction @ section_axes(self._unit))), rounding)
 
@@ -126,7 +126,7 @@ class Revolved(_SweptShape):
     axis: Direction = (0.0, 1.0, 0.0)
     type: Literal["revolved"] = "revolved"
 
-    def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
+    def shape(self, direction: Array, rounding: float) -> Tool:
         """See `prensa.tools.swept`."""
         return self._swept(Revolution, self._section_looks(np.array([0.0, -(direction @ self._unit)])), rounding)
 
@@ -181,7 +181,7 @@ class Swept(_SweptShape):
             words = f"the section is round {-min(curved):.4g} inside the plan, whose corners have a radius of {radius:.4g}"
             yield "section", f"{words}: the surface has creases there"
 
-    def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
+    def shape(self, direction: Array, rounding: float) -> Tool:
         """See `prensa.tools.swept`."""
         section = self.section.shape(self._section_looks(np.array([0.0, -(direction @ self._unit)])), rounding)
         at = (0.0, 0.0) if self.section.at is None else tuple(map(float, self.section.at))
