@@ -1,4 +1,4 @@
-"""Corners of quadratic tetrahedra, which bear no contact, inside of tools."""
+"""Corners of quadratic tetrahedra inside tools: they are no contact points, so that nothing keeps them out."""
 
 from __future__ import annotations
 
