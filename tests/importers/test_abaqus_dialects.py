@@ -424,7 +424,7 @@ def test_a_side_that_follows_a_prescribed_node_moves_with_it(tmp_path, how):
 def test_equations_of_another_kind_are_refused(tmp_path):
     """Three terms, or two components."""
     for rows in ("3\n11, 2, 1., 12, 2, -1., 13, 2, -1.", "2\n11, 1, 1., 12, 2, -1."):
-        refused(tmp_path, BLOCK + f"*EQUATION\n{rows}\n" + STEP + "*END STEP\n", "of equations those of two terms")
+        refused(tmp_path, BLOCK + f"*EQUATION\n{rows}\n" + STEP + "*END STEP\n", "only equations of two terms")
     beams = "*ELEMENT, TYPE=B21, ELSET=WIRE\n77, 1, 2\n*BEAM SECTION, ELSET=WIRE, MATERIAL=M, SECTION=RECT\n1., 1.\n"
     refused(tmp_path, BLOCK + beams + STEP + "*END STEP\n", r"\*BEAM SECTION: lines have no stiffness here")
 

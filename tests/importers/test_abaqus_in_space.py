@@ -248,14 +248,14 @@ C3D4 = "*ELEMENT, TYPE=C3D4\n90, 1, 2, 3, 5\n*SOLID"
     ("TYPE=C3D8,", "TYPE=C3D8T,", "have a temperature, which is not read"),
     ("RIGHT, 1, 1, 0.02", "1, 1, 1, 0.02\n1, 11, 11, 5.", "degree of freedom 11 is not a displacement"),
     ("RIGHT, 1, 1, 0.02", "NALL, 1, 1, 0.02", "is on no side of"),
-    ("*END STEP", "*CLOAD\n1, 4, 2.\n*END STEP", "those along 1, 2 and 3 are read"),
+    ("*END STEP", "*CLOAD\n1, 4, 2.\n*END STEP", "are read along 1, 2 and 3"),
     ("*END STEP", "*DLOAD\nALL, CENTRIF, 2.\n*END STEP", "P1 … P6, GRAV, BX, BY and BZ are read"),
     ("*END STEP", "*DLOAD\nALL, P7, 2.\n*END STEP", "not 'P7'"),
     ("*STEP", "*SURFACE, TYPE=SEGMENTS, NAME=Q\nSTART, 0., 0.\nLINE, 1., 0.\n*STEP", "in space write CYLINDER or REVOLUTION"),
     ("*STEP", "*SURFACE, TYPE=CYLINDER, NAME=Q\n0., 0., 0.\nSTART, 0., 0.\nLINE, 1., 0.\n*STEP", "is given by points"),
     ("*STEP", ROLL.replace("1., 2.5, 0.\n", "2., 2.5, 1.\n") + "*STEP", "which has to be across its x axis"),
     ("*STEP", SPHERE.replace("9001, 1., 2.5", "9001, 1.5, 2.5") + "*STEP", "is off the axis of revolution: put it there"),
-    ("*STEP", "*EQUATION\n3\n1, 1, 1., 2, 1, 1., 3, 1, 1.\n*STEP", "those of two terms along one component are read"),
+    ("*STEP", "*EQUATION\n3\n1, 1, 1., 2, 1, 1., 3, 1, 1.\n*STEP", "only equations of two terms along one component are read"),
 ])  # fmt: skip
 def test_what_changes_the_answer_is_refused(old: str, new: str, words: str) -> None:
     """With its line and what to do."""

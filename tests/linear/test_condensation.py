@@ -17,6 +17,7 @@ from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.policy import DEFAULT, Policy
 from prensa.system.discretise import discretise
 from prensa.system.planning import plan_step
+from states import same
 
 ELASTIC = pr.Elastic(E=1000.0, nu=0.3)
 WHOLE, CONDENSED = pr.Numerics(condense=False), pr.Numerics(condense=True)
@@ -326,11 +327,6 @@ def test_a_side_that_no_contact_names_is_found_within_a_step():
             solved(pressed(steps=steps, tools=tools), numerics)
         messages.append(str(caught.value))
     assert messages[0] == messages[1] and "time 0.333333" in messages[0]
-
-
-def same(a, b) -> bool:
-    a, b = a.arrays(), b.arrays()
-    return list(a) == list(b) and all(a[k].tobytes() == b[k].tobytes() for k in a)
 
 
 @pytest.mark.parametrize("enforcement", ENFORCEMENT)

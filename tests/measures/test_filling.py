@@ -83,7 +83,7 @@ def test_dies_that_nothing_closes_are_refused_with_a_remedy() -> None:
         i.measure("b.fill")
     assert i.measure("b.pockets") == 0
     bare = replace(p, tools={}, contacts=(), measures={}, steps=(pr.Step("rest"),))
-    with pytest.raises(MeasureError, match="has no tools; describe those"):
+    with pytest.raises(MeasureError, match="has no tools; describe the tools"):
         parse("b.fill", bare)
     assert not list(closed_dies(discretise(in_a_box("axisymmetric", measures={"fill": "b.fill"}))))
 

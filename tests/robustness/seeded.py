@@ -207,7 +207,7 @@ SEEDED = {
         Seeded("radius in metres", (CYLINDER, ("radius: 2", "radius: 0.002")), "8:23", ("same unit",)),
         Seeded(
             "push in mN", (("move: {die: {y: -0.2}}, increments: 4", "push: {die: {y: -300e3}}"),), "13:32",
-            ("a push of 3e+05 N is", "times what 'strip' can bear", "is the unit right?"), True,
+            ("a push of 3e+05 N is", "times what 'strip' can carry", "is the unit right?"), True,
         ),
         Seeded("travel in micrometres", (("y: -0.2", "y: 200"),), "13:32", ("a travel of 200 mm",), True),
         Seeded(

@@ -36,7 +36,7 @@ def test_a_failed_run_is_reported_and_kept(tmp_path):
     assert re.search(r"(element \d+ of b \(initially near |node \d+ of 'b' at \()-?[\d.]+, -?[\d.]+\)", text)
     assert "What to try: " in text
     last = caught.value.last
-    assert f"The last good state is that of time {last.time:.6g} (increment {last.number})" in text
+    assert f"The last good state is at time {last.time:.6g} (increment {last.number})" in text
     _, state = read_checkpoint(tmp_path / "checkpoint.h5")
     assert state.clock == last.state.clock
     assert state.u.tobytes() == last.state.u.tobytes()

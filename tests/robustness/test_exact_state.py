@@ -22,6 +22,7 @@ from prensa.policy import Policy
 from prensa.solver import increment_solver
 from prensa.system.discretise import discretise
 from problems import pressed_block, single_block, stroke, upset_block
+from states import same
 
 FRICTION = (
     None, pr.Coulomb(0.3), pr.Coulomb(3.0), pr.Coulomb(pr.MuExponential(0.1, 0.4, 0.05)), pr.Shear(0.4, k=20.0),
@@ -66,11 +67,6 @@ def solved(problem, start=None, condense=False, policy=NARROW) -> list:
     except SolveError as error:
         assert "What to try" in str(error)
     return states
-
-
-def same(a, b) -> bool:
-    a, b = a.arrays(), b.arrays()
-    return list(a) == list(b) and all(a[k].tobytes() == b[k].tobytes() for k in a)
 
 
 def all_same(a, b) -> bool:

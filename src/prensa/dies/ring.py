@@ -49,7 +49,7 @@ class ShrinkRing:
         if self.interference > self.largest_strain * radius:
             raise PrensaError(
                 f"the interference {self.interference:g} {unit} of the shrink ring of tool {tool!r} is "
-                f"{100 * self.interference / radius:.2g} % of the radius {radius:.4g} of its seat, beyond what is elastic; give "
+                f"{100 * self.interference / radius:.2g} % of the radius {radius:.4g} of its seat, more than is elastic; give "
                 f"at most {self.largest_strain * radius:.2g} {unit}, or another 'largest_strain' in ShrinkRing"
             )
 

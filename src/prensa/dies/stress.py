@@ -222,8 +222,8 @@ def _refuse_with_mesh(tool: str, die: Die, space: str) -> None:
     }  # fmt: skip
     if space != "axisymmetric" and die.ring is not None:
         raise PrensaError(
-            f"the die of {tool!r} has a mesh of its own, about which a shrink ring goes in axisymmetry alone: leave the ring "
-            "out, or give the section by its 'thickness'"
+            f"the die of {tool!r} has its own mesh, and a shrink ring around a mesh is possible only in axisymmetry: leave "
+            "the ring out, or give the section by its 'thickness'"
         )
     if beside := [name for name, value in given.items() if value]:
         raise PrensaError(f"the die of {tool!r} has a mesh of its own: leave {beside[0]!r} out, which is of a section by offset")

@@ -151,7 +151,7 @@ class DeckNames:
         if not nodes & self.all.places.of_cells:
             raise FileError.at(line, "this number is not a node of the elements of this deck")
         if nodes & self.all.places.of_cells not in self.all.places.groups:
-            raise FileError.at(line, "nodes of rigid bodies stand together with those of others; write a keyword for each")
+            raise FileError.at(line, "nodes of rigid bodies and other nodes are listed together; write a keyword for each")
         return self.all.places.name(nodes)
 
     def _of_body(self, line: int, who: str, s: Section, name: str, nodes: frozenset[int], by_sides: bool) -> list[str]:
@@ -253,7 +253,7 @@ class DeckNames:
         line, name = rows[0][0], self.all.places.faces[frozenset(left)]
         for side in left:
             if self.under.setdefault(side, name) != name:
-                raise FileError.at(line, "sides stand here with others than before; write them in the groups of the first time")
+                raise FileError.at(line, "these sides were grouped differently before; write them in the same groups")
         found = []
         for s in self.bodies():
             free = {key for side in s.free if (key := frozenset(ends(side, self.all.solid))) in left}
@@ -325,8 +325,8 @@ class DeckNames:
         for line, terms in equations(k):
             if len(terms) != 2 or terms[0][1] != terms[1][1] or not terms[0][2]:
                 raise FileError.at(
-                    line, "of equations those of two terms along one component are read: nodes that follow one that is "
-                    "prescribed; hold or move the nodes by *BOUNDARY instead"
+                    line, "only equations of two terms along one component are read, by which nodes follow a prescribed one; "
+                    "hold or move the nodes by *BOUNDARY instead"
                 )  # fmt: skip
             (who, dof, a), (master, _, b) = terms
             if c := ({"1": "x", "2": "y", "3": "z"} if self.all.solid else {"1": "x", "2": "y"}).get(dof):

@@ -336,7 +336,7 @@ class Steps:
             if remain:
                 if not 1 <= number <= len(self.axes) or found:
                     which = "1, 2 and 3" if self.solid else "1 and 2"
-                    raise FileError.at(line, f"of forces on nodes of bodies those along {which} are read, without tools beside")
+                    raise FileError.at(line, f"forces on nodes of bodies are read along {which}, but not together with tools")
                 others.append((line, words))
             for tool, turning in found:
                 c = self._degrees(turning).get(number)

@@ -43,8 +43,8 @@ _CONSTRAINT = (
     "of constraints ties of surfaces, rigid bodies, supports and sides that follow a prescribed node are read; "
     "take it out of the deck"
 )
-_LOADING = "of loads forces on rigid bodies, pressures on sides (*DSLOAD, *DLOAD) and forces per volume are read"
-_STRUCTURE = "of elements those of the section are read, and rigid ones; take the others out"
+_LOADING = "only forces on rigid bodies, pressures on sides (*DSLOAD, *DLOAD) and forces per volume are read"
+_STRUCTURE = "only elements of the section and rigid elements are read; take the others out"
 
 REFUSED = (
     dict.fromkeys((
@@ -126,7 +126,7 @@ LEFT_OUT: dict[str, tuple[str, frozenset[str]]] = {
         frozenset(("TEMPERATURE", "COUPLED TEMPERATURE-DISPLACEMENT", "UNCOUPLED TEMPERATURE-DISPLACEMENT", "CFLUX", "DFLUX",
                    "DSFLUX", "FILM", "SFILM", "RADIATE", "SRADIATE")),
     ),
-    "volume-law": ("the volumetric energy of *HYPERELASTIC, NEO HOOKE: that of 'neo_hooke' stands for it", frozenset()),
+    "volume-law": ("the volumetric energy of *HYPERELASTIC, NEO HOOKE: 'neo_hooke' has its own instead", frozenset()),
 }  # fmt: skip
 """What a user may leave out: name → (what it is, keywords that fall away with it)."""
 

@@ -54,7 +54,7 @@ class Observe:
         for name in ("scale", "shift"):
             number(f"Observe: {name}", getattr(self, name))
         if not self.scale:
-            raise ArgumentError("Observe: scale is 0; it is what readings are over the measure, such as 2")
+            raise ArgumentError("Observe: scale is 0; it is the ratio of the readings to the measure, such as 2")
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Test:
         for name in ("offset", "scale"):
             number(f"Test: {name}", getattr(self, name))
         if not self.scale:
-            raise ArgumentError("Test: scale is 0; it is what the column is over the motion, such as 2")
+            raise ArgumentError("Test: scale is 0; it is the ratio of the column to the motion, such as 2")
 
 
 def number(what: str, value: object) -> float:

@@ -235,7 +235,7 @@ def refuse(problem: Problem, text: str) -> None:
     """Raise `MeasureError` for a measure of a die in a problem that has none."""
     shapely()
     if not problem.tools:
-        raise MeasureError(f"{text!r} is of a die, and the problem has no tools; describe those that enclose the body")
+        raise MeasureError(f"{text!r} needs a die, and the problem has no tools; describe the tools that enclose the body")
 
 
 def closed_around(problem: Problem, text: str) -> Iterator[str]:

@@ -290,7 +290,7 @@ class _Reader:
         if quantity in ("die_stress", "mises"):
             raise MeasureError(
                 f"tools are rigid in a run, so no stress of {tool!r} is known in it; afterwards 'prensa die DIR --tool {tool} "
-                "--thickness T' has that of any increment, in die.json and the report"
+                "--thickness T' computes it for any increment, in die.json and the report"
             )
         if quantity == "wear":
             return _Part(energy_unit(p), _worn(tool))

@@ -137,7 +137,7 @@ def findings(p: Any, step: Any, path: tuple[str | int, ...]) -> Iterator[Finding
         for other, seconds in durations.items():
             if abs(seconds - crank.seconds) > NEGLIGIBLE * seconds:
                 message = (
-                    f"the crank of {name!r} takes {crank.seconds:.6g} s for its turn and that of {other!r} {seconds:.6g} s: a "
+                    f"the crank of {name!r} takes {crank.seconds:.6g} s for its turn, the crank of {other!r} {seconds:.6g} s: a "
                     "step has one duration; leave out one of the speeds"
                 )
                 yield Finding((*here, "strokes_per_minute"), message)

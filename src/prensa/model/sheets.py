@@ -67,7 +67,7 @@ def read_sheet(path: Path, named: bool = True, ragged: bool = False) -> Sheet:
         )
     longest = max(lines, key=lambda line: len(line[1]))
     if len(longest[1]) > LONGEST:
-        raise DataError(f"{path}:{longest[0]}: a row of {len(longest[1])} characters is none of a table")
+        raise DataError(f"{path}:{longest[0]}: a row of {len(longest[1])} characters cannot be part of a table")
     cells = [_Row(k, s, _cells(path, k, line, s)) for (k, line), s in zip(lines, _separators(separator, lines))]
     if named or _names_columns(cells[0]):
         names, units = _header(path, cells[0].cells)

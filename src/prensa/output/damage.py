@@ -87,7 +87,7 @@ def sentences(found: Iterable[Damage], problem: Problem, shown: Callable[[float,
 
     def where(m: Moment, body: str) -> str:
         place = f"at ({coordinates(m.place)}) {unit}"
-        other = f"'{body}.SIDE.damage at y=…' is that of another place"
+        other = f"'{body}.SIDE.damage at y=…' is the damage at another place"
         edge = f" (a sharp edge of the contact with {m.edge_of}, where it grows with the mesh; {other})"
         return place + edge * bool(m.edge_of)
 

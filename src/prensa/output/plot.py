@@ -182,7 +182,7 @@ def section(increment: Increment, problem: Problem, draw: Callable[[Axes, BodySt
 
 
 def new_meshes(pairs: Sequence[tuple[Increment, Increment]], problem: Problem) -> Figure:
-    """Meshes before and after they were made anew: the last increment on the one, the first on the other, a row each."""
+    """Meshes before and after remeshing: the last increment on the one, the first on the other, a row each."""
     boxes = [limits(before, problem) for before, _ in pairs]
     tall = max((b[3] - b[2]) / (b[1] - b[0]) for b in boxes)
     with style.styled():

@@ -11,7 +11,7 @@ STARTERS = {
     "upsetting": ("upsetting", "a billet upset with friction"),
     "cracks": ("upsetting_cracks", "a billet whose equator cracks in upsetting"),
     "press": ("crank_press", "a billet on a crank press: is the press strong enough?"),
-    "hammer": ("hammer", "two blows of a hammer, and what becomes of their energy"),
+    "hammer": ("hammer", "two blows of a hammer and where their energy goes"),
     "rolling": ("flat_rolling", "a strip fed into a roll gap and rolled"),
     "drawing": ("wire_drawing", "a pointed wire drawn through a conical die"),
     "dome": ("hemispherical_stretching", "a clamped sheet stretched over a hemispherical punch"),

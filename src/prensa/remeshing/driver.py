@@ -1,4 +1,4 @@
-"""A run on meshes that are made anew: when one is due, from which state, and equilibrium on it.
+"""Runs with remeshing: when one is due, from which state, and equilibrium on it.
 
 All that decides is in the committed state, so that a resumed run remeshes at the same places: a mesh is due or not before an
 increment, and an increment that fails is one that fails again.

@@ -249,7 +249,7 @@ def last_good(last: Increment | None) -> str:
     """What there is to go back to, in words."""
     if last is None:
         return "No increment of this run had converged before."
-    return f"The last good state is that of time {last.time:.6g} (increment {last.number})."
+    return f"The last good state is at time {last.time:.6g} (increment {last.number})."
 
 
 def failed_increment(

@@ -481,7 +481,7 @@ def _past(failure: PastSupport) -> str:
     return (
         f"element {failure.element} of {failure.body}, now near ({failure.x:.4g}, {failure.y:.4g}), has been folded over for "
         f"{failure.increments} increments: side {past.side!r} lies {past.depth:.3g} past the support {past.support!r}, where "
-        "there is no contact; forces from there on are those of a body with more room than it has"
+        "there is no contact; from there on the body has more room than it should, and forces are wrong"
     )
 
 

@@ -1,4 +1,4 @@
-"""Runs on meshes that are made anew, against closed forms, runs on one mesh, an independent solver and an upper bound."""
+"""Runs with remeshing, against closed forms, runs on one mesh, an independent solver and an upper bound."""
 
 from __future__ import annotations
 

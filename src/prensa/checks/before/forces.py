@@ -39,7 +39,7 @@ def pushes(system: System) -> Iterator[Finding]:
                     yield Finding(
                         f"steps.{i}.push.{name}.{key}",
                         f"a push of {most:.4g} {p.units.force} is {most / carried:.2g} times what "
-                        f"{' and '.join(dict.fromkeys(repr(s.body) for s in own))} can bear over the whole contact surface; "
+                        f"{' and '.join(dict.fromkeys(repr(s.body) for s in own))} can carry over the whole contact surface; "
                         "is the unit right?",
                     )
 
