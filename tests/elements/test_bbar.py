@@ -11,6 +11,7 @@ from scipy.sparse import csc_matrix
 import prensa as pr
 from blocks_of_bricks import block_of, bricks, respond
 from prensa.system.planning import plan_step
+from prensa.system.state import State
 from prensa.system.system import System
 from prensa.verify.drive import Drive
 from prensa.verify.elements import quadrilaterals
@@ -130,3 +131,22 @@ def hammer(element: str, steps: tuple[pr.Step, ...]) -> pr.Problem:
         contacts=(pr.Contact("billet", "punch", pr.Coulomb(0.3)),),
         fixed={"billet.bottom": "y", "billet.left": "x"}, steps=steps,
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("rule", ["backward_euler", "bdf2"])
+def test_a_run_with_rates_goes_on_bit_for_bit(rule: str) -> None:
+    """Resumed in the middle, by either time rule and with a flow curve of the rate, a run is the one that was not stopped."""
+    flow = pr.JohnsonCook(250.0, 400.0, 0.3, 0.02, 0.1)
+    body = pr.Body(pr.Rectangle(size=(10, 7.5), n=(6, 5)), pr.J2(200e3, 0.3, flow), "q4_bbar")
+    problem = pr.Problem(
+        "billet", space="axisymmetric", bodies={"b": body}, tools={"punch": pr.Plane(touching="b.top")},
+        contacts=(pr.Contact("b", "punch", pr.Coulomb(0.2)),), fixed={"b.bottom": "y", "b.left": "x"},
+        steps=(pr.Step("press", by={"punch": pr.Motion(y=-1.5)}, increments=8, duration=1.0),),
+    )  # fmt: skip
+    numerics = pr.Numerics(time_rule=rule)
+    run = list(pr.solve(problem, numerics))
+    again = list(pr.solve(problem, numerics, start=State.from_arrays(run[3].state.arrays())))
+    assert len(again) == len(run) - 4
+    for a, b in zip(run[4:], again, strict=True):
+        x, y = a.state.arrays(), b.state.arrays()
+        assert x.keys() == y.keys() and all(x[k].tobytes() == y[k].tobytes() for k in x)

@@ -4,7 +4,7 @@ Two kernels bracket the material: `kinematics` turns nodal increments into h = f
 and tangents A = ∂P/∂f into nodal forces and stiffnesses. Both are recorded from the point functions of
 `prensa.elements.gradients`; the shape functions at the points are an argument, so that an element is its table. Everything refers
 to the last committed configuration x_n (updated Lagrangian); in small strain that is X. F-bar integrates the true virtual work,
-∫ σ(f̄) ∇N dv; B-bar is variational, its forces are derivatives of h̄: in finite strain ∫ τ(f̄) : ∂ ln f̄/∂u dV, the derivative of
+∫ σ(f̄) ∇N dv; B-bar is variational, its forces are derivatives of h̄: in finite strain ∫ τ(f̄) : (∂f̄/∂u) f̄⁻¹ dV, the derivative of
 what is stored and dissipated at the points.
 """
 
