@@ -21,9 +21,10 @@ TABLED = pr.FlowTable(((0.0, 100.0), (0.05, 150.0), (0.1, 170.0), (0.2, 190.0), 
 SQUARE = np.array([[3.0, 0], [4, 0], [4, 1], [3, 1]])
 TRIANGLE = SQUARE[:3]
 NODES = {
-    "q4_fbar": SQUARE, "q8": np.concatenate([SQUARE, 0.5 * (SQUARE + np.roll(SQUARE, -1, axis=0))]),
+    "q4_fbar": SQUARE, "q4_bbar": SQUARE, "q8": np.concatenate([SQUARE, 0.5 * (SQUARE + np.roll(SQUARE, -1, axis=0))]),
     "t6": np.concatenate([TRIANGLE, 0.5 * (TRIANGLE + np.roll(TRIANGLE, -1, axis=0))]),
 }  # fmt: skip
+BARS = ("q4_fbar", "q4_bbar")
 CURVES = [None, pr.Ludwik(250.0, 500.0, 0.3), pr.JohnsonCook(250.0, 400.0, 0.3, 0.02, 0.1), TABLED]
 
 
@@ -35,24 +36,38 @@ def pressed(kind: str, flow: Any, space: str, share: float, cauchy: bool) -> tup
     law: Any = material.law("finite", space)
     element, mode = element_of(kind), Mode(space == "axisymmetric", True, SCALE)
     work = workspace(element, N)
-    x = NODES[kind] + 0.05 * rng.standard_normal((N, *NODES[kind].shape))
+    x = X = NODES[kind] + 0.05 * rng.standard_normal((N, *NODES[kind].shape))
     committed = old = new = np.zeros((N, element.points, law.size))
     for k in range(3):
         d = 4e-3 * rng.standard_normal(x.shape) + 0.01 * ((x - [3.5, 0.5]) @ np.array([[1, 0.3], [0.2, -1]]))
         d[::5] *= -0.002 if k == 2 else 1.0  # unloaded
         committed, begun, new = new, bool(share and k), np.zeros_like(new)
         old = law.begin(committed.reshape(-1, law.size), share).reshape(committed.shape) if begun else committed
-        assert element.respond(Chunk(x, x, d, old, new), law, Context(0.1, 0.1, begun=begun), mode, work, False) is None
+        assert element.respond(Chunk(X, x, d, old, new), law, Context(0.1, 0.1, begun=begun), mode, work, False) is None
         x_n, x = x, x + d
     point_law = law.point_law(0.1)
-    variant = Variant(element.nodes, element.points, kind == "q4_fbar", mode.axisymmetric, point_law.form, share > 0.0)
-    return At(variant, element.table.rows, x_n, x, committed, old, new, point_law, share, SCALE), work.r.copy(), new
+    bars = kind in BARS, mode.axisymmetric, point_law.form, share > 0.0, kind == "q4_bbar"
+    variant = Variant(element.nodes, element.points, *bars)
+    return At(variant, element.table.rows, X, x_n, x, committed, old, new, point_law, share, SCALE), work.r.copy(), new
 
 
-def plain(at: At, x_n: Any, x: Any, committed: Any, p: Any) -> tuple[Any, Any, Any]:
+def whole(at: At, places: Any) -> tuple[list[Any], Any, Any]:
+    """Volumes of the points in some places, of the element, and the slopes (…, 2a) of its logarithm by the nodes."""
+    points = gradients.at_points(places, at.shapes, at.variant.axisymmetric)
+    volumes = [g.volume * w for g, w in points]
+    slopes = [0.0] * at.variant.dofs
+    for v, (g, _) in zip(volumes, points):
+        slopes = [
+            s + v * (by[i] + (by[2] if i == 0 else 0.0))
+            for s, (by, i) in zip(slopes, ((b, i) for b in g.by for i in (0, 1)))
+        ]
+    return volumes, sum(volumes), np.stack(slopes, axis=-1) / sum(volumes)[:, None]
+
+
+def plain(at: At, X0: Any, x_n: Any, x: Any, committed: Any, p: Any) -> tuple[Any, Any, Any]:
     """Forces (e, 2a), histories and stored energies (e, q, …) by the point functions of arrays."""
     v = at.variant
-    X, Y = ([a.reshape(N, -1)[:, k] for k in range(v.dofs)] for a in (x_n, x))
+    undeformed, X, Y = ([a.reshape(N, -1)[:, k] for k in range(v.dofs)] for a in (X0, x_n, x))
     u = [b - a for a, b in zip(X, Y)]
     form: Any = v.law
     m = metal(form.kind, form.cauchy, p)
@@ -62,7 +77,10 @@ def plain(at: At, x_n: Any, x: Any, committed: Any, p: Any) -> tuple[Any, Any, A
     for q in range(v.points):
         g = gradients.gradients(X, list(at.shapes[q, :-1]), v.axisymmetric)
         stretched, ratio = gradients.gradient(u, g), 1.0
-        if v.bar:
+        if v.mean:
+            (initial, V, _), (_, before, _), (_, now, growth) = (whole(at, places) for places in (undeformed, X, Y))
+            stretched, _, _ = gradients.fbar(stretched, now / before - 1.0, v.axisymmetric)
+        elif v.bar:
             there = gradients.gradients(X, list(shapes.centre(4, 2)), v.axisymmetric)
             middle = gradients.dilatation(gradients.gradient(u, there))
             stretched, _, ratio = gradients.fbar(stretched, middle, v.axisymmetric)
@@ -75,7 +93,12 @@ def plain(at: At, x_n: Any, x: Any, committed: Any, p: Any) -> tuple[Any, Any, A
             flows = hencky_j2.Flows(rise != 0.0, rise)
         found = hencky_j2.hencky_j2(stretched, begun, m, flows)
         volume = g.volume * at.shapes[q, -1] * SCALE / (ratio * np.sqrt(hencky_j2.determinant(begun.b)))
-        P = hencky_j2.first_piola(gradients.gradient(u, g), found.stress, volume)
+        stress: Any = found.stress
+        if v.mean:
+            volume = initial[q] * SCALE * before / (V * np.sqrt(hencky_j2.determinant(begun.b)))
+            stress, pressure = gradients.without_mean(stress, v.axisymmetric)
+            forces = forces + (volume * pressure)[:, None] * growth
+        P = hencky_j2.first_piola(gradients.gradient(u, g), stress, volume)
         forces = forces + np.stack(gradients.forces(P, g), axis=-1)
         history.append(np.stack(np.broadcast_arrays(*found.history), axis=-1))
         energy.append(hencky_j2.stored_energy(found, m))
@@ -91,8 +114,8 @@ def directions(at: At) -> Along:
     if at.variant.law.table_at is not None:  # plain functions find no roots of complex tables: see test_closed
         p[4:] = 0.0
         table = table[0] * 0.0, table[1] * 0.0
-    x_n, x = rng.standard_normal((2, N, at.variant.nodes, 2, BATCH))
-    return Along(x_n, x, 1e-2 * rng.standard_normal((N, at.variant.points, h, BATCH)), p, *table)
+    X, x_n, x = rng.standard_normal((3, N, at.variant.nodes, 2, BATCH))
+    return Along(X, x_n, x, 1e-2 * rng.standard_normal((N, at.variant.points, h, BATCH)), p, *table)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.4])
@@ -101,11 +124,11 @@ def directions(at: At) -> Along:
 @pytest.mark.parametrize(("space", "cauchy"), [("axisymmetric", True), ("plane strain", True), ("plane strain", False)])
 def test_derivatives_are_those_of_the_functions(kind: str, space: str, cauchy: bool, curve: Any, share: float) -> None:
     """Values are those of the element's own kernels; directions those of the complex step; weights go back by the transposes."""
-    if (curve is None and (share or not cauchy)) or (kind != "q4_fbar" and (not cauchy or curve not in CURVES[:2])):
+    if (curve is None and (share or not cauchy)) or (kind not in BARS and (not cauchy or curve not in CURVES[:2])):
         return
     at, r, new = pressed(kind, curve, space, share, cauchy)
     d, v = directions(at), at.variant
-    value = plain(at, at.x_n, at.x, at.committed, at.law.p)
+    value = plain(at, at.X, at.x_n, at.x, at.committed, at.law.p)
     assert np.abs(value[0] - r).max() <= 1e-12 * np.abs(r).max()
     assert np.abs(value[1] - new).max() <= 1e-12 * np.abs(new).max()
     if curve is not None:
@@ -114,7 +137,7 @@ def test_derivatives_are_those_of_the_functions(kind: str, space: str, cauchy: b
     forces = derivatives.forces_along(at, d)
     energy = derivatives.history_along(at, d, volume, dnew)
     for j in range(BATCH):
-        start = (a + 1j * STEP * b[..., j] for a, b in zip((at.x_n, at.x, at.committed, at.law.p), d))
+        start = (a + 1j * STEP * b[..., j] for a, b in zip((at.X, at.x_n, at.x, at.committed, at.law.p), d))
         exact = [a.imag / STEP for a in plain(at, *start)]
         assert np.abs(forces[..., j].reshape(N, -1) - exact[0]).max() <= 1e-12 * np.abs(exact[0]).max()
         for k in range(v.fields):
@@ -125,7 +148,7 @@ def test_derivatives_are_those_of_the_functions(kind: str, space: str, cauchy: b
     rng = np.random.default_rng(7)
     w, weights = rng.standard_normal((N, v.points, v.fields)) * 1e5, rng.standard_normal((N, v.dofs))
     found = derivatives.back(at, w, weights)
-    pairs = ((found.x_n, d.x_n), (found.x, d.x), (found.committed, d.committed), (found.p, d.p))
+    pairs = ((found.X, d.X), (found.x_n, d.x_n), (found.x, d.x), (found.committed, d.committed), (found.p, d.p))
     for j in range(BATCH):
         left = np.vdot(weights, forces[..., j]) + np.vdot(w, dnew[..., j])
         assert left == pytest.approx(sum(np.vdot(a, b[..., j]) for a, b in pairs), rel=1e-10)

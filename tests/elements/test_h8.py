@@ -18,7 +18,7 @@ from prensa.system.assembly import Block, block_slots, make_pattern, sweep
 
 STEEL = pr.Elastic(200e3, 0.3)
 SWIFT = pr.J2(200e3, 0.3, pr.Swift(565.0, 0.007, 0.26))
-ELEMENTS = ["h8", "h8_fbar", "h8_enhanced"]
+ELEMENTS = ["h8", "h8_fbar", "h8_bbar", "h8_enhanced"]
 KINEMATICS = ["small", "finite"]
 BOTH = [(e, k) for e in ELEMENTS for k in KINEMATICS]
 
@@ -70,7 +70,7 @@ def test_patch(element, kinematics, material):
     assert np.abs(r.T @ X - P * block.volume.sum()).max() <= 1e-12 * np.abs(P).max()
 
 
-PLAIN = ["h8", "h8_fbar"]
+PLAIN = ["h8", "h8_fbar", "h8_bbar"]
 CASES = [(m, e, k) for m in (STEEL, SWIFT) for e in PLAIN for k in KINEMATICS]
 CASES += [(pr.NeoHooke(200e3, 0.3), e, "finite") for e in PLAIN]
 

@@ -17,6 +17,7 @@ CUBE = np.concatenate([np.append(SQUARE, np.full((4, 1), z), axis=1) for z in (0
 NODES = {
     "q4_fbar": SQUARE, "t3": TRIANGLE, "t6": np.concatenate([TRIANGLE, 0.5 * (TRIANGLE + np.roll(TRIANGLE, -1, axis=0))]),
     "q8": np.concatenate([SQUARE, 0.5 * (SQUARE + np.roll(SQUARE, -1, axis=0))]), "h8": CUBE, "h8_fbar": CUBE,
+    "q4_bbar": SQUARE, "h8_bbar": CUBE,
 }  # fmt: skip
 
 
@@ -32,17 +33,18 @@ def test_an_element_answers_the_same_whoever_stands_beside_it(name: str, axisymm
     """
     rng, n, element = np.random.default_rng(0), 4 * WIDE + 3, element_of(name)
     form, rows = (
-        Form(element.nodes, element.points, element.layout.dimension, axisymmetric, finite, element.bar),
+        Form(element.nodes, element.points, element.layout.dimension, axisymmetric, finite, element.bar, element.mean_dilatation),
         element.table.rows,
     )
     q, c, m = form.points, form.components, form.dofs
     x = NODES[name] + 0.1 * rng.standard_normal((n, *NODES[name].shape)) * (0.3 if form.nodes > 4 else 1.0)
     d = 0.03 * rng.standard_normal(x.shape) * (0.3 if form.nodes > 4 else 1.0)
-    if name == "q4_fbar":
+    if name in ("q4_fbar", "q4_bbar"):
         d[9] = [[0.0, 0.0], [0.0, 0.0], [-0.4, 0.0], [0.4, 0.0]]
     P, A = rng.standard_normal((n, q, c)), rng.standard_normal((n, q, c, c))
     h, w, failed = np.empty((n, q, c)), np.empty((n, q)), np.zeros(n, dtype=np.bool_)
-    kinematics(form, x, d, rows, 1.0, h, w, failed)
+    X = x + 0.02 * rng.standard_normal(x.shape)
+    kinematics(form, X, x, d, rows, 1.0, h, w, failed)
     assert not failed.any()
 
     def answer(some: slice, stiffness: bool) -> list[np.ndarray]:
@@ -56,7 +58,8 @@ def test_an_element_answers_the_same_whoever_stands_beside_it(name: str, axisymm
     for first, last in ((0, 1), (5, 20), (WIDE, WIDE + 1), (7, n)):
         k = last - first
         alone = [np.empty((k, q, c)), np.empty((k, q))]
-        kinematics(form, x[first:last].copy(), d[first:last].copy(), rows, 1.0, *alone, np.zeros(k, dtype=np.bool_))
+        places = (a[first:last].copy() for a in (X, x, d))
+        kinematics(form, *places, rows, 1.0, *alone, np.zeros(k, dtype=np.bool_))
         for some, others in zip(alone, found):
             assert some.tobytes() == others[first:last].tobytes()
     assert np.array_equal(answer(slice(None), False)[1], answer(slice(None), True)[1])

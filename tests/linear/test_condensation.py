@@ -145,7 +145,7 @@ def test_tools_may_be_led_pushed_turned_or_mounted(control, enforcement):
 @pytest.mark.parametrize(
     ("element", "rule"),
     [
-        *((e, "nodal") for e in ("q4", "q4_fbar", "q4_enhanced", "q4_sheet", "q8", "q8_full", "t3", "t6")),
+        *((e, "nodal") for e in ("q4", "q4_fbar", "q4_bbar", "q4_enhanced", "q4_sheet", "q8", "q8_full", "t3", "t6")),
         *(("q4", r) for r in ("gauss1", "gauss2", "simpson", "kikuchi")),
     ],
 )

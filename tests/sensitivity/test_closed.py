@@ -27,6 +27,8 @@ KNOWN = {
     "kirchhoff": ["bodies.ring.material.yield_on=kirchhoff", EXACT],
     "elastic": ["bodies.ring.material={type: elastic, E: 1000, nu: 0.3}"],
     "t6": ["bodies.ring.element=t6", EXACT], "q8": ["bodies.ring.element=q8"], "q4": ["bodies.ring.element=q4"],
+    "q4_bbar": ["bodies.ring.element=q4_bbar"],
+    "q4_bbar, plane strain": [*OPTIONS["plane strain"], "bodies.ring.element=q4_bbar", EXACT],
     "capped": ["friction={type: capped, mu: 0.3, m: 0.4}"],
     "capped, table": ["friction={type: capped, mu: 0.3, m: 0.4}", TABLED, EXACT],
     "smooth": ["friction={type: capped, mu: 0.3, m: 0.4, sharpness: 2}", "bodies.ring.material.yield_on=kirchhoff"],

@@ -71,7 +71,7 @@ def uniform(eq: Equilibrium) -> np.ndarray:
     return u
 
 
-@pytest.mark.parametrize("element", ["q4_fbar", "q4_enhanced", "q4_sheet"])
+@pytest.mark.parametrize("element", ["q4_fbar", "q4_bbar", "q4_enhanced", "q4_sheet"])
 def test_residuals_and_matrix_of_a_few_nodes_are_those_of_the_whole(element):
     """The elements beside them are enough: with plastic flow, two bodies, one of them elastic, and contact of one.
 
@@ -104,7 +104,7 @@ def test_residuals_and_matrix_of_a_few_nodes_are_those_of_the_whole(element):
     np.testing.assert_allclose(part, full, rtol=0, atol=1e-13 * np.abs(full).max())
 
 
-@pytest.mark.parametrize("element", ["q4_fbar", "q4_enhanced", "q4_sheet"])
+@pytest.mark.parametrize("element", ["q4_fbar", "q4_bbar", "q4_enhanced", "q4_sheet"])
 def test_a_node_that_was_moved_comes_back_and_no_far_one_moves(element):
     """One node in equilibrium is displaced: it and those beside it go back, the others keep their places bit for bit."""
     eq = held(block(element=element))

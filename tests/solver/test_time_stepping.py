@@ -172,7 +172,7 @@ def test_increments_end_at_the_corners_of_tables():
     assert history[-1].tools["punch"].place.y == pytest.approx(-0.1)
 
 
-@pytest.mark.parametrize("element", ["q4", "q4_fbar", "q4_enhanced", "q4_sheet", "t3", "t6", "q8", "q8_full"])
+@pytest.mark.parametrize("element", ["q4", "q4_fbar", "q4_bbar", "q4_enhanced", "q4_sheet", "t3", "t6", "q8", "q8_full"])
 def test_unloading_an_elastic_body_leaves_nothing(element):
     """Press and release without friction, without a cut-back: no force, no energy left, to 1e-9 of the largest."""
     steps = [

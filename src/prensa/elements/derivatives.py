@@ -11,9 +11,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.elements.gradients import dilatation, fbar, forces, gradient, gradients
-from prensa.elements.shapes import centre
-from prensa.kernels.differentiate import forward, reverse
+from prensa.elements import shapes as tables
+from prensa.elements.gradients import (
+    at_points,
+    dilatation,
+    fbar,
+    forces,
+    gradient,
+    gradients,
+    mean_change,
+    volume_of,
+    without_mean,
+)  # fmt: skip
+from prensa.kernels.differentiate import forward, reverse, units
 from prensa.kernels.emit import Kind, Program, Put, Rows, Shared, generated, puts, total
 from prensa.kernels.record import ONE, Node, cell, given, lift, many, piece, where
 from prensa.materials.hardening import SHIFT_BEGUN, SHIFT_COMMITTED, SHIFT_NOW, TABLE_ARRAYS
@@ -27,7 +37,10 @@ BATCH = 4
 
 
 class Variant(NamedTuple):
-    """What differs between kernels: nodes and points, whether f is f̄, mode, the law, whether flow was ``shifted``."""
+    """What differs between kernels: nodes and points, whether f is f̄, mode, the law, whether flow was ``shifted``.
+
+    ``mean``: B-bar instead of F-bar.
+    """
 
     nodes: int
     points: int
@@ -35,6 +48,7 @@ class Variant(NamedTuple):
     axisymmetric: bool
     law: PointForm
     shifted: bool
+    mean: bool = False
 
     @property
     def dofs(self) -> int:
@@ -50,9 +64,10 @@ class Variant(NamedTuple):
 class _Recorded(NamedTuple):
     """The point functions of an element: what it depends on, and forces, history, energies per initial volume.
 
-    ``centre``: what points have in common, the dilatation of F-bar's.
+    ``centre``: what points have in common, the dilatation of F-bar's and B-bar's; ``X``: initial places, with B-bar alone.
     """
 
+    X: list[Node]
     x_n: list[Node]
     x: list[Node]
     centre: list[Node]
@@ -72,23 +87,48 @@ def _record(v: Variant) -> _Recorded:
     u = [b - a for a, b in zip(x_n, x)]
     g = gradients(x_n, shapes, v.axisymmetric)
     h = stretched = gradient(u, g)
+    if v.mean:
+        return _record_mean(v, x_n, x)
     # Without F-bar nothing is shared: α is one, and forces are those of the point alone.
     ratio, middle = ONE, list[Node]()
     if v.bar:
-        middle = [dilatation(gradient(u, gradients(x_n, [lift(s) for s in centre(n, 2)], v.axisymmetric)))]
+        middle = [dilatation(gradient(u, gradients(x_n, [lift(s) for s in tables.centre(n, 2)], v.axisymmetric)))]
         stretched, _, ratio = fbar(h, middle[0], v.axisymmetric)
-    old, new, share = many("old", v.fields), many("new", v.fields), given("share", 0) if v.shifted else None
-    found = v.law.answer(stretched, Given(committed, old, new, p, share))
+    found = v.law.answer(stretched, _given(v, committed, p))
     # V τ ∇N in the present places, V = V_n/(α^m J_n): ∇N f⁻¹ of the places before
     volume = g.volume * weight * given("scale", 0) / (ratio * found.volume)
     r = forces(first_piola(h, found.stress, volume), g)
     energies = found.energy, found.work
-    return _Recorded(x_n, x, middle, committed, p, r, list(found.history), energies, found.strains)
+    return _Recorded([], x_n, x, middle, committed, p, r, list(found.history), energies, found.strains)
+
+
+def _given(v: Variant, committed: list[Node], p: list[Node]) -> Given:
+    share = given("share", 0) if v.shifted else None
+    return Given(committed, many("old", v.fields), many("new", v.fields), p, share)
+
+
+def _record_mean(v: Variant, x_n: list[Node], x: list[Node]) -> _Recorded:
+    """B-bar: forces V (τ′ ∇N + p ∂ln v/∂x), p the mean of the Kirchhoff stress τ(f̄) over what is scaled, τ′ the rest of it."""
+    X, shapes, weight = many("X", v.dofs), many("shapes", 3 * v.nodes), given("shapes", 3 * v.nodes)
+    committed, p = many("committed", v.fields), many("p", v.law.numbers)
+    rule = tables.table(v.nodes, tables.square(2)).rows
+    u, g = [b - a for a, b in zip(x_n, x)], gradients(x_n, shapes, v.axisymmetric)
+    before, initial = (at_points(places, rule, v.axisymmetric) for places in (x_n, X))
+    h, mean = gradient(u, g), mean_change(u, before)
+    found = v.law.answer(fbar(h, mean, v.axisymmetric)[0], _given(v, committed, p))
+    own = gradients(X, shapes, v.axisymmetric).volume * weight * given("scale", 0)
+    volume = own * volume_of(before) / (volume_of(initial) * found.volume)
+    stress, pressure = without_mean(found.stress, v.axisymmetric)
+    by_mean = volume * pressure / (1.0 + mean)
+    growth = forward([mean], units(x), v.dofs, locals_=False)[0]
+    r = [a + by_mean * b for a, b in zip(forces(first_piola(h, stress, volume), g), growth)]
+    energies = found.energy, found.work
+    return _Recorded(X, x_n, x, [mean], committed, p, r, list(found.history), energies, found.strains)
 
 
 def _arrays(v: Variant) -> dict[str, Kind]:
     history = Rows(v.fields, points=True)
-    return {
+    return ({"X": Rows(v.dofs)} if v.mean else {}) | {
         "x_n": Rows(v.dofs), "x": Rows(v.dofs), "shapes": Shared(3 * v.nodes + 1), "committed": history, "old": history,
         "new": history, "p": Shared(), "share": Shared(), "scale": Shared(), **TABLES,
     }  # fmt: skip
@@ -97,7 +137,8 @@ def _arrays(v: Variant) -> dict[str, Kind]:
 def _seeds(e: _Recorded, v: Variant, m: int) -> dict[Node, list[Node]]:
     """Directions of all that an element depends on."""
     along = {
-        **dict(zip(e.x_n, _directions("dx_n", v.dofs, m))), **dict(zip(e.x, _directions("dx", v.dofs, m))),
+        **dict(zip(e.X, _directions("dX", v.dofs, m))), **dict(zip(e.x_n, _directions("dx_n", v.dofs, m))),
+        **dict(zip(e.x, _directions("dx", v.dofs, m))),
         **dict(zip(e.committed, _directions("dcommitted", v.fields, m))),
     }  # fmt: skip
     along |= dict(zip(e.p, _directions("dp", v.law.numbers, m)))
@@ -124,7 +165,8 @@ def _directions(array: str, count: int, m: int) -> list[list[Node]]:
 
 def _along(v: Variant, m: int) -> dict[str, Kind]:
     return {
-        **_arrays(v), "dx_n": Rows(v.dofs * m), "dx": Rows(v.dofs * m), "dcommitted": Rows(v.fields * m, points=True),
+        **_arrays(v), **({"dX": Rows(v.dofs * m)} if v.mean else {}),
+        "dx_n": Rows(v.dofs * m), "dx": Rows(v.dofs * m), "dcommitted": Rows(v.fields * m, points=True),
         "dp": Shared(), "dknots": Shared(), "dcoefficients": Shared(),
     }  # fmt: skip
 
@@ -160,18 +202,18 @@ def _back(v: Variant, by_forces: bool) -> Program:
     outputs, weights = list(e.history), many("w", v.fields)
     if by_forces:
         outputs, weights = outputs + e.forces, weights + many("r", v.dofs)
-    places = [*e.x_n, *e.x] if by_forces else e.x
+    places = [*e.X, *e.x_n, *e.x] if by_forces else e.x
     wanted = [*places, *e.centre, *(e.committed + e.p if by_forces else [])]
     bar = reverse(outputs, weights, wanted)
     k = len(places) + len(e.centre)
     sums, written = bar[:k], list[Put]()
-    arrays = _arrays(v) | {"w": Rows(v.fields, points=True), "r": Rows(v.dofs), "to_x_n": Rows(v.dofs)}
-    arrays |= {"to_x": Rows(v.dofs)}
+    arrays = _arrays(v) | {"w": Rows(v.fields, points=True), "r": Rows(v.dofs), "to_X": Rows(v.dofs)}
+    arrays |= {"to_x_n": Rows(v.dofs), "to_x": Rows(v.dofs)}
     # The dilatation at the centre is one for all points: weights on it are summed over them, and go back to the places once.
     middle = reverse(e.centre, [total(len(places) + i) for i in range(len(e.centre))], places)
     back = [total(i) + b for i, b in enumerate(middle)]
     if by_forces:
-        written += puts("to_x_n", back[: v.dofs])
+        written += puts("to_X", back[: len(e.X)]) + puts("to_x_n", back[len(e.X) : len(e.X) + v.dofs])
         sums += bar[k + v.fields :]
         written += puts("to_committed", bar[k : k + v.fields])
         written += puts("to_p", map(total, range(k, len(sums))))
@@ -185,13 +227,14 @@ def _back(v: Variant, by_forces: bool) -> Program:
 
 
 class At(NamedTuple):
-    """Elements of an increment: places x_n, x (e, a, 2), histories (e, q, h) committed, old as it begins, new; their law.
+    """Elements of an increment: places X, x_n, x (e, a, 2), histories (e, q, h) committed, old as it begins, new; their law.
 
     ``shapes`` (q, 3a + 1): `Table.rows`; ``share`` of the last plastic strain, see `prensa.materials.hencky_j2.begin`.
     """
 
     variant: Variant
     shapes: Array
+    X: Array
     x_n: Array
     x: Array
     committed: Array
@@ -204,7 +247,8 @@ class At(NamedTuple):
     def arrays(self) -> tuple[Array, ...]:
         """As kernels take them."""
         return (
-            self.x_n, self.x, self.shapes, self.committed, self.old, self.new, self.law.p, np.array([self.share]),
+            *((self.X,) if self.variant.mean else ()), self.x_n, self.x, self.shapes, self.committed, self.old, self.new,
+            self.law.p, np.array([self.share]),
             np.array([self.scale]), self.law.knots, self.law.coefficients,
         )  # fmt: skip
 
@@ -212,6 +256,7 @@ class At(NamedTuple):
 class Along(NamedTuple):
     """Directions of places (e, a, 2, m), committed histories (e, q, h, m), numbers p (k, m), a table (k, m), (k − 1, 4, m)."""
 
+    X: Array
     x_n: Array
     x: Array
     committed: Array
@@ -219,12 +264,16 @@ class Along(NamedTuple):
     knots: Array
     coefficients: Array
 
+    def arrays(self, v: Variant) -> tuple[Array, ...]:
+        """As kernels take them."""
+        return self if v.mean else self[1:]
+
 
 def forces_along(at: At, d: Along) -> Array:
     """What directions change of the forces, (e, a, 2, m)."""
     m = int(d.x_n.shape[-1])
     r = np.empty((*at.x_n.shape, m))
-    _forces_along(at.variant, m)(len(r), *at.arrays(), *d, r)
+    _forces_along(at.variant, m)(len(r), *at.arrays(), *d.arrays(at.variant), r)
     return r
 
 
@@ -232,20 +281,21 @@ def history_along(at: At, d: Along, volume: Array, dnew: Array) -> Array:
     """What directions change of histories → dnew (e, q, h, m); of stored energy and plastic work: (2, m). volume (e, q)."""
     e, m = len(dnew), dnew.shape[-1]
     energy = np.empty((e, 2, m))
-    _history_along(at.variant, m)(e, *at.arrays(), *d, volume, dnew, energy)
+    _history_along(at.variant, m)(e, *at.arrays(), *d.arrays(at.variant), volume, dnew, energy)
     return np.asarray(energy.sum(axis=0))
 
 
 def history_back(at: At, w: Array) -> Array:
     """Weights w (e, q, h) of histories → those of the present places, (e, a, 2)."""
     x = np.empty(at.x.shape)
-    _back(at.variant, False)(len(x), *at.arrays(), w, x, x, x)
+    _back(at.variant, False)(len(x), *at.arrays(), w, x, x, x, x)
     return x
 
 
 class Back(NamedTuple):
     """Weights of places (e, a, 2), committed histories (e, q, h), numbers p (k,) and a table's stresses at the end (e, q)."""
 
+    X: Array
     x_n: Array
     x: Array
     committed: Array
@@ -255,7 +305,7 @@ class Back(NamedTuple):
 
 def back(at: At, w: Array, r: Array) -> Back:
     """Weights w (e, q, h) of histories and r (e, 2a) of forces → of all that they depend on."""
-    x_n, x = np.empty((2, *at.x.shape))
+    X, x_n, x = np.zeros((3, *at.x.shape))
     committed, p, stress = np.empty(w.shape), np.empty((len(w), len(at.law.p))), np.zeros(w.shape[:2])
-    _back(at.variant, True)(len(w), *at.arrays(), w, r, x_n, x, committed, p, stress)
-    return Back(x_n, x, committed, np.asarray(p.sum(axis=0)), stress)
+    _back(at.variant, True)(len(w), *at.arrays(), w, r, X, x_n, x, committed, p, stress)
+    return Back(X, x_n, x, committed, np.asarray(p.sum(axis=0)), stress)

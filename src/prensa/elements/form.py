@@ -8,8 +8,8 @@ from typing import NamedTuple
 class Form(NamedTuple):
     """What differs between kernels: nodes, points, axes of space, axisymmetric or not, finite or small strain.
 
-    ``bar``: the dilatation is that of the whole element (F-bar, B-bar; of elements with 2 points along each axis); ``modes``:
-    internal degrees of freedom of an element with enhanced strains.
+    ``bar``: the dilatation is that of the whole element (F-bar, B-bar; of elements with 2 points along each axis); ``mean``: in
+    finite strain B-bar instead of F-bar; ``modes``: internal degrees of freedom of an element with enhanced strains.
     """
 
     nodes: int
@@ -18,7 +18,13 @@ class Form(NamedTuple):
     axisymmetric: bool
     finite: bool
     bar: bool = False
+    mean: bool = False
     modes: int = 0
+
+    @property
+    def variational(self) -> bool:
+        """Whether forces are derivatives of h̄."""
+        return self.bar and (self.mean or not self.finite)
 
     @property
     def dofs(self) -> int:

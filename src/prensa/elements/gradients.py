@@ -1,7 +1,8 @@
-"""Elements at one point in textbook order: gradients, forces, F-bar of finite and B-bar of small strain; in plane and space.
+"""Elements at one point in textbook order: gradients, forces, F-bar of finite strain and B-bar; in plane and space.
 
 F-bar (de Souza Neto, Perić, Dutko and Owen 1996): with the gradient of the increment f and det f at the centroid J₀, f̄ = α f,
-α = (J₀/J)^(1/m); m = 3 in space and in axisymmetry (hoop component included), m = 2 in plane strain (in-plane block). Nodal
+α = (J₀/J)^(1/m); m = 3 in space and in axisymmetry (hoop component included), m = 2 in plane strain (in-plane block). In B-bar
+J₀ is the mean over the volume of the element (Nagtegaal, Parks and Rice 1974; Simo, Taylor and Pister 1985). Nodal
 numbers go by x, y(, z) of node after node; gradients 11, 12, 21, 22, 33 in the plane, row by row in space; shapes are shape
 functions of the nodes, then their derivatives by ξ, by η(, by ζ).
 
@@ -16,6 +17,7 @@ from typing import NamedTuple
 from prensa.kernels.algebra import Tensor, cofactors, det_less_one, total, trace
 from prensa.kernels.functions import expm1, half_log1p
 from prensa.kernels.record import Node, local, sqrt
+from prensa.types import Array
 
 Pairs = tuple[tuple[int, int], ...]
 PLANE_PAIRS: Pairs = ((0, 0), (0, 1), (1, 0), (1, 1), (0, 2))
@@ -109,6 +111,32 @@ def mean_dilatation(u: Tensor, points: Sequence[tuple[Gradients, float]]) -> Nod
     """
     traces = [(g.volume * w, _trace(gradient(u, g))) for g, w in points]
     return total(v * t for v, t in traces) / total(v for v, _ in traces)
+
+
+def at_points(X: Tensor, rows: Array, axisymmetric: bool, dimension: int = 2) -> list[tuple[Gradients, float]]:
+    """Gradients in the places X (d a) of nodes at points, with the weights of these; rows: `Table.rows`."""
+    return [(gradients(X, row[:-1], axisymmetric, dimension), row[-1]) for row in rows.tolist()]
+
+
+def volume_of(points: Sequence[tuple[Gradients, float]]) -> Node:
+    """Volume of an element by its points."""
+    return total(g.volume * w for g, w in points)
+
+
+def mean_change(u: Tensor, points: Sequence[tuple[Gradients, float]]) -> Node:
+    """v/v_n − 1 of a whole element that moves by u (d a) from where ``points`` are: the mean of det f − 1 over its volume.
+
+    In plane strain that of the centroid. In axisymmetry and in space that one would fail the patch test: its slopes by the nodes
+    have another sum over the points than the slopes of the points themselves.
+    """
+    return total(g.volume * w * dilatation(gradient(u, g)) for g, w in points) / volume_of(points)
+
+
+def without_mean(stress: Tensor, axisymmetric: bool) -> tuple[tuple[Node, ...], Node]:
+    """A stress 11, 22, 33, 12 of the plane less its mean over the directions that F-bar and B-bar scale, and that mean."""
+    s11, s22, s33, s12 = stress
+    p = (s11 + s22 + s33) / 3.0 if axisymmetric else 0.5 * (s11 + s22)
+    return (s11 - p, s22 - p, s33 - p if axisymmetric else s33, s12), p
 
 
 def _trace(h: Tensor) -> Node:

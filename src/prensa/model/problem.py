@@ -130,13 +130,15 @@ class Body:
     """Deformable body: a mesh of one material and ``element``.
 
     ``q4_fbar`` does not lock in volume and withstands large plastic flow; ``q4_enhanced`` does not lock in bending either;
+    ``q4_bbar`` is ``q4_fbar`` with forces that derive from the energy stored and dissipated, so that balances close;
     ``q4_sheet`` is ``q4_enhanced`` with nine points across each layer, for elastic-plastic bending and springback;
     ``q8`` (2 × 2 points) and ``t6`` are quadratic; ``q4``, ``t3`` and ``q8_full`` (3 × 3 points) are the textbook elements,
     which lock in plastic flow.
     Without ``element``, or with ``auto``: ``q4_fbar``, and ``q4`` in plane stress, where nothing locks in volume and F-bar has no
     meaning;
     ``q4_enhanced`` for elastic bodies whose layers would err by 5 % in bending and that nothing presses across their thickness.
-    In space: ``h8_fbar``, for such elastic bodies ``h8_enhanced``; ``h8`` is the textbook brick. Tetrahedra are ``t10``.
+    In space: ``h8_fbar``, for such elastic bodies ``h8_enhanced``; ``h8_bbar`` as in the plane; ``h8`` is the textbook brick.
+    Tetrahedra are ``t10``.
     ``damage``: a damage law or a list of several, evaluated along with plastic flow; the mechanics do not depend on it.
     """
 

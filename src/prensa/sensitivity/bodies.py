@@ -11,7 +11,7 @@ import numpy as np
 
 from prensa.elements import derivatives, q4
 from prensa.elements.derivatives import Along, At, Variant
-from prensa.elements.kinds.q4_fbar import Q4Bar
+from prensa.elements.kinds.q4_fbar import Q4WithBar
 from prensa.materials.point_form import PointLaw
 from prensa.sensitivity.change import Change, Changes, Group
 from prensa.system.assembly import Block, scatter_forces
@@ -86,17 +86,18 @@ class Elements:
         """Some elements, for the kernels."""
         law, cells, mode = point_law(self.block, self.seconds), self.block.cells[some], self.block.mode
         element: Any = self.block.element
-        of = element.nodes, element.points, isinstance(element, Q4Bar)
-        variant = Variant(*of, mode.axisymmetric, law.form, bool(self.block.law.plastic and self.share))
+        shifted = bool(self.block.law.plastic and self.share)
+        bars = element.bar, mode.axisymmetric, law.form, shifted, element.mean_dilatation
+        variant = Variant(element.nodes, element.points, *bars)
         return At(
-            variant, element.table.rows, self.x_n[cells], self.x[cells], self.committed[some], self.old[some],
-            self.new[some], law, self.share, mode.scale,
+            variant, element.table.rows, self.block.X[some], self.x_n[cells], self.x[cells], self.committed[some],
+            self.old[some], self.new[some], law, self.share, mode.scale,
         )  # fmt: skip
 
-    def _along(self, some: slice, g: Group, k: int, dxn: Array, dx: Array, dold: Array) -> Along:
+    def _along(self, some: slice, g: Group, k: int, dX: Array, dxn: Array, dx: Array, dold: Array) -> Along:
         """The directions of a group for some elements: motions (n, 2, s), committed histories (e, q, h, s); k: the block."""
         cells = self.block.cells[some]
-        return Along(dxn[cells], dx[cells], dold[some], g.p[k], *g.tables[k])
+        return Along(dX[cells], dxn[cells], dx[cells], dold[some], g.p[k], *g.tables[k])
 
     def forces_along(self, changes: Changes, k: int, dxn: Array, dold: Sequence[Array], r: Array) -> None:
         """Add to r (ndof, d) what directions change of forces at fixed degrees of freedom; k: the block.
@@ -107,7 +108,7 @@ class Elements:
             own, force = slice(g.first, g.first + g.size), np.zeros((len(dxn), 2, g.size))
             begin, end = np.ascontiguousarray(dxn[..., own]), changes.places(own, len(dxn))
             for some in self.chunks():
-                found = derivatives.forces_along(self.at(some), self._along(some, g, k, begin, end, old))
+                found = derivatives.forces_along(self.at(some), self._along(some, g, k, end, begin, end, old))
                 scatter_forces(found.reshape(len(found), -1), self.block.cells[some], force.reshape(-1))
             r[: 2 * len(dxn), own] += force.reshape(-1, g.size)
 
@@ -121,9 +122,10 @@ class Elements:
         found, energy, volume = [self.histories.like(old) for old in dold], np.zeros((2, dxn.shape[-1])), self.block.volume
         for g, old, new in zip(changes.groups, dold, found):
             own = slice(g.first, g.first + g.size)
-            begin, end = np.ascontiguousarray(dxn[..., own]), dx[..., own] + changes.places(own, len(dxn))
+            initial = changes.places(own, len(dxn))
+            begin, end = np.ascontiguousarray(dxn[..., own]), dx[..., own] + initial
             for some in self.chunks():
-                along = self._along(some, g, k, begin, end, old)
+                along = self._along(some, g, k, initial, begin, end, old)
                 energy[:, own] += derivatives.history_along(self.at(some), along, volume[some], new[some])
         return found, energy
 
@@ -159,7 +161,7 @@ def unfolding(system: System, c: Context, u: Array, changes: Sequence[Change], r
     """
     du = system.displacement(u - c.state.u)
     for k, b in enumerate(system.blocks):
-        if not isinstance(b.element, Q4Bar) or not q4.folding(c.x_n.take(b.cells, axis=0), du.take(b.cells, axis=0)).any():
+        if not isinstance(b.element, Q4WithBar) or not q4.folding(c.x_n.take(b.cells, axis=0), du.take(b.cells, axis=0)).any():
             continue
         forces = _unfolding(system, b, c.x_n, du, system.X)
         for out, ch in zip(r.T, changes):

@@ -10,7 +10,7 @@ import numpy as np
 
 from prensa.elements.derivatives import BATCH
 from prensa.elements.kinds.isoparametric import Isoparametric
-from prensa.elements.kinds.q4_fbar import Q4Bar
+from prensa.elements.kinds.q4_fbar import Q4WithBar
 from prensa.materials.point_form import HasPointLaw, PointLaw
 from prensa.system.assembly import Block
 from prensa.system.system import System
@@ -117,7 +117,7 @@ def known(system: System) -> bool:
 def _known_block(b: Block) -> bool:
     compiled = _point_law(b) is not None
     plain = isinstance(b.element, Isoparametric) and type(b.element).respond is Isoparametric.respond
-    return compiled and (plain or isinstance(b.element, Q4Bar)) and b.element.layout.dimension == 2
+    return compiled and (plain or isinstance(b.element, Q4WithBar)) and b.element.layout.dimension == 2
 
 
 def places_matter(system: System) -> bool:

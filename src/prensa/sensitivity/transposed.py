@@ -18,7 +18,7 @@ import numpy as np
 from prensa.contact.forces import ContactForces
 from prensa.contact.redundant import RedundantMultipliers, closed_slopes
 from prensa.elements import derivatives, q4
-from prensa.elements.kinds.q4_fbar import Q4Bar
+from prensa.elements.kinds.q4_fbar import Q4WithBar
 from prensa.friction.point import values_of
 from prensa.linear.factorisations import KeptFactors
 from prensa.linear.reduction import Reduced, Selected
@@ -435,6 +435,7 @@ def _element(
         at = b.at(some)
         for i, w in enumerate(new):
             found = derivatives.back(at, w[some], r[i][dofs[some]])
+            _to_nodes(found.X, cells[some], adjoints.X[i])
             _to_nodes(found.x_n, cells[some], x_n[i])
             _to_nodes(found.x, cells[some], x[i])
             old[i, some], stress[i, some] = found.committed, found.stress
@@ -457,7 +458,7 @@ def _unfolding(system: System, c: Context, u: Array, r: Array, adjoints: Adjoint
     """Adjoints of moduli and initial places from the forces that unfold elements, differenced along them."""
     du = system.displacement(u - c.state.u)
     for k, b in enumerate(system.blocks):
-        if not isinstance(b.element, Q4Bar) or not q4.folding(c.x_n.take(b.cells, axis=0), du.take(b.cells, axis=0)).any():
+        if not isinstance(b.element, Q4WithBar) or not q4.folding(c.x_n.take(b.cells, axis=0), du.take(b.cells, axis=0)).any():
             continue
         W = r[:, system.dofs.displacement.dofs(b.cells).reshape(len(b), -1)]  # (m, e, 8)
         X, x_n, d = system.X[b.cells], c.x_n[b.cells], du[b.cells]

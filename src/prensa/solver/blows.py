@@ -32,7 +32,7 @@ def balanced(outcome: Outcome, solve: Callable[[float], Outcome], missing: Missi
     The work of a tool is the trapezoid of its forces at both ends. Where metal begins to flow within the increment the force
     rises steeply at first, then hardly any more, and the trapezoid has less than was done; plastic and elastic energy, which the
     material points know for themselves, show by how much. What is missing in proportion to the length is no error of it (the
-    virtual work of `q4_fbar` is that of its stresses in the limit only): then the length stays.
+    virtual work of `q4_fbar` is not that of its stresses): then the length stays.
     """
     off = abs(missing(outcome))
     while off > allowed:

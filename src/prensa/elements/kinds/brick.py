@@ -1,4 +1,4 @@
-"""8-node brick with 2 × 2 × 2 points, with or without F-bar (small strain: B-bar)."""
+"""8-node brick with 2 × 2 × 2 points: plain, with F-bar (small strain: B-bar), with B-bar."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from prensa.layout import SPATIAL, TensorLayout
 
 
 class _Brick(Isoparametric, abstract=True):
-    """What both bricks have in common."""
+    """What the bricks have in common."""
 
     layout: ClassVar[TensorLayout] = SPATIAL
     table: ClassVar[shapes.Table] = shapes.table(8, shapes.cube(2))
@@ -27,3 +27,11 @@ class H8Bar(_Brick):
 
     type: Literal["h8_fbar"] = "h8_fbar"
     bar: ClassVar[bool] = True
+
+
+class H8Mean(_Brick):
+    """Trilinear brick with B-bar in small and in finite strain: forces derive from an energy."""
+
+    type: Literal["h8_bbar"] = "h8_bbar"
+    bar: ClassVar[bool] = True
+    mean_dilatation: ClassVar[bool] = True

@@ -28,6 +28,8 @@ class Isoparametric(Element, abstract=True):
     table: ClassVar[shapes.Table]
     bar: ClassVar[bool] = False
     """Whether the dilatation is that of the whole element: F-bar, in small strain B-bar; for 2 points along each axis."""
+    mean_dilatation: ClassVar[bool] = False
+    """Whether it is the mean over the element's volume in finite strain too, and forces derive from an energy: B-bar."""
 
     @property
     def N(self) -> Array:
@@ -41,7 +43,7 @@ class Isoparametric(Element, abstract=True):
 
     def symmetric(self, mode: Mode) -> bool:
         """B-bar derives from an energy, F-bar does not."""
-        return not (self.bar and mode.finite)
+        return self.mean_dilatation or not (self.bar and mode.finite)
 
     def volumes(self, X: Array, mode: Mode) -> tuple[Array, Flags]:
         """Initial volumes (k, q) and flags (k,) of folded elements."""
@@ -64,8 +66,8 @@ class Isoparametric(Element, abstract=True):
         """See `Element`."""
         solid, rows = _kernels(), self.table.rows
         points, nodes = self.table.N.shape
-        form = Form(nodes, points, self.layout.dimension, mode.axisymmetric, mode.finite, self.bar)
-        solid.kinematics(form, c.x, c.d, rows, mode.scale, work.h, work.w, work.flags)
+        form = Form(nodes, points, self.layout.dimension, mode.axisymmetric, mode.finite, self.bar, self.mean_dilatation)
+        solid.kinematics(form, c.X, c.x, c.d, rows, mode.scale, work.h, work.w, work.flags)
         if np.count_nonzero(work.flags):
             return Failure(int(np.argmax(work.flags)), Why.INVERTED)
         if failure := material(c, law, at, work):

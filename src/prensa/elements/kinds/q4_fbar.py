@@ -19,16 +19,11 @@ def _guard() -> Any:
     return q4
 
 
-class Q4Bar(Isoparametric):
-    """4-node quadrilateral with F-bar (small strain: B-bar)."""
+class Q4WithBar(Isoparametric, abstract=True):
+    """4-node quadrilateral with one dilatation, that of F-bar or of B-bar, whose points are kept from folding over."""
 
-    type: Literal["q4_fbar"] = "q4_fbar"
     table: ClassVar[Table] = Q4.table
-    no_plane_stress: ClassVar[str] = (
-        "F-bar has no meaning in plane stress, where the thickness is free and nothing locks; leave 'element' out"
-    )
     bar: ClassVar[bool] = True
-    like_neo_hooke: ClassVar[bool] = True
 
     def respond(self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, stiffness: bool) -> Failure | None:
         """See `Element`."""
@@ -40,3 +35,13 @@ class Q4Bar(Isoparametric):
                 modulus = law.modulus() * mode.scale
                 q4.unfold(c.X, c.x, c.d, mode.axisymmetric, modulus, work.size, stiffness, work.r, work.K)
         return failure
+
+
+class Q4Bar(Q4WithBar):
+    """4-node quadrilateral with F-bar (small strain: B-bar)."""
+
+    type: Literal["q4_fbar"] = "q4_fbar"
+    no_plane_stress: ClassVar[str] = (
+        "F-bar has no meaning in plane stress, where the thickness is free and nothing locks; leave 'element' out"
+    )
+    like_neo_hooke: ClassVar[bool] = True
