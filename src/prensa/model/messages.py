@@ -8,7 +8,7 @@ from typing import Any
 
 from prensa.errors import Mistake, shown
 from prensa.model.checks import FindingsError
-from prensa.model.names import Finding, meant, of_the_trade, suggest
+from prensa.model.names import Finding, meant, of_the_trade, suggest, suggest_key
 from prensa.model.places import Place, Root, expected, fields_of, follow, is_names, offered
 
 MOST = 200  # errors that are explained: a table in the wrong place has thousands
@@ -77,7 +77,7 @@ def explain(error: Any, place: Place) -> Mistake:
         where = f" in {above.owner}" if above.owner else ""
         given = above.node.value if above.node is not None and isinstance(above.node.value, dict) else {}
         options = [f for f in fields_of(above.kind, above.node) if f not in given]
-        remedy = suggest(str(key), options)
+        remedy = suggest_key(str(key), options)
         if above.parent is not None and meant(str(key), options) is None and key in fields_of(Root):
             remedy = f"; {key!r} is a key of the case, at its outermost level"
         if key in ("z", "r") and "y" in fields_of(above.kind, above.node):
