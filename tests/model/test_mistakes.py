@@ -137,9 +137,11 @@ MISTAKES = [
     ("8 cm", "8'000 mm", "11:13", ["has something between its thousands", "write '8000 mm'"]),
     ("8 cm", "\u22128 cm", "11:13", ["begins with a dash (U+2212)", "write '-8 cm'"]),
     ("space: axisymmetric", "space: 2D", "3:8", ["unknown space '2D'; known: 'plane strain'"]),
+    ("force: N}", "force: N, time: s}", "2:31", ["unknown key 'time' in units; it takes 'length' and 'force' alone"]),
     # YAML
     ("    radius", "    \u00a0radius", "11:5", ["'\\xa0radius'", "blank of web pages (U+00A0)"]),
     ("name: upsetting\n", "name: a\nname: b\n", "2:1", ["'name' appears twice", "line 1"]),
+    ("mu: 0.3", "mu: 0,3", "14:91", ["unknown key '3'", "numbers have a decimal point"]),
     ("mu: 0.3}}", "mu: 0.3}", "15:1", ["',' or a closing bracket is missing"]),
     ("    radius", "\tradius", "11:1", ["a tab", "spaces"]),
     ("name: upsetting", "name: a: b", "1:8", ["unexpected ':'"]),
