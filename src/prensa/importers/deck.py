@@ -9,7 +9,7 @@ from pathlib import Path
 from prensa.errors import PrensaError
 from prensa.importers.solids import SolidKind
 
-MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
+BYTE_ORDER_MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
 """Encodings by the mark at the beginning of a file."""
 LABELS = 10**9  # labels of different instances of an assembly are kept apart by this
 
@@ -39,7 +39,7 @@ def text_of(path: Path) -> str:
 
     """
     raw = path.read_bytes()
-    return raw.decode(next((e for mark, e in MARKS.items() if raw.startswith(mark)), "utf-8"), errors="replace")
+    return raw.decode(next((e for mark, e in BYTE_ORDER_MARKS.items() if raw.startswith(mark)), "utf-8"), errors="replace")
 
 
 @dataclass
