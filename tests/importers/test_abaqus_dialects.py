@@ -129,6 +129,13 @@ def test_blanks_and_case_of_keywords_say_nothing(tmp_path, written):
         (("*STEP, NLGEOM", "*STEP\n*STATIC\n*END STEP\n*STEP, NLGEOM"), "NLGEOM begins in a later step"),
         (("*NODE\n", "*NODE, INPUT=nodes.txt\n"), "INPUT of another file is not read"),
         (("900, 2, 2, -0.1\n", "900, 2, 2, -0.1\nTOP, 11, 11, 300.\n"), "degree of freedom 11 is not a displacement"),
+        (("\n2, 2, 3, 8, 7\n", "\n1, 2, 3, 8, 7\n"), "element 1 stands before with other nodes"),
+        (("*ELEMENT", "*NODE\n3, 4.5, 0.\n*ELEMENT"), "node 3 stands before at another place"),
+        (("TYPE=CPE4", "TYPE=CPS3"), "elements CPS3 have 3 nodes; 5 numbers are not rows of 4: '1, 1, 2, 7, 6'"),
+        (("*NODE\n", "1, 0., 0.\n*NODE\n"), "'1, 0., 0.' stands before any keyword"),
+        (("STOP, FLAT", "STOP,"), "contact of 'STOP' with itself is not read"),
+        ((", REF NODE=900", ""), "a reference node is missing; name it: REF NODE="),
+        (("*ELASTIC\n1000., 0.3", "*HYPERELASTIC, OGDEN\n1., 2."), "OGDEN of .HYPERELASTIC is not read; MODULI, NEO HOOKE are"),
         (("*ELEMENT, TYPE=CPE4", "*ELEMENT, TYPE=CPE4T"), "CPE4T have a temperature.*--without temperature"),
     ],
 )  # fmt: skip
@@ -136,6 +143,15 @@ def test_what_hangs_on_an_unknown_word_does_not_fall_away(tmp_path, change, mess
     """Slips in keywords, parameters and names are refused with their line and the nearest known word."""
     assert change[0] in PRESSED
     refused(tmp_path, PRESSED.replace(*change, 1), message)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
+def test_decks_of_any_encoding_are_read(tmp_path, encoding):
+    """A mark at the beginning is no part of the first keyword, of the mesh neither; letters of comments need not be right."""
+    (tmp_path / "job.inp").write_bytes(("*NODE" + PRESSED.partition("*NODE")[2].replace("*END STEP", "** Ø 5")).encode(encoding))
+    done = CliRunner().invoke(app, ["import", str(tmp_path / "job.inp"), "--out", str(tmp_path / "job.yaml")])
+    assert done.exit_code == 0, done.output
+    assert close(force(load(tmp_path / "job.yaml").problem), force(read(tmp_path, PRESSED)[0]))
 
 
 def test_a_letter_too_few_in_any_keyword_or_parameter_is_refused(tmp_path):

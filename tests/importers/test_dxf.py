@@ -147,6 +147,13 @@ def test_a_drawing_of_a_whole_plant_is_refused_before_it_is_read(tmp_path, monke
         case(tmp_path, "punch.dxf")
 
 
+def test_drawings_of_other_formats_are_refused_with_what_to_save(tmp_path):
+    """A DWG is no table of points, whatever its bytes."""
+    (tmp_path / "punch.DWG").write_bytes(b"AC1032" + bytes(100))
+    with pytest.raises(CaseError, match=r"'punch\.DWG' is no DXF file and no table of points: save it as DXF"):
+        case(tmp_path, "punch.DWG")
+
+
 def test_names_that_are_no_text_are_reported(tmp_path):
     """A layer and a kind of entity with bytes that are no characters stand escaped in the message."""
     drawing(tmp_path, two)

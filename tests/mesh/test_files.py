@@ -314,6 +314,8 @@ def test_boundaries_that_a_file_does_not_have_are_reported_with_those_it_has(tmp
         ("a.inp", INP.replace(" left_half, S2", " left_half, S7"), "'S7' is not a side of element 10"),
         ("a.inp", INP.replace(" 4, 0., 1.", " four, 0., 1."), "line 9: 'four, 0., 1.' is not"),
         ("a.inp", INP.replace("*NODE\n", "*NGEN\n"), "NGEN is not read"),
+        ("a.vtk", "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\n", r"\(Only VTK .*not POLYDATA\)\); save it again"),
+        ("a.vtu", "<?xml version='1.0'?>\n<VTKFile type='Unstr", r"\(.*cut off, or of another kind\); save it again as VTK"),
     ],
 )  # fmt: skip
 def test_a_bad_file_is_refused_in_one_line_that_says_where(tmp_path, name, text, words):

@@ -179,6 +179,8 @@ SEEDED = {
                ("a wire is round; use 'strip'", "'space: axisymmetric'")),
     ],
     "units": [
+        Seeded("blanks between thousands", (("E: 70e3", "E: 70 000 MPa"),), "6:29", ("between its thousands", "write '70000 MPa'")),
+        Seeded("dash of a text program for a minus", (("y: -0.2", "y: –0.2"),), "13:35", ("U+2013", "write '-0.2'")),
         Seeded("modulus in GPa", (("E: 70e3", "E: 70"),), "6:5", ("did you mean 70e3 or '70 GPa'?",), True),
         Seeded(
             "modulus of steel in GPa, elastic", ((ELASTIC[0], "type: elastic, E: 210, nu: 0.3"),), "6:5",
@@ -320,6 +322,10 @@ SEEDED = {
         Seeded(
             "contact never found: motion the wrong way", (("touching: strip.top", "normal: [0, -1], at: [0, 2.5]"), ("y: -0.2", "y: 0.2")),
             "10:5", ("never touches", "nearer than 0.5", "sign"), True,
+        ),
+        Seeded(
+            "tool that touches moved away", (("y: -0.2", "y: 0.2"),), "10:5",
+            ("touches 'strip.top+strip.right' at most", "forces are zero", "sign"), True,
         ),
         Seeded(
             "tool deep inside a plastic body", (("touching: strip.top", "normal: [0, -1], at: [0, 1.6]"),), "8:3",

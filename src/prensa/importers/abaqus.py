@@ -160,9 +160,12 @@ class Assembly:
                 label = int(words[0]) + scope.offset
             except ValueError:
                 raise FileError.at(line, f"{', '.join(words)[:60]!r} is not: label, x, y") from None
+            place = _place(line, words[1:])
             if label not in self.nodes:
                 scope.nodes.append(label)
-            self.nodes[label] = _place(line, words[1:])
+            elif self.nodes[label] != place:
+                raise FileError.at(line, f"node {words[0]} stands before at another place; keep one, or number it anew")
+            self.nodes[label] = place
             if key:
                 scope.node_sets.setdefault(key, []).append(label)
 
@@ -207,13 +210,15 @@ class Assembly:
         self, k: Keyword, kind: str, count: int, scope: Scope, set_name: str
     ) -> Iterator[tuple[int, tuple[int, ...]]]:
         """Labels and nodes of the elements of a keyword, which are put into their set."""
-        numbers = k.numbers()
-        if len(numbers) % (count + 1):
-            raise FileError.at(
-                k.line, f"elements {kind} have {count} nodes; {len(numbers)} numbers are not rows of {count + 1}"
-            )
-        for first in range(0, len(numbers), count + 1):
-            label, *nodes = (n + scope.offset for n in numbers[first : first + 1 + count])
+        for line, numbers in k.numbered(count + 1):
+            if len(numbers) != count + 1:
+                row = ", ".join(map(str, numbers))[:60]
+                raise FileError.at(
+                    line, f"elements {kind} have {count} nodes; {len(numbers)} numbers are not rows of {count + 1}: {row!r}"
+                )
+            label, *nodes = (n + scope.offset for n in numbers)
+            if self._nodes_of(label) not in ((), tuple(nodes)):
+                raise FileError.at(line, f"element {numbers[0]} stands before with other nodes; keep one, or number it anew")
             yield label, tuple(nodes)
             if set_name:
                 scope.element_sets.setdefault(set_name, []).append(label)
@@ -308,7 +313,7 @@ class Assembly:
             return where.element_sets[name]
         if is_label(name):
             return [int(name) + where.offset]
-        raise FileError.at(line, f"unknown element set {who[:60]!r} in the surface")
+        raise FileError.at(line, f"unknown element set {who[:60]!r} ")
 
     def seen_from(self, line: int, who: str, scope: Scope) -> tuple[Scope, str]:
         """Where a name leads: the scope that defines it, and the name in capitals; the assembly's sets count everywhere.

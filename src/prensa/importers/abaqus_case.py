@@ -554,6 +554,8 @@ class _Reader:
     def _contact(self, slave: str, master: str, interaction: str, line: int, scope: Scope) -> None:
         if interaction == "*":
             interaction = self.everywhere[0] if self.everywhere else ""
+        if not master or master == slave:
+            raise FileError.at(line, f"contact of {slave!r} with itself is not read; name a rigid surface that it meets")
         tool = self._tool_of(master, line, scope)
         if tool is None:
             tool, slave = self._tool_of(slave, line, scope), master

@@ -28,15 +28,20 @@ class Keyword:
         for number, line in self.lines:
             yield number, [w.strip().strip('"') for w in line.rstrip(",").split(",")]
 
-    def numbers(self) -> list[int]:
-        """All data as whole numbers."""
-        out: list[int] = []
+    def numbered(self, count: int) -> Iterator[tuple[int, list[int]]]:
+        """Rows of whole numbers, which may go on over lines until they are ``count``, with the line that ends each."""
+        row: list[int] = []
+        line = self.line
         for line, words in self.data:
             try:
-                out += [int(w) for w in words]
+                row += [int(w) for w in words]
             except ValueError:
                 raise FileError.at(line, f"{', '.join(words)[:60]!r} is not a list of whole numbers") from None
-        return out
+            if len(row) >= count:
+                yield line, row
+                row = []
+        if row:
+            yield line, row
 
     @property
     def rows(self) -> list[list[str]]:
@@ -192,5 +197,8 @@ def keywords(text: str) -> Iterator[Keyword]:
             if not current.lines:
                 current.lines = lines = []
             lines.append((number, line))
+        else:
+            words = "stands before any keyword, such as *NODE; take it out, or make it a comment (**)"
+            raise FileError.at(number, f"{line[:60]!r} {words}")
     if current is not None:
         yield current

@@ -68,7 +68,7 @@ class DeckNames:
             return members[0]
         if is_label(name) and int(name) + where.offset in self.all.nodes:
             return int(name) + where.offset
-        raise FileError.at(line, f"{who!r} is no single node")
+        raise FileError.at(line, f"{who!r} is no single node" if who else "a reference node is missing; name it: REF NODE=…")
 
     def tools_at(self, line: int, who: str, scope: Scope) -> tuple[list[tuple[str, bool]], bool]:
         """Tools of the reference nodes of a set, each with whether it is their ``ROT NODE``; whether there are other nodes."""

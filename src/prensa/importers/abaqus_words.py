@@ -205,7 +205,8 @@ def refuse_unknown_parameters(name: str, parameters: dict[str, str], line: int) 
     """
     if name in PARAMETERS_OF and (unknown := [p for p in parameters if p and p not in PARAMETERS_OF[name]]):
         near = nearest(unknown[0], PARAMETERS_OF[name])
-        hint = f"did you mean {near}?" if near else "take it out if the answer does not depend on it"
+        read = ", ".join(sorted(PARAMETERS_OF[name]))
+        hint = f"did you mean {near}?" if near else f"{read and f'{read} are; '}take it out if the answer does not depend on it"
         raise FileError.at(line, f"{unknown[0]} of *{name} is not read; {hint}")
 
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import codecs
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from prensa.errors import PrensaError
 from prensa.importers.solids import SolidKind
 
+BYTE_ORDER_MARKS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}
+"""Encodings by the mark at the beginning of a file."""
 LABELS = 10**9  # labels of different instances of an assembly are kept apart by this
 
 
@@ -23,6 +27,19 @@ class FileError(PrensaError):
     def at(cls, line: int, message: str) -> FileError:
         """The error with its line (from 1)."""
         return cls(f"line {line}: {message}")
+
+
+def text_of(path: Path) -> str:
+    """Text of a file in any encoding: letters beyond ASCII stand in names and comments, which need not be right.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+
+    """
+    raw = path.read_bytes()
+    return raw.decode(next((e for mark, e in BYTE_ORDER_MARKS.items() if raw.startswith(mark)), "utf-8"), errors="replace")
 
 
 @dataclass

@@ -17,6 +17,7 @@ from prensa.model.tables import found_file
 from prensa.model.units import factor
 from prensa.precision import DRAWN
 
+OTHER_DRAWINGS = (".dwg", ".svg", ".pdf", ".step", ".stp", ".iges", ".igs")
 MOST_SEGMENTS = 5000  # lines and arcs of a tool: one with more is a whole drawing, or its splines have too small a tolerance
 
 
@@ -68,7 +69,10 @@ def _drawn(drawing: Any, context: Any) -> Drawn:
         except ValueError:
             raise ValueError(f"{what} is in {unit}, which is not a unit of length here; give its 'unit', such as mm") from None
 
-    is_drawing = Path(path).suffix.lower() == ".dxf"
+    suffix = Path(path).suffix.lower()
+    if suffix in OTHER_DRAWINGS:
+        raise ValueError(f"{what} is no DXF file and no table of points: save it as DXF (of release R12 or later)")
+    is_drawing = suffix == ".dxf"
     walk = _of_drawing(path, drawing, what, scale_of) if is_drawing else _of_table(path, drawing, what)
     segments = [s.turned() for s in reversed(walk.segments)] if drawing.reverse else walk.segments
     scale = scale_of(walk.unit)

@@ -10,7 +10,7 @@ from typing import Any
 
 from prensa.errors import PrensaError
 from prensa.importers.abaqus_case import case_of
-from prensa.importers.deck import FileError
+from prensa.importers.deck import FileError, text_of
 
 CASE_OPENING = """\
 # From {name}; the mesh stays in that file. Numbers are those of the deck: say in which units they are.
@@ -35,8 +35,7 @@ def case_text(
     from ruamel.yaml import YAML
 
     try:
-        # Decks come in any encoding; letters beyond ASCII stand in comments and headings, which need not be right.
-        text = deck.read_text(encoding="utf-8", errors="replace")
+        text = text_of(deck)
     except OSError as error:
         raise PrensaError(f"{deck} cannot be read: {error.strerror}") from None
     try:

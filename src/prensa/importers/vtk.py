@@ -47,13 +47,19 @@ def _mesh(path: Path) -> Any:
     """The file as meshio reads it, which prints what it finds wrong and ends the process."""
     import meshio
 
+    said = io.StringIO()
     try:
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
             return meshio.read(path)
     except OSError:
         raise
-    except (Exception, SystemExit) as error:
-        raise FileError(f"it cannot be read ({error or type(error).__name__}); save it again as VTK") from None
+    except SystemExit:
+        # its code is a number alone; the reason, where there is one, is printed before the sentence that names the file
+        words = " ".join(said.getvalue().partition("Error: Couldn't read file")[0].split()).removesuffix(".")
+        words = words or "it is cut off, or of another kind"
+    except Exception as error:
+        words = str(error) or type(error).__name__
+    raise FileError(f"it cannot be read ({words}); save it again as VTK, as an unstructured grid")
 
 
 def _add(deck: Deck, kind: str, label: int, nodes: list[int], entity: int | None) -> None:

@@ -12,7 +12,7 @@ from prensa.errors import CaseError, Mark, Mistake, PrensaError
 from prensa.inverse.experiment import Experiment, Observe, Test, ready, refuse_twice, refuse_vague
 from prensa.inverse.objective import Parameter
 from prensa.model import text as yaml
-from prensa.model.names import suggest
+from prensa.model.names import suggest_key
 from prensa.model.schema import load
 from prensa.sensitivity.parameters import value_of
 
@@ -200,7 +200,7 @@ class _Reader:
             return {}
         for key in node.value:
             if key not in keys:
-                self.wrong(node.keys.get(key, node.mark), f"unknown key {key!r} in {what}{suggest(key, keys)}")
+                self.wrong(node.keys.get(key, node.mark), f"unknown key {key!r} in {what}{suggest_key(key, keys)}")
         for key in needs:
             if key not in node.value:
                 self.wrong(node, f"{what} needs {key!r}")

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from prensa.importers import abaqus, gmsh, vtk
-from prensa.importers.deck import LABELS, Deck, FileError
+from prensa.importers.deck import LABELS, Deck, FileError, text_of
 from prensa.mesh.convert import Draft, draft_of, mesh_from_draft, split
 from prensa.mesh.mesh import CELL_NAMES, CORNERS, Mesh, MeshError, coincident, named, oriented
 from prensa.mesh.names import SideNames
@@ -65,10 +65,8 @@ def deck_of(m: model.File, solid: bool = False) -> tuple[str, Deck]:
     try:
         if path.suffix.lower() in (".vtk", ".vtu"):
             return path.name, vtk.read(path, solid)
-        # Names come in any encoding; the numbers are ASCII.
-        text = path.read_bytes().decode("utf-8", errors="replace")
         # Readers of our own: meshio loses surfaces and sets, mixes parts, and allocates what a wrong file asks for.
-        return path.name, (gmsh if path.suffix.lower() == ".msh" else abaqus).read(text, solid)
+        return path.name, (gmsh if path.suffix.lower() == ".msh" else abaqus).read(text_of(path), solid)
     except (FileError, OSError) as error:
         raise MeshError(f"{path.name}: {error}") from None
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from prensa.errors import Mistake, shown
 from prensa.model.checks import FindingsError
-from prensa.model.names import Finding, meant, of_the_trade, suggest
+from prensa.model.names import Finding, meant, of_a_slip, of_the_trade, suggest, suggest_key
 from prensa.model.places import Place, Root, expected, fields_of, follow, is_names, offered
 
 MOST = 200  # errors that are explained: a table in the wrong place has thousands
@@ -76,8 +76,11 @@ def explain(error: Any, place: Place) -> Mistake:
     if kind == "unexpected_keyword_argument":
         where = f" in {above.owner}" if above.owner else ""
         given = above.node.value if above.node is not None and isinstance(above.node.value, dict) else {}
-        options = [f for f in fields_of(above.kind, above.node) if f not in given]
-        remedy = suggest(str(key), options)
+        fields = fields_of(above.kind, above.node)
+        options = [f for f in fields if f not in given]
+        remedy = suggest_key(str(key), options)
+        if not options and of_a_slip(str(key), fields) is None:
+            remedy = f"; it takes {' and '.join(map(repr, fields))} alone"
         if above.parent is not None and meant(str(key), options) is None and key in fields_of(Root):
             remedy = f"; {key!r} is a key of the case, at its outermost level"
         if key in ("z", "r") and "y" in fields_of(above.kind, above.node):

@@ -53,14 +53,20 @@ def of_a_slip(name: str, known: Iterable[str]) -> str | None:
         return f"; a blank is missing after the colon: write '{key}: {value.strip()}'"
     if name[:1].isdigit():
         return "; numbers have a decimal point, and a comma parts two entries"
+    if blank := next((c for c in (name[:1], name[-1:]) if c.isspace() and c != " "), ""):
+        return f"; it begins or ends with a blank of web pages (U+{ord(blank):04X}): replace that with a space"
     return None
+
+
+def suggest_key(name: str, known: Iterable[str]) -> str:
+    """What to write for a key that is not known: see `of_a_slip` and `suggest`."""
+    known = list(known)
+    return of_a_slip(name, known) or suggest(name, known)
 
 
 def suggest(name: str, known: Iterable[str]) -> str:
     """'; did you mean …?' for the name that was likely `meant`, with the known ones unless it is near, or these alone."""
     known = list(known)
-    if (written := of_a_slip(name, known)) is not None:
-        return written
     near = nearest(name, known)
     if near is not None and meant(name, known) == near:
         return f"; did you mean {near!r}?"

@@ -7,7 +7,7 @@ from copy import deepcopy
 from typing import get_args, get_origin
 
 from prensa.errors import CaseError, Mark, Mistake
-from prensa.model.names import suggest
+from prensa.model.names import suggest, suggest_key
 from prensa.model.places import Place, bare, below, child, fields_of, is_names
 from prensa.model.text import Node, read
 
@@ -156,5 +156,5 @@ def _key(place: Place, parts: list[str], mark: Mark) -> tuple[str, list[str]]:
     known = fields_of(place.kind, place.node)
     if parts[0] not in known:
         where = f" in {place.owner or place.path[-1]}" if place.path else ""
-        raise CaseError([Mistake(mark, f"unknown key {parts[0]!r}{where}{suggest(parts[0], known)}")])
+        raise CaseError([Mistake(mark, f"unknown key {parts[0]!r}{where}{suggest_key(parts[0], known)}")])
     return parts[0], parts[1:]

@@ -92,6 +92,8 @@ _SI |= {
 
 # Few digits on purpose: an exact power of 10 with a nine-digit exponent would fill the memory.
 _NUMBER = re.compile(r"\s*([-+]?(?:\d{1,40}(?:\.\d{0,40})?|\.\d{1,40})(?:[eE][-+]?\d{1,3})?)\s*(.*?)\s*$", re.ASCII)
+_THOUSANDS = re.compile(r"['’_]?\d{3}(?!\d)", re.ASCII)  # after a first group
+_DASHES = ("−", "–", "—")  # of text programs
 _FACTOR = re.compile(r"\s*([*/·]?)\s*([^\W\d_]{1,30}|°|%)(?:(?:\*\*|\^)?(-?\d)|([²³]))?(?![\w.])")
 
 
@@ -170,8 +172,13 @@ def factor(text: str, length: str, force: str, dimension: tuple[int, ...]) -> fl
     """
     match = _NUMBER.match(text)
     if match is None:
-        raise ValueError(f"{text!r} is not a quantity")
+        dash = text.strip()[:1]
+        said = f"begins with a dash (U+{ord(dash):04X}): write '-{text.strip()[1:]}'" if dash in _DASHES else "is not a quantity"
+        raise ValueError(f"{text!r} {said}")
     number, unit = match.groups()
+    if _THOUSANDS.match(unit):
+        written = re.sub(r"(?<=\d)['’_ ](?=\d{3})", "", text.strip())
+        raise ValueError(f"{text!r} has something between its thousands: write {written!r}")
     if not unit:
         return float(number)
     value, *powers = _product(unit)

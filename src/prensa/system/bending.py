@@ -43,15 +43,16 @@ class Bending(NamedTuple):
 def stiffness_errors(s: Strips, row: Index, along: Index, nu: float, space: str) -> Array:
     """Relative error (m,) of the stiffness in bending of layers of the default element, the strips in a row (m,) of m elements.
 
-    An element of length a, that in the row ``along`` (m,), bends in shear, (1 − ν)/2 (a/t)² of the bending of the thickness t. Of
-    the bending of each of n layers by itself, 1/n² of the whole, F-bar with its one volume keeps the deviatoric part, `q4` in
-    plane stress all.
+    An element of length a, that in the row ``along`` (m,), bends in shear: G/E' (a/t)² of the bending of the thickness t, where
+    G/E' is (1 − ν)/2 of what is held across, and G/E = 1/(2 (1 + ν)) in plane stress. Of the bending of each of n layers by
+    itself, 1/n² of the whole, F-bar with its one volume keeps the deviatoric part, `q4` in plane stress all.
     """
     m = np.arange(len(row))
     thickness, layers = s.lengths[row, m], s.numbers[row, m]
     length, in_three = np.linalg.norm(s.across[along, m], axis=1), 2.0 * (1.0 - nu) / 3.0
     kept = {"plane strain": (1.0 - nu) / 2.0, "axisymmetric": in_three, "solid": in_three}.get(space, 1.0 / (1.0 - nu**2))
-    return np.asarray((1.0 - nu) / 2.0 * (length / thickness) ** 2 - (1.0 - kept) / layers**2)
+    shear = 1.0 / (2.0 * (1.0 + nu)) if space == "plane stress" else (1.0 - nu) / 2.0
+    return np.asarray(shear * (length / thickness) ** 2 - (1.0 - kept) / layers**2)
 
 
 @dataclass(frozen=True)

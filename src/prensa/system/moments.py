@@ -86,7 +86,7 @@ def driven(system: System, body: str) -> bool:
         if any(name.partition(".")[0] == body for name in owner.loads) or body in owner.body_force:
             return True
         for name, f in owner.fixed.items():
-            if name.partition(".")[0] == body and any(v is not None and v != "held" for v in (f.x, f.y)):
+            if name.partition(".")[0] == body and any(v is not None and v != "held" for v in (f.x, f.y, f.z, f.normal)):
                 return True
     return False
 

@@ -11,6 +11,7 @@ from prensa.checks.during.penetration import Watch, inside, watches
 from prensa.checks.thresholds import ALONG, NO_DIFFERENCE
 from prensa.errors import Finding, Severity, coordinates
 from prensa.linear.rigid_modes import CLOSED
+from prensa.model.interference import interfering
 from prensa.system.moments import Moment, contact_path, driven, moments
 from prensa.system.system import System
 from prensa.types import Array, Flags
@@ -46,6 +47,7 @@ def tool_paths(system: System) -> Iterator[Finding]:
     reached = {
         s.against for i, s in enumerate(system.tool_contacts) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]
     }
+    yield from _only_leaves(system, nearest, known)
     for i, s in enumerate(system.tool_contacts):
         if s.against in reached and s.description.surface == (s.body,):
             continue  # a tool is against all bodies where nothing else is said, not meant to meet them all
@@ -65,6 +67,25 @@ def tool_paths(system: System) -> Iterator[Finding]:
             continue  # the tool goes beyond the supports: said once
         i, s = number, system.surfaces[number]
         yield overconstrained(system, s, i, most, candidate=k >= 0)
+
+
+def _only_leaves(system: System, nearest: Array, known: Flags) -> Iterator[Finding]:
+    """Tools that touch a body from the start and never press it, where nothing else moves or presses it either."""
+    p = system.problem
+    near = np.array([CLOSED * s.points.depth.min() for s in system.tool_contacts])
+    pressed = {other for i, s in enumerate(system.tool_contacts) if nearest[i] < -near[i] or not known[i]
+               for other in system.tied_bodies(s.body)}  # fmt: skip
+    pressed |= {other for name in p.bodies if driven(system, name) for other in system.tied_bodies(name)}
+    pressed |= {body for s in system.surfaces if s.opposite is not None for body in s.bodies}
+    if p.start is not None or interfering(p):
+        return
+    for i, s in enumerate(system.tool_contacts):
+        if s.body not in pressed and abs(nearest[i]) <= near[i]:
+            yield Finding(
+                contact_path(system, i),
+                f"tool {s.against!r} touches {'+'.join(s.description.surface)!r} at most, and no step moves it into the body: "
+                "forces are zero; check the sign of its motion",
+            )
 
 
 def _touched(system: System, nearest: Array, known: Flags) -> set[str]:

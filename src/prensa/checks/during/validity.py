@@ -111,6 +111,12 @@ class Validity:
                 if most > end * (1.0 + NO_DIFFERENCE):
                     self.rubbed[s.name, name] = end, max(most, self.rubbed.get((s.name, name), (0.0, 0.0))[1])
 
+    def _without_bound(self, body: str) -> bool:
+        """Whether friction that grows with the pressure for ever acts on a body."""
+        p = self.system.problem
+        laws = [s.description.friction or p.friction for s in self.system.tool_contacts if s.acts_on((body,))]
+        return any(law is not None and law.proportional and not law.frictionless for law in laws)
+
     def warnings(self, _: Finished | Failed) -> Iterator[Finding]:
         """The largest of what was seen."""
         yield from map(warning, self._sentences())
@@ -126,10 +132,13 @@ class Validity:
                     "'allow_large_strain: true'"
                 )
         for body, lost in self.squeezed.items():
+            rubbed = self._without_bound(body)
             yield (
                 f"body {body!r}: a twentieth of it has lost more than {100 * lost:.2g} % of its volume, but plastic flow "
-                "preserves volume: tools and supports leave it no room; check supports and travels"
-            )
+                "preserves volume: tools and supports leave it no room"
+                + ", or friction that no shear strength bounds presses it" * rubbed
+                + "; check supports and travels" + ", and take 'capped' or 'shear' friction" * rubbed
+            )  # fmt: skip
         for body, strain in self.stretched.items():
             yield (
                 f"body {body!r} is elastic with the modulus of a metal, and a twentieth of it is strained by more than "
