@@ -206,7 +206,7 @@ def _of_table(path: str, drawing: Any, what: str) -> _Walk:
     try:
         sheet = read_sheet(Path(path), named=False, ragged=True)
     except DataError as error:
-        raise ValueError(f"{what} contains something other than rows of numbers: {error}") from None
+        raise ValueError(f"{what} contains a line that is not a row of numbers: {error}") from None
     rows: list[list[float]] = []
     for line, row in zip(sheet.lines, sheet.rows):
         rows.append([x for x in row if not isnan(x)])
