@@ -12,6 +12,7 @@ from prensa.materials.plane_stress import PlaneStress
 from prensa.materials.protocol import Material, Yielding
 from prensa.model.problem import Problem
 from prensa.system.assembly import Block
+from prensa.system.mean_stress import with_continuous_mean
 from prensa.types import Array
 
 
@@ -28,10 +29,13 @@ def undamaged(problem: Problem, blocks: Sequence[Block]) -> tuple[Array, ...]:
 
 
 def stress_state(block: Block, history: Array) -> StressState:
-    """Of the points (m q,) of a block that flows, by a committed history (m, q, h)."""
+    """Of the points (m q,) of a block that flows, by a committed history (m, q, h).
+
+    Its mean stress is that of `prensa.system.mean_stress`.
+    """
     law = block.law
     own = block.at_law(history).reshape(-1, law.size)
-    stress = law.cauchy(own)
+    stress = with_continuous_mean(block, law.cauchy(own))
     return StressState.at(stress, _equivalent(law, own, stress), block.field(history, "plastic_strain").ravel())
 
 
