@@ -280,8 +280,8 @@ def within_elements(cells: Index, N: Array, values: Array, nodal: Array) -> Arra
     """Nodal scalars (n, v) no further than what some element of the node makes of its own point values (m, q, v) there.
 
     That is their extremes, and the field, linear between its corners, that is nearest to them (Hinton & Campbell 1974), whose
-    values at the nodes are bounded multiples whatever the element's shape. A polynomial in places is carried on to many times
-    what any point has by the elements that a folding side distorts. N (q, a): shape functions at the points; cells (m, a).
+    values at the nodes are bounded multiples whatever the element's shape. A polynomial in x and y is carried on to many times
+    what any point has where elements turn by 45° or fold. N (q, a): shape functions at the points; cells (m, a).
     """
     at_points, at_nodes = of_corners(N)
     own = at_nodes @ np.linalg.pinv(at_points) @ values
