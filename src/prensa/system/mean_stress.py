@@ -4,10 +4,11 @@ Metal that flows keeps its volume, and quadratic elements keep it at each of the
 pressure has unknowns that is linear in each element and jumps between them: more than displacements can follow everywhere, so
 that next to singular edges the pressures of the points alternate about the right ones, by as much as the flow stress and on any
 mesh (Sani, Gresho, Lee & Griffiths 1981, Int. J. Numer. Methods Fluids 1). Forces do not feel it; laws of ratios of stresses do.
-Fitted by least squares to fields that are linear between the corners (Hinton & Campbell 1974, Int. J. Numer. Methods Eng. 8; Lee,
-Gresho & Sani 1979, ibid. 14) the pressure is one of Hood and Taylor's element, whose displacements follow all of its conditions
-(Brezzi & Falk 1991, SIAM J. Numer. Anal. 28). Linear fields stay what they are: the fit is of second order. Elements with one
-dilatation (F-bar) have one pressure each, and nothing to be fitted.
+The means of the elements are right: with one pressure each they are a stable pair (Crouzeix & Raviart 1973). In the plane linear
+patches through these means (Zienkiewicz & Zhu 1992) give values at the corners, of second order at the skin too. In space, where
+there are no patches, the field linear between the corners that is nearest to the points' (Hinton & Campbell 1974; Lee, Gresho &
+Sani 1979, Int. J. Numer. Methods Eng. 8, 14), which is the pressure of Hood and Taylor's element. Linear fields stay what they
+are. Elements with one dilatation (F-bar) have one pressure each, and nothing to be fitted.
 """
 
 from __future__ import annotations
@@ -16,27 +17,41 @@ from collections.abc import Callable
 
 import numpy as np
 
+from prensa.contact.recovery import recover
 from prensa.materials.plane_stress import PlaneStress
 from prensa.precision import ROUND_OFF
 from prensa.system.assembly import Block
 from prensa.types import Array, Index
 
 
-def with_continuous_mean(block: Block, stress: Array) -> Array:
+def with_continuous_mean(block: Block, x: Array, stress: Array) -> Array:
     """Stresses (m q, c) of the points of a block with a mean stress that is continuous, where each point has one of its own.
 
-    Bilinear elements keep theirs, and so do all in plane stress, where nothing keeps a volume.
+    x (n, d): nodes of the whole system now. Bilinear elements keep theirs, and so do all in plane stress, where nothing keeps a
+    volume.
     """
     if not block.element.quadratic or isinstance(block.law, PlaneStress):
         return stress
     mean = stress[:, :3].mean(axis=1)
-    out = stress.copy()
-    out[:, :3] += (continuous(block, mean.reshape(block.volume.shape)).ravel() - mean)[:, None]
+    values, out = mean.reshape(block.volume.shape), stress.copy()
+    fitted = by_patches(block, x, values) if x.shape[1] == 2 else nearest(block, values)
+    out[:, :3] += (fitted.ravel() - mean)[:, None]
     return out
 
 
-def continuous(block: Block, values: Array) -> Array:
-    """Values (m, q) of the field, linear between the corners, that is nearest to values (m, q), squares over initial volumes."""
+def by_patches(block: Block, x: Array, values: Array) -> Array:
+    """The field (m, q), linear between the corners, of patches through the means of values (m, q); nodes at x (n, 2)."""
+    corners, _ = block.corner_fields
+    nodes, cells = np.unique(block.corners, return_inverse=True)
+    cells = cells.reshape(block.corners.shape)
+    share = block.volume / block.volume.sum(axis=1, keepdims=True)
+    at = np.einsum("mq,mqd->md", share, block.positions(x))[:, None]
+    means = np.einsum("mq,mq->m", share, values)[:, None, None]
+    return np.asarray(recover(x[nodes], cells, at, means)[cells, 0] @ corners.T)
+
+
+def nearest(block: Block, values: Array) -> Array:
+    """Values (m, q) of the field, linear between the corners, that is nearest to values (m, q): squares over initial volumes."""
     corners, _ = block.corner_fields
     nodes, cells = np.unique(block.corners, return_inverse=True)
     cells = cells.reshape(block.corners.shape)
