@@ -56,6 +56,23 @@ SPATIAL = TensorLayout("3d", 3, _pairs("11 12 13 21 22 23 31 32 33"), _pairs("11
 TETRAHEDRON_EDGES: Pairs = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
 """Corners that the nodes 4 to 9 of a tetrahedron stand between: the order of VTK."""
 
+SIDE_ENDS: dict[int, Pairs] = {6: ((0, 1), (1, 2), (2, 0)), 8: ((0, 1), (1, 2), (2, 3), (3, 0)), 10: TETRAHEDRON_EDGES}
+"""Corners that the nodes in the middle of the sides stand between, by the nodes of a quadratic element."""
+
+
+def of_corners(N: Array) -> tuple[Array, Array]:
+    """Values (q, c) of the fields that are 1 at one corner and (bi)linear between them, and those at all nodes (a, c).
+
+    N (q, a): shape functions of an element in the plane or of a tetrahedron at some points. L_i is N_i and half of those in the
+    middle of the sides that meet in i, for quadratic elements have all (bi)linear fields.
+    """
+    if N.shape[1] not in SIDE_ENDS:
+        return N, np.eye(N.shape[1])
+    ends = np.array(SIDE_ENDS[N.shape[1]])
+    corners = np.eye(N.shape[1] - len(ends))
+    at_nodes = np.concatenate([corners, 0.5 * corners[ends].sum(axis=1)])
+    return N @ at_nodes, at_nodes
+
 
 # ------------------------------------------------------------------------------------------------- degrees of freedom
 @dataclass(frozen=True)

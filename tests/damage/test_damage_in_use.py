@@ -14,6 +14,7 @@ import prensa as pr
 from damaged import STEEL, billet, largest, upset
 from prensa.materials.solids.elastic import Elastic
 from prensa.measures import parse
+from prensa.output.edges import _past, _turned
 from problems import stroke
 
 CASE = """\
@@ -83,6 +84,16 @@ SHARP = pr.Problem(
     "punch", bodies={"b": BLOCK}, tools={"t": pr.Stamp(width=2.2, touching="b.top", at=(0.0, 2.0))},
     contacts=[pr.Contact("b.top", "t")], fixed={"b.bottom": "y", "b.left": "x"}, steps=[stroke(-0.05, 8)],
 )  # fmt: skip
+SIZES = pr.Remesh(size=pr.Sizes(far=1.2, near_tools=1.2), when=pr.When(travel=1.5))
+FOLDED = billet(0.3, pr.Freudenthal(), by=-5.0, remesh=SIZES)
+OF_T6 = replace(
+    billet(0.3, by=-5.0),
+    bodies={"billet": pr.Body(pr.Rectangle((10.0, 15.0), (6, 9)), STEEL, "t6", damage=pr.Freudenthal())},
+)
+OF_Q8 = replace(
+    billet(0.3, by=-5.0),
+    bodies={"billet": pr.Body(pr.Rectangle((10.0, 15.0), (6, 9)), STEEL, "q8", damage=pr.Freudenthal())},
+)
 ROUND = replace(SHARP, tools={"t": pr.Stamp(width=2.0, fillet=0.4, touching="b.top", at=(0.0, 2.0))})
 
 
@@ -90,16 +101,32 @@ ROUND = replace(SHARP, tools={"t": pr.Stamp(width=2.0, fillet=0.4, touching="b.t
     ("problem", "edge_of"),
     [
         (billet(damage=pr.Freudenthal(), by=-6.5), "die"), (billet(damage=pr.CockcroftLatham(), by=-5.0), ""),
-        (SHARP, "t"), (ROUND, ""),
+        (SHARP, "t"), (ROUND, ""), (FOLDED, "die"), (OF_T6, "die"), (OF_Q8, "die"),
+        (billet(0.3, by=-5.0, remesh=SIZES), ""),
     ],
+    ids=["rim", "equator", "punch", "fillet", "folded on new meshes", "t6", "q8", "equator on new meshes"],
 )  # fmt: skip
 def test_the_answer_says_that_the_largest_is_at_a_sharp_edge(tmp_path: Path, problem: pr.Problem, edge_of: str) -> None:
-    """The rim of a billet and the corner of a punch; not the equator, and not the fillet of a round punch."""
+    """The rim of a billet, by all elements and where its side has come down on new meshes, and the corner of a punch.
+
+    Not the equator, on new meshes neither, and not the fillet of a round punch.
+    """
     run = pr.run(pr.Case(problem, output=pr.Output(pictures=False, report=False)), tmp_path, quiet=True)
     (found,) = run.summary["damage"]
     assert found["at"]["edge_of"] == edge_of, found
     line = next(text for text in run.summary["answer"] if text.startswith("largest damage"))
     assert ("a sharp edge of the contact" in line) == bool(edge_of)
+
+
+def test_ends_of_contacts_are_edges_where_a_side_has_come_down() -> None:
+    """Of a contact past a corner of the body both ends but the corner itself; of one that ends before it none."""
+    chained, corners = np.ones(7, dtype=bool), np.arange(8) == 4
+    for closed, ends in (([1, 1, 1, 1, 1, 1, 0, 0], [0, 5]), ([1, 1, 1, 1, 1, 0, 0, 0], [0]), ([1, 1, 0, 0, 0, 0, 0, 0], [])):
+        assert np.flatnonzero(_past(corners, np.array(closed, dtype=bool), chained)).tolist() == ends
+    chained[4] = False  # another surface begins
+    assert np.flatnonzero(_past(corners, np.arange(8) < 6, chained)).tolist() == [0]
+    flat = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.02], [3.0, 0.2], [4.0, 0.4]])
+    assert np.flatnonzero(_turned(flat, np.ones(4, dtype=bool))).tolist() == [2]
 
 
 def test_files_hold_what_was_found(run: Any) -> None:

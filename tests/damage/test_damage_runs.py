@@ -178,38 +178,33 @@ def test_mechanics_do_not_depend_on_damage() -> None:
     assert plain.state.damage == () and plain.bodies["billet"].damage == {}
 
 
-def test_new_meshes_keep_the_largest_damage() -> None:
-    """At the equator through several meshes within 2 % of the one that the run began with.
-
-    The edge of the plate, which is singular, has as much as its mesh is fine.
-    """
+@pytest.mark.parametrize("mu", [0.05, 0.1, 0.2, 0.3])
+def test_new_meshes_keep_the_largest_damage(mu: float) -> None:
+    """To 40 % through several meshes within 2 % of the one that the run began with, and found at the same place, the equator."""
     size = pr.Remesh(size=pr.Sizes(far=1.5, near_tools=1.5), when=pr.When(travel=1.5))
-    *_, kept = pr.solve(billet(0.2, by=-6.0, remesh=replace(size, at_most=0)))
-    *_, last = pr.solve(billet(0.2, by=-6.0, remesh=size))
-    assert kept.remeshings == 0 and last.remeshings >= 3
-    assert at_equator(last) == pytest.approx(at_equator(kept), rel=0.02)
-
-
-def test_new_meshes_keep_the_largest_damage_of_the_whole_body() -> None:
-    """Where it is at a regular place, the equator under moderate friction: within 1 %, and found at the same place."""
-    size = pr.Remesh(size=pr.Sizes(far=1.5, near_tools=1.5), when=pr.When(travel=1.5))
-    kept, last = ([*pr.solve(billet(0.1, by=-5.0, remesh=r))][-1] for r in (replace(size, at_most=0), size))
+    kept, last = ([*pr.solve(billet(mu, by=-6.0, remesh=r))][-1] for r in (replace(size, at_most=0), size))
     assert kept.remeshings == 0 and last.remeshings >= 3
     for increment in (kept, last):
         body = increment.bodies["billet"]
         k = int(np.argmax(body.damage["cockcroft_latham"]))
         assert body.x[k, 1] < 1.0 and body.x[k, 0] == pytest.approx(body.x[:, 0].max(), rel=1e-3)
-    assert largest(last) == pytest.approx(largest(kept), rel=0.01)
+    assert largest(last) == pytest.approx(largest(kept), rel=0.02)
+    assert at_equator(last) == pytest.approx(at_equator(kept), rel=0.02)
 
 
 def test_a_finer_mesh_keeps_peaks_as_narrow_as_an_element() -> None:
-    """At the singular rim of a rough plate: 95 % of the largest at a point, and the mean to round-off on any mesh."""
+    """At the singular rim of a rough plate: 95 % of the largest at a point, and the mean to round-off on any mesh.
+
+    The damage is the square of the plastic strain, whose peak there is as narrow as an element.
+    """
     still = billet(0.3, by=-3.7, remesh=pr.Remesh(when=pr.When(quality=0.0, travel=100.0)))
     *_, last = pr.solve(still)
-    before, old = pr.discretise(still), last.state.damage[0][..., 0]
+    before = pr.discretise(still)
+    old = before.blocks[0].field(last.state.history[0], "plastic_strain")[..., 0] ** 2
+    state = replace(last.state, damage=(old[..., None],))
     assert old.max() > 2.0 * np.quantile(old, 0.98)
     for size in (1.5, 0.7):
-        _, there = renewed(before, last.state, ["billet"], lambda body, h=size: lambda x: np.full(len(x), h))  # type: ignore[misc]
+        _, there = renewed(before, state, ["billet"], lambda body, h=size: lambda x: np.full(len(x), h))  # type: ignore[misc]
         now = there.damage[0][..., 0]
         mean = np.average(now, weights=there.remeshed.volume["billet"])
         assert len(now) != len(old) and mean == pytest.approx(np.average(old, weights=before.blocks[0].volume), rel=1e-12)

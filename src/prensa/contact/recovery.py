@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.kernels.compiled import njit
+from prensa.layout import of_corners
 from prensa.mesh.mesh import boundary_edges, corner_cells
 from prensa.precision import SMALLEST
 from prensa.types import Array, Flags, Index
@@ -273,6 +274,21 @@ def recover(
         middle = at._replace(X=_mean(X, alike), values=_mean(values, alike), counts=np.empty((0, 1)))
         out[reached] = _of_centres(middle)[reached]
     return out
+
+
+def within_elements(cells: Index, N: Array, values: Array, nodal: Array) -> Array:
+    """Nodal scalars (n, v) no further than what some element of the node makes of its own point values (m, q, v) there.
+
+    That is their extremes, and the field, linear between its corners, that is nearest to them (Hinton & Campbell 1974), whose
+    values at the nodes are bounded multiples whatever the element's shape. A polynomial in x and y is carried on to many times
+    what any point has where elements turn by 45° or fold. N (q, a): shape functions at the points; cells (m, a).
+    """
+    at_points, at_nodes = of_corners(N)
+    own = at_nodes @ np.linalg.pinv(at_points) @ values
+    low, high = np.full(nodal.shape, np.inf), np.full(nodal.shape, -np.inf)
+    np.minimum.at(low, cells, np.minimum(own, values.min(axis=1, keepdims=True)))
+    np.maximum.at(high, cells, np.maximum(own, values.max(axis=1, keepdims=True)))
+    return np.clip(nodal, low, high)
 
 
 def with_tractions_of_centres(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from prensa.layout import TETRAHEDRON_EDGES
+from prensa.layout import of_corners
 from prensa.types import Array, Flags, Index
 
 VTK_ORDER = [0, 1, 2, 3, 5, 4]
@@ -23,9 +23,7 @@ def recover(cells: Index, volume: Array, N: Array, values: Array, yielded: Flags
     """
     to_nodes, linear = np.eye(N.shape[1]), N
     if N.shape[1] == 10:
-        ends = 0.5 * np.eye(4)[np.array(TETRAHEDRON_EDGES)].sum(axis=1)
-        # L_i of the corners from quadratic shape functions: N_i and half of those in the middle of its sides
-        to_nodes, linear = np.concatenate([np.eye(4), ends]), N[:, :4] + N[:, 4:] @ ends
+        linear, to_nodes = of_corners(N)
     corner = to_nodes @ np.linalg.inv(linear) @ values  # as many points as corners: the values of a (tri)linear field
     if yielded is not None:
         corner[yielded] = to_nodes @ values[yielded][:, linear.argmax(axis=0)]

@@ -248,7 +248,7 @@ def _kept(block: Block, cells: Index, nodal: Array, values: Array) -> Array:
     Patches lower peaks that are as narrow as an element. What an element has lost there goes back to its corners.
     """
     N = block.element.N
-    L = N[:, :3] + 0.5 * (N[:, 3:] + N[:, [5, 3, 4]])
+    L, at_nodes = block.corner_fields
     lost = values - np.einsum("qa,mav->mqv", N, nodal[cells])
     # By initial volumes, per which plastic strain and work are counted.
     share = L * block.volume[..., None]
@@ -256,7 +256,7 @@ def _kept(block: Block, cells: Index, nodal: Array, values: Array) -> Array:
     np.add.at(total, cells[:, :3], np.einsum("mqa,mqv->mav", share, lost))
     np.add.at(weight, cells[:, :3], share.sum(axis=1))
     out = total / np.where(weight > 0, weight, 1.0)[:, None]
-    out[cells[:, 3:]] = 0.5 * (out[cells[:, :3]] + out[cells[:, [1, 2, 0]]])
+    out[cells[:, 3:]] = at_nodes[3:] @ out[cells[:, :3]]
     return out
 
 

@@ -11,7 +11,15 @@ import numpy as np
 
 from prensa.contact import recovery_in_space
 from prensa.contact.forces import ContactForces
-from prensa.contact.recovery import at_free_edges, borne, mises_of, recover, smoothed, with_tractions_of_centres
+from prensa.contact.recovery import (
+    at_free_edges,
+    borne,
+    mises_of,
+    recover,
+    smoothed,
+    with_tractions_of_centres,
+    within_elements,
+)
 from prensa.contact.surface import Surface
 from prensa.errors import PrensaError, take
 from prensa.materials.damage_law import DamageLaw
@@ -543,8 +551,12 @@ def body_states(
 
 
 def _at_nodes_of(b: Block, where: Array, values: Array, history: Array) -> Array:
-    """Recovered fields (n, c) of values (m, q, c), in the plane or in space."""
-    return _recovered(where, b, values, history) if where.shape[1] == 2 else _in_space(b, values, history)
+    """Recovered scalars (n, c) of values (m, q, c), in the plane or in space."""
+    if where.shape[1] == 3:
+        return _in_space(b, values, history)
+    nodal = _recovered(where, b, values, history)
+    # fitted by the elements of a node alone: others lack at their points what does not vary within them
+    return within_elements(b.cells - _own(b).start, b.element.N, values, nodal) if b.element.follows_gradients else nodal
 
 
 def nodal_damage(

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from prensa.elements.element import Chunk, Element, Failure, Mode, Work, workspace
 from prensa.kernels.compiled import njit
 from prensa.kernels.search import entry
-from prensa.layout import DofMap
+from prensa.layout import DofMap, of_corners
 from prensa.materials.laws import At, Material
 from prensa.materials.protocol import Flowing
 from prensa.mesh.bricks import SOLID_CORNERS
@@ -294,6 +294,11 @@ class Block:
         """Corner nodes (m, 3|4) of the elements, (m, 4|8) in space."""
         solid = self.element.layout.dimension == 3
         return self.cells[:, : SOLID_CORNERS[self.cells.shape[1]]] if solid else corner_cells(self.cells)
+
+    @cached_property
+    def corner_fields(self) -> tuple[Array, Array]:
+        """See `of_corners`: at the points and at the nodes of an element."""
+        return of_corners(self.element.N)
 
     @property
     def undeformed(self) -> Array:

@@ -12,6 +12,7 @@ from prensa.materials.plane_stress import PlaneStress
 from prensa.materials.protocol import Material, Yielding
 from prensa.model.problem import Problem
 from prensa.system.assembly import Block
+from prensa.system.mean_stress import with_continuous_mean
 from prensa.types import Array
 
 
@@ -27,25 +28,32 @@ def undamaged(problem: Problem, blocks: Sequence[Block]) -> tuple[Array, ...]:
     return tuple(np.zeros((*b.volume.shape, len(problem.bodies[b.body].damage))) for b in blocks)
 
 
-def stress_state(block: Block, history: Array) -> StressState:
-    """Of the points (m q,) of a block that flows, by a committed history (m, q, h)."""
+def stress_state(block: Block, x: Array, history: Array) -> StressState:
+    """Of the points (m q,) of a block that flows, by a committed history (m, q, h), with the nodes of the system at x (n, d).
+
+    Its mean stress is that of `prensa.system.mean_stress`.
+    """
     law = block.law
     own = block.at_law(history).reshape(-1, law.size)
-    stress = law.cauchy(own)
+    stress = with_continuous_mean(block, x, law.cauchy(own))
     return StressState.at(stress, _equivalent(law, own, stress), block.field(history, "plastic_strain").ravel())
 
 
 def damaged(
-    problem: Problem, blocks: Sequence[Block], before: Sequence[Array], old: Sequence[Array], new: Sequence[Array]
-) -> tuple[Array, ...]:
-    """D (m, q, laws) by block after an increment between two committed states of histories ``old`` and ``new``."""
+    problem: Problem, blocks: Sequence[Block], before: Sequence[Array], old: Sequence[Array], new: Sequence[Array],
+    x: tuple[Array, Array],
+) -> tuple[Array, ...]:  # fmt: skip
+    """D (m, q, laws) by block after an increment between two committed states of histories ``old`` and ``new``.
+
+    x: where the nodes (n, d) are in both.
+    """
     out = []
     for number, (block, damage) in enumerate(zip(blocks, before)):
         laws: tuple[DamageLaw, ...] = problem.bodies[block.body].damage
         if not laws:
             out.append(damage)
             continue
-        start, end = stress_state(block, old[number]), stress_state(block, new[number])
+        start, end = stress_state(block, x[0], old[number]), stress_state(block, x[1], new[number])
         grown = [law.grown(damage[..., k].ravel(), start, end).reshape(damage.shape[:2]) for k, law in enumerate(laws)]
         out.append(np.stack(grown, axis=-1))
     return tuple(out)
