@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_derivatives import EXACT, OPTIONS, RELEASED_BETWEEN, RULES, TWO_STEPS, varied
+from test_derivatives import EXACT, OPTIONS, RELEASED_BETWEEN, RULES, TWO_STEPS, varied, with_rules
 
 import prensa as pr
 from prensa.materials.flow_curve import FlowCurve
@@ -105,8 +105,7 @@ def test_histories_are_given_out_again() -> None:
     assert room.like(np.empty((3, 4, 10, 2))).shape == (3, 4, 10, 2)
 
 
-@pytest.mark.parametrize("rule", RULES)
-@pytest.mark.parametrize("option", KNOWN)
+@pytest.mark.parametrize(("option", "rule"), with_rules(KNOWN))
 def test_closed_derivatives_are_those_by_differences(option: str, rule: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Displacements, histories, contact points, energies and reactions, along all parameters, to 1e-7 of their size."""
     problem = ring(*KNOWN[option])

@@ -46,6 +46,7 @@ from prensa.kernels.record import (
     given,
     lift,
 )
+from prensa.kernels.uncollected import uncollected
 
 _D, _L, _S, _B = ir.DoubleType(), ir.IntType(64), ir.IntType(32), ir.IntType(8)
 _V, _VL, _VB = ir.VectorType(_D, WIDE), ir.VectorType(_L, WIDE), ir.VectorType(ir.IntType(1), WIDE)
@@ -805,7 +806,8 @@ def generated(build: Callable[..., Program]) -> Callable[..., Kernel]:
         with _lock:
             if args not in found:
                 fresh()
-                found[args] = Kernel(build(*args))
+                with uncollected():
+                    found[args] = Kernel(build(*args))
             return found[args]
 
     return kernel
