@@ -82,7 +82,7 @@ REACHED = {
     "penalty", "exact", "johnson_cook", "stribeck", "friction of the slip", "enhanced", "sheet", "duration", "crank in seconds",
     "driven boundary", "spring", "force",
 }  # fmt: skip
-"""Options that the time rule reaches in ways of their own: rates, speeds, slips and modes that are kept, tools that are driven."""
+"""Options that a time rule reaches in ways of their own: rates, speeds, slips and modes that are kept, tools that are driven."""
 
 
 def with_rules(options: Iterable[str]) -> list[tuple[str, str]]:
