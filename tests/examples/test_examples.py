@@ -10,7 +10,6 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-import prensa as pr
 from prensa.verify.table import heard, row
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -31,9 +30,7 @@ def example(monkeypatch: pytest.MonkeyPatch) -> object:
 
 @pytest.mark.parametrize("path", CASES, ids=lambda p: p.stem)
 def test_case_file(path: Path) -> None:
-    """A case file validates, can be discretised, and opens with what it shows, its source and what to expect."""
-    system = pr.discretise(pr.load(path).problem)
-    assert system.ndof > 0
+    """It opens with what it shows, its source and what to expect; that it is valid is tested beside the gallery."""
     opening = path.read_text(encoding="utf-8").split("name:")[0]
     assert opening.startswith("# ")
     assert all(f"# {word}" in opening for word in ("Shows", "Source", "Expect"))
