@@ -19,6 +19,7 @@ EXPECTED_WARNINGS = {
     "contact_integration": ("iterations suffer and pressures oscillate; leave it out (beta = 100)",),
 }
 SCRIPTS = sorted(p for p in EXAMPLES.glob("*.py") if p.stem != "common")
+LONG = {"contact_integration", "gallery", "ring_chart"}  # seconds of computation
 
 
 @pytest.fixture
@@ -37,7 +38,7 @@ def test_case_file(path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "path", [pytest.param(p, id=p.stem, marks=[pytest.mark.slow] if p.stem == "gallery" else []) for p in SCRIPTS]
+    "path", [pytest.param(p, id=p.stem, marks=[pytest.mark.slow] if p.stem in LONG else []) for p in SCRIPTS]
 )
 def test_script(
     path: Path, example: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

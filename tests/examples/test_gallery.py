@@ -108,12 +108,10 @@ def test_every_starter_goes_into_the_wheel() -> None:
 
 EXTRAPOLATED = "was measured up to a plastic strain of 0.14"
 SAID = {"forging_window": (EXTRAPOLATED,)}  # what an example's own heading announces
-LONG = {"ball_indentation", "wedge"}  # seconds of computation
 
 
-@pytest.mark.parametrize(
-    "path", [pytest.param(p, id=p.stem, marks=[pytest.mark.slow] if p.stem in LONG else []) for p in CASES]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("path", CASES, ids=lambda p: p.stem)
 def test_an_example_that_is_not_compared_runs_to_its_end_and_nothing_is_reported(gallery, path: Path) -> None:
     """What no comparison of the gallery runs is run here: all of it, without a warning."""
     if path.stem in {e.case for e in gallery._EXAMPLES.values()}:
