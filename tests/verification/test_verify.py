@@ -15,7 +15,7 @@ from prensa.verify.table import Case, Row, cases, row
 
 QUICK = (
     "patch test of exact enforcement", "sliding wedge", "patch test, constant stress", "patch test of the integration rules",
-    "frictionless upsetting in plane strain", "upsetting, mu = 0.1, 16 × 12", "bar of two layers, tied", "tube in a round cavity",
+    "wear under a sliding block", "upsetting, mu = 0.1, 16 × 12", "bar of two layers, tied", "tube in a round cavity",
     "pressure and weight on bodies in space",
 )  # fmt: skip
 """A case of each suite. All of them are computed by ``make verify``, which continuous integration runs beside the tests."""
