@@ -85,10 +85,14 @@ REACHED = {
 """Options that a time rule reaches in ways of their own: rates, speeds, slips and modes that are kept, tools that are driven."""
 
 
-def with_rules(options: Iterable[str]) -> list[tuple[str, str]]:
+SLOW = {"swift", "hockett_sherby", "swift_voce"}
+"""Flow curves that differ from others in the curve alone, each with kernels of its own that take seconds to be compiled."""
+
+
+def with_rules(options: Iterable[str]) -> list[Any]:
     """Those options with all time rules, and the others, which share all that a rule does, with one of them in turn."""
     return [
-        (option, rule)
+        pytest.param(option, rule, marks=[pytest.mark.slow] if option in SLOW else [])
         for k, option in enumerate(options)
         for rule in (RULES if option in REACHED else (RULES[k % len(RULES)],))
     ]
