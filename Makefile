@@ -14,7 +14,7 @@ export OMP_NUM_THREADS ?= 1
 # processes of the tests and of the verification table
 JOBS ?= 2
 
-.PHONY: demo lint test slow pardiso coverage verify bench docs package clean examples
+.PHONY: demo lint test suite slow pardiso coverage verify bench docs package clean examples
 
 $(VENV)/installed: pyproject.toml quality/pyproject.toml
 	@echo "installing into $(VENV): once, about a minute"
@@ -30,7 +30,11 @@ lint: $(VENV)/installed
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
-test: lint  ## lint, types, and the tests, but for those that take long
+# types are checked while tests run: without its cache, in a fresh clone, mypy keeps one core busy for most of a minute
+test: $(VENV)/installed  ## lint, types, and the tests, but for those that take long
+	$(MAKE) --jobs 2 lint suite
+
+suite: $(VENV)/installed
 	$(BIN)/python -m pytest -n $(JOBS) -m "not slow"
 
 slow: $(VENV)/installed  ## the tests that take long: campaigns of random problems, killed runs, guards switched off

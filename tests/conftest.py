@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Iterator
 
 import pytest
@@ -11,6 +12,11 @@ from prensa.sensitivity import solve
 
 JUDGED = {"checks", "docs", "examples", "model", "robustness", "verification"}
 """Folders whose tests look at what a run warns of, but for modules with `JUDGES_WARNINGS` = False."""
+
+
+def pytest_collection_finish() -> None:
+    """What thousands of collected tests are made of stays to the end: searches for cyclic garbage leave it out from here on."""
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True, scope="module")

@@ -10,7 +10,6 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-import prensa as pr
 from prensa.verify.table import heard, row
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -20,6 +19,7 @@ EXPECTED_WARNINGS = {
     "contact_integration": ("iterations suffer and pressures oscillate; leave it out (beta = 100)",),
 }
 SCRIPTS = sorted(p for p in EXAMPLES.glob("*.py") if p.stem != "common")
+LONG = {"contact_integration", "gallery", "ring_chart"}  # seconds of computation
 
 
 @pytest.fixture
@@ -31,16 +31,14 @@ def example(monkeypatch: pytest.MonkeyPatch) -> object:
 
 @pytest.mark.parametrize("path", CASES, ids=lambda p: p.stem)
 def test_case_file(path: Path) -> None:
-    """A case file validates, can be discretised, and opens with what it shows, its source and what to expect."""
-    system = pr.discretise(pr.load(path).problem)
-    assert system.ndof > 0
+    """It opens with what it shows, its source and what to expect; that it is valid is tested beside the gallery."""
     opening = path.read_text(encoding="utf-8").split("name:")[0]
     assert opening.startswith("# ")
     assert all(f"# {word}" in opening for word in ("Shows", "Source", "Expect"))
 
 
 @pytest.mark.parametrize(
-    "path", [pytest.param(p, id=p.stem, marks=[pytest.mark.slow] if p.stem == "gallery" else []) for p in SCRIPTS]
+    "path", [pytest.param(p, id=p.stem, marks=[pytest.mark.slow] if p.stem in LONG else []) for p in SCRIPTS]
 )
 def test_script(
     path: Path, example: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import re
 from pathlib import Path
 
 import meshio
@@ -288,7 +287,7 @@ def test_boundaries_that_a_file_does_not_have_are_reported_with_those_it_has(tmp
     ("name", "text", "words"),
     [
         ("a.msh", "", "no \\$MeshFormat"),
-        ("a.msh", re.sub(r'(?m)^(\d \d) ".*"$', r'\1 "' + "b" * 3_000_000, MSH2, count=1), 'is not: dimension tag "name"'),
+        pytest.param("a.msh", MSH2.replace('"origin"', '"' + "b" * 3_000_000, 1), 'is not: dimension tag "name"', id="3 MB"),
         ("a.msh", MSH2.replace("2.2 0 8", "2.2 1 8"), "binary; save it as text"),
         ("a.msh", MSH2.replace("2.2 0 8", "4.0 0 8"), "format 4.0; save it as version 4.1"),
         ("a.msh", MSH2[:300], "is not closed by"),

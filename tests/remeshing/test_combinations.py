@@ -124,7 +124,7 @@ def test_a_step_ends_where_it_is_reported_to_on_any_mesh() -> None:
     assert increments[-1].tools["punch"].place.y == pytest.approx(met.tools["punch"].place.y + 0.05)
 
 
-@pytest.mark.parametrize("space", ["axisymmetric", "plane strain"])
+@pytest.mark.parametrize("space", [pytest.param("axisymmetric", marks=pytest.mark.slow), "plane strain"])
 def test_tools_are_removed_from_a_body_on_new_meshes(space: str) -> None:
     """It springs back as it does from a punch that is lifted; no mesh is made meanwhile."""
     gone, lifted = (
@@ -148,7 +148,9 @@ def test_pushed_and_sprung_tools() -> None:
 
 
 # ----------------------------------------------------------------------------------------------- cases that follow on
-@pytest.mark.parametrize("remesh", ["off", MANY], ids=["on its meshes", "remeshed on"])
+@pytest.mark.parametrize(
+    "remesh", [pytest.param("off", id="on its meshes"), pytest.param(MANY, id="remeshed on", marks=pytest.mark.slow)]
+)
 def test_a_case_starts_from_a_run_on_new_meshes(tmp_path: Path, remesh: Any) -> None:
     """Two stages in two cases are those of one, with nothing to release between them; and the second one resumes bit for bit."""
     lift = press(0.02, name="lift", increments=16)
@@ -186,6 +188,7 @@ def test_a_second_stage_goes_on_bit_for_bit_from_any_state(tmp_path: Path) -> No
 
 
 # -------------------------------------------------------------------------------------------------------------- studies
+@pytest.mark.slow
 def test_a_sweep_of_a_remeshed_case(tmp_path: Path) -> None:
     """Each case of the table is what its own run says."""
     path = tmp_path / "case.yaml"

@@ -12,7 +12,7 @@ import pytest
 from seeded import CASE, IN_SPACE, SEEDED, said, the_line
 
 import prensa as pr
-from prensa.checks.before.preflight import preflight, staircase
+from prensa.checks.before.preflight import preflight
 from prensa.linear import rigid_modes
 from prensa.model.schema import loads, warnings_of
 from prensa_bench import robustness
@@ -53,16 +53,6 @@ def test_the_page_of_mistakes_is_up_to_date(tmp_path):
 # ------------------------------------------------------------------------------------------------------- no false alarms
 def alarms(problem: pr.Problem) -> list[str]:
     return [*map(str, preflight(pr.discretise(problem))), *warnings_of(problem)]
-
-
-@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.yaml")), ids=lambda p: p.stem)
-def test_an_example_raises_no_alarm(path):
-    """Not a word about a good case, but of the steps of forces that are seen where metal passes."""
-    problem = pr.load(path).problem
-    assert alarms(problem) == []
-    stairs = [str(n).partition(":")[0] for n in staircase(pr.discretise(problem))]
-    passing = {"drawbead": ["contacts.2"], "flat_rolling": ["contacts.0"], "wire_drawing": ["contacts.0"]}
-    assert stairs == passing.get(path.stem, [])
 
 
 def test_the_good_case_raises_no_alarm():

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from test_closed import KNOWN
-from test_derivatives import EXACT, RULES, TWO_STEPS, varied
+from test_derivatives import EXACT, TWO_STEPS, varied, with_rules
 
 import prensa as pr
 from prensa.errors import ArgumentError, PrensaError
@@ -48,8 +48,7 @@ def moves_places(path: str) -> bool:
     return ".mesh." in path or path.startswith("tools.")
 
 
-@pytest.mark.parametrize("rule", RULES)
-@pytest.mark.parametrize("option", KNOWN)
+@pytest.mark.parametrize(("option", "rule"), with_rules(KNOWN))
 def test_backwards_is_forwards(option: str, rule: Any) -> None:
     """Forces and places by all parameters, to 1e-9 of the largest; 1e-6 where forwards takes differences of places."""
     problem = ring(*KNOWN[option])

@@ -6,6 +6,8 @@ import pytest
 
 from prensa.verify.table import Case, cases
 
+pytestmark = pytest.mark.slow  # every case of two suites once more
+
 FRICTION = {
     "sliding wedge",
     "shear factor",
@@ -27,7 +29,7 @@ def _fails(case: Case, **scale: float) -> bool:
 
 
 def _parameters(names: set[str]) -> list[object]:
-    return [pytest.param(c, id=n, marks=[pytest.mark.slow] if c.slow else []) for n, c in cases().items() if n in names]
+    return [pytest.param(c, id=n) for n, c in cases().items() if n in names]
 
 
 ELASTIC = {n for n, c in cases().items() if c.suite in ("contact", "friction")} - FRICTION - INDIFFERENT

@@ -46,6 +46,7 @@ from prensa.kernels.record import (
     given,
     lift,
 )
+from prensa.kernels.uncollected import uncollected
 
 _D, _L, _S, _B = ir.DoubleType(), ir.IntType(64), ir.IntType(32), ir.IntType(8)
 _V, _VL, _VB = ir.VectorType(_D, WIDE), ir.VectorType(_L, WIDE), ir.VectorType(ir.IntType(1), WIDE)
@@ -248,16 +249,33 @@ def _described(n: Node, numbers: Mapping[Node, int]) -> str:
     return f"{n.op} {[numbers[x] for x in _arguments(n)]} {value}"
 
 
+LONGEST_BLOCK = 1000
+"""Instructions after which a block of them ends."""
+
+
 class _Emitter:
     """Instructions of a kernel; ``tables``: where arrays begin that are read by pieces, with the number of their rows."""
 
-    def __init__(self, b: Any, tables: Mapping[str, tuple[Any, Any]]) -> None:
+    def __init__(self, b: Any, tables: Mapping[str, tuple[Any, Any]], goes_on: Any, never: Any) -> None:
         self.b, self.tables = b, tables
+        self.goes_on, self.never = goes_on, never
+
+    def now_and_then(self) -> None:
+        """End a block of instructions that has become long, and begin another.
+
+        LLVM orders the instructions of a block in a time that grows with the square of their number. Blocks that always follow
+        one another it makes one: it is not told that the flag ``goes_on`` is always set, and the block ``never`` not reached.
+        """
+        if len(self.b.block.instructions) > LONGEST_BLOCK:
+            after = self.b.append_basic_block("on")
+            self.b.cbranch(self.goes_on, after, self.never)
+            self.b.position_at_end(after)
 
     def all(self, nodes: Iterable[Node], known: dict[Node, Any]) -> None:
         """Instructions of nodes in order → known, vectors by node."""
         for n in nodes:
             if n not in known:
+                self.now_and_then()
                 a = [known[x] for x in _arguments(n)]
                 known[n] = self._added(n, a, known) if n.op in ("+", "-") else self._one(n, a)
 
@@ -451,7 +469,9 @@ class _Writer:
             data, _, shape, strides = (self._field(header, i) for i in range(4))
             self.base[array], self.stride[array] = data, self._first(strides)
             tables[array] = b.inttoptr(data, _D.as_pointer()), self._first(shape)
-        self.emitter = _Emitter(b, tables)
+        never = b.append_basic_block("never")
+        ir.IRBuilder(never).ret_void()
+        self.emitter = _Emitter(b, tables, b.icmp_signed(">", count, ir.Constant(_L, 0)), never)
         self.room = b.alloca(_V, max(len(program.sums), 1))
         self.room.align = 64
         self._groups(count)
@@ -511,16 +531,12 @@ class _Writer:
         b.position_at_end(after)
         for n in phases[2]:
             if n.op == "given":
-                assert isinstance(n.value, tuple)
                 known[n] = b.load(self._sum(_column(n)), align=64)
-        self.emitter.all(phases[2], known)
+            self.emitter.all([n], known)
         self._write([x for x in p.puts if not self._has_points(x.array)], known, None)
 
     def _add(self, nodes: Sequence[Node], known: dict[Node, Any]) -> None:
-        """What belongs to a point; each number of `sums` is added as soon as it is known, so that few wait in registers.
-
-        Now and then a block of instructions ends: LLVM takes long over large ones.
-        """
+        """What belongs to a point; each number of `sums` is added as soon as it is known, so that few wait in registers."""
         b, done = self.b, 0
         for k, n in enumerate(self.program.sums):
             if n not in known:
@@ -528,10 +544,6 @@ class _Writer:
                 self.emitter.all(nodes[done:last], known)
                 done = last
             b.store(b.fadd(b.load(self._sum(k), align=64), known[n]), self._sum(k), align=64)
-            if k % WIDE == WIDE - 1:
-                after = b.append_basic_block("on")
-                b.branch(after)
-                b.position_at_end(after)
         self.emitter.all(nodes[done:], known)
 
     def _sum(self, k: int) -> Any:
@@ -588,6 +600,7 @@ class _Writer:
                 known[some[0]] = v
             else:
                 for first, wide in _blocks(column.values(), kind.columns):
+                    self.emitter.now_and_then()
                     found = self._columns([self._place(array, row, first, q) for row in self.rows], wide)
                     for n in some:
                         if first <= column[n] < first + wide:
@@ -626,6 +639,7 @@ class _Writer:
     def _put(self, values: Sequence[Any], places: Sequence[Any]) -> None:
         """Vectors → numbers that follow one another from each of eight places on; padded rows repeat the last one."""
         b, wide = self.b, len(values)
+        self.emitter.now_and_then()
         if wide >= WIDE // 2:
             found = transposed(b, [*values, *[ir.Constant(_V, ir.Undefined)] * (WIDE - wide)])
             for v, place in zip(found, places):
@@ -805,7 +819,8 @@ def generated(build: Callable[..., Program]) -> Callable[..., Kernel]:
         with _lock:
             if args not in found:
                 fresh()
-                found[args] = Kernel(build(*args))
+                with uncollected():
+                    found[args] = Kernel(build(*args))
             return found[args]
 
     return kernel

@@ -76,7 +76,7 @@ def scaled(law: pr.Coulomb, factor: float) -> pr.Coulomb:
     raise TypeError(f"unknown friction coefficient {law.mu!r}")
 
 
-@case("slip hardening, return map", suite="friction")
+@case("slip hardening, return map", suite="friction", balance=False)
 def law_level(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """The return map alone follows the closed forms through a reversal, whatever the increments."""
     k_T = 500.0

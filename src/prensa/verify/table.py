@@ -77,7 +77,8 @@ def row(quantity: str, reference: float, ours: float, tolerance: float = 0.0, ki
 class Case:
     """A case of the table: ``function(E_scale=1, mu_scale=1)`` yields its rows; ``slow`` ones take over ten seconds.
 
-    ``expected_warnings``: parts of the warnings that its runs are meant to give.
+    ``expected_warnings``: parts of the warnings that its runs are meant to give. ``balance``: whether one of its rows has to
+    state by how much tools, supports and loads are out of balance.
     """
 
     name: str
@@ -85,6 +86,7 @@ class Case:
     slow: bool
     function: Callable[..., Iterable[Row]]
     expected_warnings: tuple[str, ...] = ()
+    balance: bool = False
 
     @property
     def title(self) -> str:
@@ -97,6 +99,8 @@ class Case:
         with heard() as warnings:
             try:
                 rows += (replace(r, case=self.name) for r in self.function(**scales))
+                if rows and self.balance and not any("out of balance" in r.quantity for r in rows):
+                    rows.append(Row(self.name, "no row says what is out of balance", math.nan, math.nan, note="balance"))
             except Exception as error:  # whatever goes wrong in one case must not hide the others
                 reason = f"did not converge: {str(error) or type(error).__name__}"
                 rows.append(Row(self.name, reason, math.nan, math.nan, note=type(error).__name__))
@@ -133,8 +137,13 @@ def not_meant(warnings: Iterable[str], expected: Iterable[str]) -> Iterator[Row]
             yield Row("", f"warning: {warning}", math.nan, math.nan, note="warning")
 
 
-def case(name: str, *, suite: str, slow: bool = False, expected_warnings: tuple[str, ...] = ()) -> Callable[[Function], Function]:
+def case(
+    name: str, *, suite: str, slow: bool = False, expected_warnings: tuple[str, ...] = (), balance: bool = True
+) -> Callable[[Function], Function]:  # fmt: skip
     """Put a function that yields rows on the list; ``expected_warnings``: parts of the warnings that its runs are meant to give.
+
+    A case fails whose rows do not state by how much tools, supports and loads are out of balance, unless ``balance`` is false:
+    a law alone has none.
 
     Raises
     ------
@@ -147,7 +156,7 @@ def case(name: str, *, suite: str, slow: bool = False, expected_warnings: tuple[
         known = _CASES.get(name)
         if known is not None and known.function.__module__ != function.__module__:
             raise ValueError(f"two verification cases are called {name!r}")
-        _CASES[name] = Case(name, suite, slow, function, expected_warnings)
+        _CASES[name] = Case(name, suite, slow, function, expected_warnings, balance)
         return function
 
     return register
