@@ -117,10 +117,10 @@ def test_what_locates_a_count_grows_continuously_to_each_number() -> None:
     def place(opening: float) -> Fold:
         return Fold(np.arange(3), np.arange(3), 0.0, 0.0, 1.0, opening)
 
-    assert Folding(180.0, ()).counted == 0.0 and Folding(180.0, ()).opening == UNFOLDED
-    assert Folding(90.0, (), (place(1.25), place(1.5))).counted == 0.75
-    assert Folding(90.0, (place(0.5),), (place(1.75),)).counted == 1.25
-    assert Folding(90.0, (), (place(1.0),)).counted == 1.0 == Folding(90.0, (place(1.0 - 1e-12),)).counted
+    assert Folding(180.0, ()).counted(1) == 0.0 and Folding(180.0, ()).opening == UNFOLDED
+    assert Folding(90.0, (), (place(1.25), place(1.5))).counted(1) == 0.75
+    assert Folding(90.0, (place(0.5),), (place(1.75),)).counted(2) == 1.25
+    assert Folding(90.0, (), (place(1.0),)).counted(1) == 1.0 == pytest.approx(Folding(90.0, (place(1.0 - 1e-12),)).counted(1), abs=2e-12)
 
 
 @pytest.mark.parametrize(

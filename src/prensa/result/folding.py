@@ -71,10 +71,10 @@ class Folding(NamedTuple):
         """The least opening, 2 without a fold."""
         return min((f.opening for f in (*self.folds, *self.forming)), default=UNFOLDED)
 
-    @property
-    def counted(self) -> float:
-        """Number of folds and, of the next one that forms, the share by which it is there: it grows continuously to a number."""
-        return len(self.folds) + (UNFOLDED - self.forming[0].opening if self.forming else 0.0)
+    def counted(self, n: int) -> float:
+        """A count that grows continuously from n − 1 folds to n, where the n-th of them begins, and on as that one closes."""
+        openings = [f.opening for f in (*self.folds, *self.forming)]
+        return n - 1 + UNFOLDED - (openings[n - 1] if n <= len(openings) else UNFOLDED)
 
 
 class _Loop(NamedTuple):
