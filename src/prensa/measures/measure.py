@@ -67,8 +67,8 @@ class Measure:
     """A number of an increment: ``name`` as it is written, ``unit`` in the units of the case ('' for plain numbers).
 
     ``over_run``: 'max' or 'min' of all increments so far, which tables of a run have and no increment knows; '' of others. Made
-    by `prensa.measures.parse`. ``located``: of a count and a number n, what grows continuously from n − 1 to n, where the n-th is counted, and
-    beyond, so that this moment can be located; None of numbers that are continuous themselves.
+    by `prensa.measures.parse`. ``located``: of a count and a number n, what grows continuously from n − 1 to n, where the n-th is
+    counted, and beyond, so that this moment can be located; None of numbers that are continuous themselves.
     """
 
     name: str
