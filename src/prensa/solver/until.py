@@ -308,14 +308,16 @@ def _measured(system: System, name: str, measure: Measure, target: float, policy
 
 def _damaged(system: System, number: int, policy: Policy) -> Iterator[Criterion]:
     """The largest damages that end the step."""
-    for body, law, target in damage_targets(system.problem, number):
+    found = damage_targets(system.problem, number)
+    for body, law, target in found:
 
         def value(look: Look, body: str = body, law: str = law.name) -> float:
             return largest(look.increment(), body, law).value
 
         words = f"damage {law.name} of {body!r} has reached {target:.6g}"
         # what is met is met a tolerance before its target: that is to be the limit itself, or just beyond
-        yield Criterion(f"until.damage.{body}", words, value, (1.0 + policy.until_share) * target, target, upwards=True)
+        which = f" by {law.name}" if sum(other == body for other, *_ in found) > 1 else ""
+        yield Criterion(f"until.damage.{body}{which}", words, value, (1.0 + policy.until_share) * target, target, upwards=True)
 
 
 def _of_press(system: System, path: str, kind: str, name: str, target: float, policy: Policy) -> Criterion:
