@@ -256,6 +256,8 @@ class Stopping:
         """What there is to say of a criterion with a value, that was something else just before; '' if it is met there."""
         c = self.criteria[k]
         away = abs(value - c.target) > self.policy.until_share * c.size * (1.0 + NEGLIGIBLE)
+        if away and np.isnan(before):
+            return f"; just before it has no value, and then {value:.6g}"
         from_to = "" if c.count else f" from {before:.6g} to {value:.6g}"
         return f"; it jumps there{from_to}" if away else ""
 
