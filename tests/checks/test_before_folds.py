@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.checks.during import closing
 from prensa.checks.during.closing import FOLDS
 from prensa.mesh.mesh import segments
 from prensa.mesh.overlap import overlaps
+from prensa.result import whole_outline as whole_outlines
 from prensa.result.folding import UNFOLDED, Fold, Folding, folding
 from prensa.solver.before_folds import before_it_closes
 from prensa.system.failure import Folded
@@ -92,6 +94,46 @@ def test_the_moment_at_which_a_fold_begins_is_met(increments: int) -> None:
     assert by_count.time == pytest.approx(by_opening.time, abs=1e-7) == pytest.approx(0.29111, abs=2e-5)
 
 
+METAL = pr.J2(1000.0, 0.3, pr.Swift(50.0, 0.01, 0.2))
+
+
+@pytest.mark.parametrize("increments", [12, 1])
+def test_a_fold_of_metal_is_met_where_no_other_place_forms(increments: int) -> None:
+    """Metal bends at the notch alone: a count of one stays one until the flanks meet, and is met where it becomes one."""
+    ends = []
+    for measure in ("b.folds", "b.fold_opening"):
+        problem = notched(1.5, until=pr.Until(measure={measure: 1}), increments=increments)
+        *_, last = pr.solve(replace(problem, bodies={"b": replace(problem.bodies["b"], material=METAL)}))
+        assert last.measure("b.fold_opening") == pytest.approx(1.0, abs=2e-8) and "jumps" not in last.stopped
+        ends.append(last)
+    assert ends[0].measure("b.folds") == 1 and ends[0].time == pytest.approx(ends[1].time, abs=1e-7)
+
+
+def of_metal_on_new_meshes(problem: pr.Problem, travel: float) -> pr.Problem:
+    """A problem whose body flows, on a new mesh after each ``travel`` of the tool."""
+    remesh = pr.Remesh(pr.Sizes(far=0.35, near_tools=0.35, per_strain=0.0), pr.When(travel=travel))
+    return replace(problem, bodies={"b": replace(problem.bodies["b"], material=METAL)}, remesh=remesh)
+
+
+@pytest.mark.parametrize(("symmetric", "travel"), [(False, 0.02), (True, 0.02)])
+def test_a_fold_is_reported_once_on_however_many_meshes(symmetric: bool, travel: float, caplog) -> None:
+    """Of a whole model and of a half: what is known of the old outline is known of the new one."""
+    done, said, _ = followed(of_metal_on_new_meshes(half() if symmetric else notched(1.5), travel), caplog)
+    folded = [i.remeshings for i, reports in done if reports]
+    assert len(said) == 1 and folded[-1] - folded[0] >= 4
+
+
+def test_folds_of_an_increment_are_computed_once(monkeypatch) -> None:
+    """Those that may shorten it are those that are reported; the outline is found once for a mesh."""
+    folds, outlines = [], []
+    monkeypatch.setattr(closing, "folding", lambda *given: folds.append(given[1].copy()) or folding(*given))
+    monkeypatch.setattr(whole_outlines, "_whole", lambda *given, of=whole_outlines._whole: outlines.append(given) or of(*given))
+    done = list(pr.solve(notched(1.5, until=pr.Until(travel={"t": pr.ToolTravel(y=-0.15)}), increments=10)))
+    assert len(done) == 3 and len(outlines) == 1
+    assert len(folds) == len(done) + 1  # the increment that is ended early was looked at as a whole
+    assert len({u.tobytes() for u in folds}) == len(folds)
+
+
 def test_each_place_is_reported(caplog) -> None:
     """Two notches in one side are two folds, in one long increment too; a count of two is met where the second begins."""
     done, said, _ = followed(notched(1.5, 3.5, increments=2), caplog)
@@ -117,10 +159,11 @@ def test_what_locates_a_count_grows_continuously_to_each_number() -> None:
     def place(opening: float) -> Fold:
         return Fold(np.arange(3), np.arange(3), 0.0, 0.0, 1.0, opening)
 
-    assert Folding(180.0, ()).counted == 0.0 and Folding(180.0, ()).opening == UNFOLDED
-    assert Folding(90.0, (), (place(1.25), place(1.5))).counted == 0.75
-    assert Folding(90.0, (place(0.5),), (place(1.75),)).counted == 1.25
-    assert Folding(90.0, (), (place(1.0),)).counted == 1.0 == Folding(90.0, (place(1.0 - 1e-12),)).counted
+    assert Folding(180.0, ()).counted(1) == 0.0 and Folding(180.0, ()).opening == UNFOLDED
+    assert Folding(90.0, (), (place(1.25), place(1.5))).counted(1) == 0.75
+    assert Folding(90.0, (place(0.5),), (place(1.75),)).counted(2) == 1.25
+    assert Folding(90.0, (), (place(1.0),)).counted(1) == 1.0 < Folding(90.0, (place(1.0 - 1e-12),)).counted(1) < 1.0 + 2e-12
+    assert Folding(90.0, (place(0.25),)).counted(1) == 1.75  # it goes on as the fold closes
 
 
 @pytest.mark.parametrize(

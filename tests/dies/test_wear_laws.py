@@ -157,3 +157,10 @@ def test_wrong_laws_are_refused(slid):
         loads(CASE.replace("WEAR", "{type: archrad}").replace("REPORT", "false"))
     with pytest.raises(pr.CaseError, match="both 'k' and 'hardness'"):
         loads(CASE.replace("WEAR", "{k: 1e-5}").replace("REPORT", "false"))
+
+
+def test_a_word_that_is_no_wear_is_refused_with_what_may_stand_there() -> None:
+    """One word is known; others have the law's values missing."""
+    assert type(pr.Output(wear={"die": "relative"}).wear["die"]) is pr.Archard
+    with pytest.raises(pr.PrensaError, match=r"'absolute' is no wear: write 'relative', or a law with its values"):
+        pr.Output(wear={"die": "absolute"})

@@ -16,6 +16,7 @@ import prensa as pr
 from prensa.cli import app
 from prensa.materials.flow_curve import stress_at
 from prensa.materials.metals import library, read_metal
+from prensa.model.plausibility import warnings_of
 from prensa.model.schema import dump, json_schema, load, loads
 from prensa.output.metals import flow_curves, lines_of
 from prensa.sensitivity.parameters import numbers, with_values
@@ -106,6 +107,14 @@ def test_every_metal_states_its_source_and_a_range_that_can_be_derived(name):
         assert file.flow.K * file.flow.e0**file.flow.n == pytest.approx(file.E * file.flow.e0, rel=1e-4)
     else:
         assert (high - low) / (2 * h) == pytest.approx((low + high) / 2, rel=0.08)  # of two digits
+
+
+@pytest.mark.parametrize("name", library())
+def test_no_metal_of_the_library_is_doubted(name):
+    """Not for the flow stress at which Hollomon's law begins, next to nothing, either: the proof stress is looked at."""
+    step = pr.Step("press", duration=1.0)
+    body = pr.Body(pr.Rectangle((1.0, 1.0), (1, 1)), pr.J2(of=name))
+    assert not warnings_of(pr.Problem("p", space="plane strain", bodies={"b": body}, fixed={"b.bottom": "xy"}, steps=[step]))
 
 
 def test_every_metal_says_on_what_terms_its_numbers_are_here() -> None:

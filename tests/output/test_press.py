@@ -131,6 +131,18 @@ def test_half_a_part_needs_half_of_the_press(tmp_path: Path) -> None:
 
 
 # --------------------------------------------------------------------------------------------------------------- energy
+@pytest.mark.parametrize("capacity", [None, 80e3])
+def test_a_screw_press_that_used_its_energy_has_a_verdict_on_its_force(capacity: float | None, tmp_path: Path) -> None:
+    """The end of the step says that the energy was used; whether the frame bears the force is another question."""
+    step = pr.Step("blow", by={"t": pr.Motion(y=-1.0)}, until=pr.Until(press="t"))
+    summary = ran(billet(step, limit=pr.Press(capacity, energy=1500.0)), tmp_path)
+    said = [line for line in summary["answer"] if line.startswith("enough")]
+    force = float(np.nanmax(read_history(tmp_path)["t.fy"]))
+    share = 100 * force / 80e3
+    assert [line.startswith(f"enough: {share:.3g} % of 80 kN in force at ") for line in said] == [True] * (capacity is not None)
+    assert any(line.startswith("stopped at 1.5 J after") for line in summary["answer"])
+
+
 def test_blows_end_when_their_energy_is_used_and_it_adds_up(tmp_path: Path) -> None:
     """Two blows of different energies: what is given is plastic + friction + elastic to 1e-3, and each ends exactly there."""
     blow = {"by": {"t": pr.Motion(y=-1.0)}}

@@ -112,6 +112,27 @@ def test_a_force_that_vanishes_is_met_where_it_does():
     assert lift.tools["t"].place.y == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("increments", [1, 2, None])
+def test_what_stays_at_its_target_is_met_where_it_comes_there(increments):
+    """A force that stays zero from the last touch on: the tool stops on the body, whatever the increments."""
+    lift = pr.Step("lift", by={"t": pr.Motion(y=0.4)}, until=force(0.0), increments=increments)
+    _, end = ends(block(down(-0.2), lift, material=PLASTIC, space="plane stress"))
+    assert end.bodies["b"].displacement[:, 1].min() == pytest.approx(end.tools["t"].place.y, rel=1e-9)
+    assert -0.16 < end.tools["t"].place.y < -0.15 and "jumps" not in end.stopped
+
+
+def test_a_jump_is_met_just_behind_it_and_reported():
+    """The area of a contact jumps as outer nodes touch: no increment has what lies between; the words say from what to what."""
+    tool, area = pr.Circle(20.0, at=(2.0, 22.05)), "b.top-t.area"
+    step = pr.Step("press", move={"t": pr.Motion(y=-0.5)}, increments=2, until=pr.Until(measure={area: 3.5}))
+    (end,) = ends(block(step, tool=tool))
+    path = pr.solve(block(replace(step, until=None, increments=None), tool=tool), times=[end.time - 1e-9, end.time, 1.0])
+    before, after = next(path), next(path)
+    assert before.measure(area) < 3.5 < after.measure(area) == pytest.approx(end.measure(area), rel=1e-9)
+    assert f"; it jumps there from {before.measure(area):.4g}" in end.stopped
+    assert end.stopped.endswith(f" to {end.measure(area):.6g}")
+
+
 def test_of_several_the_first_counts():
     """A travel comes before a force or after it; either ends the step."""
     both = pr.Until(force={"t": pr.ToolForce(y=20.0)}, travel={"t": pr.ToolTravel(y=-0.004)})

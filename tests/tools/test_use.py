@@ -151,6 +151,19 @@ def test_a_sharp_corner_over_a_node_is_refused_and_rounded_when_nothing_is_said(
     assert pr.discretise(reference).tools[0].shape.radius == 0.0
 
 
+def test_a_sharp_corner_of_the_back_of_a_tool_is_over_no_node():
+    """It looks away, and the tool lies between, though the line along which a node could slide past it passes through one."""
+    block = ((0.0, 0.0), (6.0, 0.0), (6.0, 7.0), (0.0, 7.0))
+    tool = pr.Polygon(points=block, fillet=(0.5, 0.5, 0.0, 0.0), at=(0.0, 2.0))
+    bottom = pr.Problem(
+        "b", space="plane strain", bodies={"b": pr.Body(pr.Rectangle((4.0, 2.0), (4, 2), origin=(-4.0, 0.0)), ELASTIC)},
+        tools={"tool": tool}, contacts=[pr.Contact("b.bottom", "tool")], fixed={"b.left": "xy"}, steps=(down(),),
+    )  # fmt: skip
+    corner, normal = np.array([6.0, 9.0]), np.array([0.5, 0.5]) ** 0.5
+    behind = pr.discretise(bottom).surfaces[0].X - corner
+    assert (np.abs(behind @ [-normal[1], normal[0]]) < 1e-9).any() and (behind @ normal < 0.0).all()
+
+
 def test_a_boundary_all_around_has_no_side_to_touch():
     """A whole ring has no mean normal: 'touching' it is refused with what says the side, and 'above' places the tool."""
     ring = pr.Body(pr.Annulus(3.0, 4.0, (32, 2)), ELASTIC)

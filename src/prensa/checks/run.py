@@ -73,8 +73,10 @@ class RunChecks:
         ]  # fmt: skip
 
     def of(self, system: System) -> RunChecks:
-        """Those of the rest of the run, which goes on on another system."""
-        return RunChecks(system, self.policy, self.validity, self.between_nodes.on_finer)
+        """Those of the rest of the run, which goes on on another system of the same meshes."""
+        rest = RunChecks(system, self.policy, self.validity, self.between_nodes.on_finer)
+        rest.closing.known = dict(self.closing.known)
+        return rest
 
     def refusal(self, c: Context, result: NewtonResult) -> Failure | None:
         """Why a converged attempt at an increment is refused; None if it is not, or did not converge."""

@@ -8,7 +8,7 @@ least squares.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import TypeAlias
 
@@ -20,7 +20,7 @@ from prensa.materials.flow.swift import Swift
 from prensa.materials.flow.swift_voce import SwiftVoce
 from prensa.materials.flow.voce import Voce
 from prensa.materials.flow_curve import FlowCurve, stress_at
-from prensa.precision import NEGLIGIBLE, SMALLEST
+from prensa.precision import FIRST_DIFFERENCE, NEGLIGIBLE, SMALLEST
 from prensa.types import Array
 
 _Grid: TypeAlias = tuple[Array, int]
@@ -82,28 +82,60 @@ FLOW_LAWS: Mapping[str, _Law] = {
 """By type: the laws that are fitted."""
 
 
+CONFIDENCE = 0.95
+"""Of tests and bands."""
+
+
 @dataclass(frozen=True)
 class FittedCurve:
     """A law through measured stresses: ``residuals`` (k,), measured less fitted, and the standard ``error`` of one reading.
 
-    The error is √(Σr²/(k − m)) of a law with m constants, so that one with more of them has to be better to be called so.
+    The error is √(Σr²/(k − m)) of a law with m constants. ``band``: half the width (n,) of the 95 % confidence band of the curve
+    at strains (n,), by the covariance of the constants, as if the law were true. ``determined``: whether the 95 % intervals
+    of all constants exclude zero. ``worse``: whether its residuals are larger
+    than those of the law of the least error, and by more than scatter where that has more constants.
     """
 
     law: str
     curve: FlowCurve
     residuals: Array
     error: float
+    band: Callable[[Array], Array]
+    determined: bool
+    worse: bool = False
+
+    @property
+    def constants(self) -> int:
+        """How many constants the law has."""
+        return FLOW_LAWS[self.law].constants
 
 
 def fit_flow(strain: Array, stress: Array, laws: Sequence[str] = ()) -> list[FittedCurve]:
     """Fit flow laws (all, or those that are named) to flow stresses (k,) at plastic strains (k,), the best first.
 
-    Laws with as many constants as there are readings, or more, are left out. `prensa.inverse.flow_data` reads and checks tables.
+    The best is the one with the fewest constants whose residuals are not significantly larger than those of the law with the
+    least error of a reading, by an F-test at 5 % (Draper & Smith, Applied Regression Analysis, 3rd edition 1998, section 6.1); of
+    several the one with the smallest. The others follow, by their error. Laws with as many constants as there are readings, or
+    more, are left out. `prensa.inverse.flow_data` reads and checks tables.
     """
     found = [_fitted(name, strain, stress) for name in laws or FLOW_LAWS if FLOW_LAWS[name].constants < len(strain)]
-    # Of laws that are as good as exact, as Swift's and the mixed one for data of Swift's, the one with fewer constants is better.
+    # Of laws that are as good as exact, as Swift's and the mixed one for data of Swift's, none is worse than another.
     exact = NEGLIGIBLE * float(np.abs(stress).max())
-    return sorted(found, key=lambda f: (max(f.error, exact), FLOW_LAWS[f.law].constants))
+    found.sort(key=lambda f: (max(f.error, exact), f.constants))
+    found = [replace(f, worse=_worse(f, found[0], exact)) for f in found]
+    best = min((f for f in found if not f.worse), key=lambda f: (f.constants, max(f.error, exact)))
+    return [best, *(f for f in found if f is not best)]
+
+
+def _worse(fit: FittedCurve, least: FittedCurve, exact: float) -> bool:
+    """Whether residuals are larger than those of the fit of ``least`` error: by more than scatter, if that has more constants."""
+    from scipy.stats import f as f_distribution
+
+    more, free = least.constants - fit.constants, len(fit.residuals) - least.constants
+    sums = [(len(f.residuals) - f.constants) * max(f.error, exact) ** 2 for f in (fit, least)]
+    if more <= 0:
+        return sums[0] > sums[1]
+    return bool(f_distribution.sf((sums[0] - sums[1]) / more / (sums[1] / free), more, free) < 1.0 - CONFIDENCE)
 
 
 def _fitted(name: str, strain: Array, stress: Array) -> FittedCurve:
@@ -125,10 +157,37 @@ def _fitted(name: str, strain: Array, stress: Array) -> FittedCurve:
         for o in starts[: 2 * len(law.grid)]
     ]
     best = min(found, key=lambda f: float(f.cost))
-    curve = law.curve(scale * linear(best.x)[0], [float(v) for v in np.exp(best.x)])
+    a = linear(best.x)[0]
+    # a law without yield stress, or without hardening, is none: what comes out as zero is negligible
+    curve = law.curve(scale * np.maximum(a, NEGLIGIBLE), [float(v) for v in np.exp(best.x)])
     residuals = stress - stress_at(curve, strain, np.zeros_like(strain))
     error = float(np.sqrt((residuals**2).sum() / (len(strain) - law.constants)))
-    return FittedCurve(name, curve, residuals, error)
+    return FittedCurve(name, curve, residuals, error, *_confidence(law, scale * a, best.x, strain, error))
+
+
+def _slopes(law: _Law, a: Array, logs: Array, x: Array) -> Array:
+    """Derivatives (k, m) of a law at strains (k,) by its linear constants a and the logarithms of the others."""
+
+    def columns(logs: Array) -> Array:
+        return law.columns(x, [float(v) for v in np.exp(logs)])
+
+    steps = FIRST_DIFFERENCE * np.eye(len(logs))
+    others = [(columns(logs + h) - columns(logs - h)) @ a / (2.0 * FIRST_DIFFERENCE) for h in steps]
+    return np.concatenate([columns(logs), np.stack(others, axis=1)], axis=1)
+
+
+def _confidence(law: _Law, a: Array, logs: Array, strain: Array, error: float) -> tuple[Callable[[Array], Array], bool]:
+    """Half the width of the confidence band of a law fitted at strains (k,), and whether all constants differ from zero."""
+    from scipy.stats import t as t_distribution
+
+    slopes = _slopes(law, a, logs, strain)
+    # what has no effect at all has no part in the fit, and none in the band; alone its interval would be at least as wide
+    spread = np.linalg.pinv(slopes)
+    wide = float(t_distribution.ppf(0.5 * (1.0 + CONFIDENCE), len(strain) - law.constants)) * error
+    width = wide * np.maximum(np.linalg.norm(spread, axis=1), 1.0 / np.maximum(np.linalg.norm(slopes, axis=0), SMALLEST))
+    # the interval of a constant whose logarithm has a half width of one ends at zero
+    determined = bool((width < np.concatenate([a, np.ones_like(logs)])).all())
+    return lambda x: wide * np.asarray(np.linalg.norm(_slopes(law, a, logs, x) @ spread, axis=1)), determined
 
 
 def _linear(columns: Array, y: Array) -> tuple[Array, Array]:

@@ -50,9 +50,14 @@ def lines_of(name: str, data: FlowData, fits: Sequence[FittedCurve], to: float |
     (_, ends, _), (_, fars, spread) = extrapolated(fits, (last, far))
     mean = float(data.stress.mean())
     for fit, end, there in zip(fits, ends, fars):
-        rows.append((fit.law, f"{fit.error:.2g} ({100 * fit.error / mean:.1g} %)", f"{end:.5g}", f"{there:.5g}"))
+        band = float(fit.band(np.array([far]))[0])
+        rows.append((fit.law, f"{fit.error:.2g} ({100 * fit.error / mean:.1g} %)", f"{end:.5g}", f"{there:.5g} ± {band:.2g}"))
     wide = [max(len(row[k]) for row in rows) for k in range(4)]
     yield from ("  " + "  ".join(cell.ljust(w) for cell, w in zip(row, wide)).rstrip() for row in rows)
+    if alike := [fit.law for fit in fits[1:] if not fit.worse]:
+        yield f"as good within scatter, with more constants or a larger error: {', '.join(alike)}"
+    if loose := [fit.law for fit in fits if not (fit.worse or fit.determined)]:
+        yield f"constants that the readings do not determine (95 % intervals reach zero) are in: {', '.join(loose)}"
     if len(fits) > 1 and far > last:
         yield f"beyond the data nothing is known: at {far:g} the laws lie {100 * spread:.2g} % of their mean apart"
     yield snippet(fits[0], data.unit)
@@ -63,11 +68,15 @@ def summary_of(data: FlowData, fits: Sequence[FittedCurve], to: float | None = N
     laws = [
         {
             "type": f.law, "error": f.error, "residuals": f.residuals, "flow": snippet(f, data.unit),
+            "worse": f.worse, "determined": f.determined,
             "constants": {key: value for key, value in plain(f.curve).items() if key != "type"},
         }
         for f in fits
     ]  # fmt: skip
-    apart = [{"strain": e, "stresses": s, "apart": a} for e, s, a in extrapolated(fits, beyond(data, to))]
+    apart = [
+        {"strain": e, "stresses": s, "apart": a, "bands": [float(f.band(np.full(1, e))[0]) for f in fits]}
+        for e, s, a in extrapolated(fits, beyond(data, to))
+    ]
     return {"unit": data.unit, "readings": len(data.strain), "laws": laws, "beyond": apart}
 
 
@@ -85,6 +94,8 @@ def figure_of(data: FlowData, fits: Sequence[FittedCurve], to: float | None = No
         if far > last:
             top.fill_between(outside, curves.min(axis=0), curves.max(axis=0), color="#E3E5E8", label="not measured")
             low.axvspan(last, far, color="#F3F4F6")
+        middle, half = curves[0], fits[0].band(outside)
+        top.fill_between(outside, middle - half, middle + half, color=style.CYCLE[0], alpha=0.3, linewidth=0.0)
         for fit, there, colour in zip(fits, curves, style.CYCLE):
             here = stress_at(fit.curve, inside, np.zeros_like(inside))
             top.plot(inside, here, color=colour, label=f"{fit.law} ± {fit.error:.2g}")

@@ -86,6 +86,10 @@ class FlowCurve(Member, abstract=True):
         """Flow stress of the virgin material at rest."""
         return float(stress_at(self, np.zeros(1), np.zeros(1))[0])
 
+    def proof(self) -> float:
+        """Proof stress, the flow stress at a plastic strain of 0.2 % at rest."""
+        return float(stress_at(self, np.full(1, 0.002), np.zeros(1))[0])
+
 
 class PointCurve(FlowCurve, abstract=True):
     """Base of flow curves whose `stress` is a point function: it is compiled, and its derivatives are generated.

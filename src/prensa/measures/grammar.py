@@ -15,7 +15,7 @@ from prensa.errors import PrensaError, take
 from prensa.measures import bodies, contacts, cuts, damage, filling, folds
 from prensa.measures.bodies import Outline, Place
 from prensa.measures.columns import columns, directions, force_columns, place_columns
-from prensa.measures.measure import Gradient, Measure, MeasureError, Slope, Value
+from prensa.measures.measure import Count, Gradient, Measure, MeasureError, Slope, Value
 from prensa.measures.places_in_space import PlaceInSpace
 from prensa.measures.units import (
     area_unit,
@@ -201,7 +201,7 @@ class _Part:
     body: str = ""
     geometry: Callable[[Any, Any], float] | None = None
     turn: float = math.inf
-    located: Value | None = None
+    located: Count | None = None
 
 
 class _Reader:

@@ -58,6 +58,7 @@ def _joined(parts: list[tuple[Index, Array]]) -> tuple[Index, Array]:
 
 
 Value = Callable[["Increment"], float]
+Count = Callable[["Increment", int], float]
 Slope = Callable[["Increment"], Gradient]
 
 
@@ -66,8 +67,8 @@ class Measure:
     """A number of an increment: ``name`` as it is written, ``unit`` in the units of the case ('' for plain numbers).
 
     ``over_run``: 'max' or 'min' of all increments so far, which tables of a run have and no increment knows; '' of others. Made
-    by `prensa.measures.parse`. ``located``: of a count, a number that grows continuously from each one to the next, so that the
-    moment at which one more is counted can be located; None of numbers that are continuous themselves.
+    by `prensa.measures.parse`. ``located``: of a count and a number n, what grows continuously from n − 1 to n, where the n-th is
+    counted, and beyond, so that this moment can be located; None of numbers that are continuous themselves.
     """
 
     name: str
@@ -75,7 +76,7 @@ class Measure:
     _value: Value = field(repr=False, compare=False)
     _slope: Slope | None = field(default=None, repr=False, compare=False)
     over_run: str = ""
-    located: Value | None = field(default=None, repr=False, compare=False)
+    located: Count | None = field(default=None, repr=False, compare=False)
 
     def value(self, increment: Increment) -> float:
         """The number.

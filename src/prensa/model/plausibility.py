@@ -17,7 +17,7 @@ YIELDING = (1e-4, 0.03)  # of E: between these metals flow
 METALS = ((65.0, 75.0), (105.0, 125.0), (185.0, 215.0))  # GPa: aluminium and glass, copper and titanium, steel
 
 
-def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[str]:
+def _stiffness(name: str, material: Any, first: float, proof: float, units: Any) -> Iterator[str]:
     """Moduli that are those of metals in another unit than the case's, and flow stresses far below the modulus."""
     E = material.modulus
     gpa = factor("1 GPa", units.length, units.force, (1, -2))
@@ -30,7 +30,7 @@ def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[s
         amount = f"{what} = {value:g}{both} in {stress}, {value / gpa:.3g} GPa"
         yield f"bodies.{name}.material: {amount}, is not realistic{meant}"
         return
-    if 0 < first < WEAKEST * E:
+    if first > 0 and proof < WEAKEST * E:
         meant = next((f"; did you mean '{first:g} {u}'?" for u in ("GPa", "MPa") if _of_a_metal(first, u, E, units)), "")
         amount = f"flow stress {first:g} is {first / E:.1g} of E = {E:g}, less than that of any metal"
         yield f"bodies.{name}.material: {amount}{meant or '; check the units of both'}"
@@ -63,6 +63,7 @@ def warnings_of(problem: Problem) -> list[str]:
     for name, body in problem.bodies.items():
         E, flow = body.material.modulus, getattr(body.material, "flow", None)
         first = flow.first() if flow is not None else 0.0
+        proof = first if flow is None else flow.proof()  # laws without yield stress begin at next to nothing
         if flow is not None and (nu := body.material.poisson) < 0:
             thicker = "no metal gets thicker where it is pulled"
             said.append(f"bodies.{name}.material: nu = {nu:g} is negative; {thicker}; did you mean {-nu:g}?")
@@ -70,7 +71,7 @@ def warnings_of(problem: Problem) -> list[str]:
             meant = f"; did you mean {E:g}e3 or '{E:g} GPa'?" if in_mpa and E < 1000 else "; check the units of both"
             said.append(f"bodies.{name}.material: E = {E:g} in {stress}, flow stress {first:g}{meant}")
         else:
-            said += _stiffness(name, body.material, first, problem.units)
+            said += _stiffness(name, body.material, first, proof, problem.units)
         said += [f"bodies.{name}.material.flow.{key}: {words}" for key, words in (flow.doubts() if flow else ())]
         if flow is not None and (step := next((s for s in problem.steps if stated(s) is None), None)) and flow.rated():
             said.append(

@@ -654,6 +654,9 @@ class Numerics:
 
 def _relative(value: Any) -> Any:
     """'relative' is Archard's law without numbers."""
+    if isinstance(value, str) and value != "relative":
+        words = "write 'relative', or a law with its values, {type: archard, k: …, hardness: …}"
+        raise ValueError(f"{value!r} is no wear: {words}")
     return {} if value == "relative" else value
 
 

@@ -121,14 +121,21 @@ def sentence(peak: Peak) -> str:
 
 
 def of_presses(table: Table, problem: Problem, summary: Mapping[str, Any]) -> Iterator[str]:
-    """Whether each press is enough: 'enough: 82 % of 400 kN at 8 mm'; nothing of one that ended a step, which the end says."""
+    """Whether each press is enough: 'enough: 82 % of 400 kN at 8 mm'.
+
+    Of one that ended a step, which the end says, its force where it was its energy that was used; else nothing.
+    """
     made = list(press.verdicts(table, problem))
     stopped = summary.get("stopped_by", {})
     for v in made:
         steps = (s for s in problem.steps if s.until is not None and s.name in stopped)
         ended = any(stopped[s.name].startswith(reached(k, v.tool, "")) for s in steps for k in ("press", "energy"))
-        if ended and v.passed is None:
-            continue
+        spent = ended and v.passed is None
+        if spent:
+            of_force = next(f for f in press.verdicts(table, problem, of_force=True) if f.tool == v.tool)
+            if v.of == "force" or not np.isfinite(of_force.limit):
+                continue
+            v = of_force
         if not v.utilisation > 0.0:
             way = shown(float(press.strokes(table, problem, v.tool).max()), length_unit(problem))
             yield f"{v.tool} met nothing: no force on its press in {way}; look at where it starts and which way it goes"
@@ -137,6 +144,7 @@ def of_presses(table: Table, problem: Problem, summary: Mapping[str, Any]) -> It
         share = f"{100 * v.utilisation:.3g} % of {limit}"
         where = shown(v.stroke, length_unit(problem)) if v.of == "force" else f"in step {v.step!r}"
         share += " by its torque" if v.by_torque else ""
+        share += " in force" if spent else ""
         word = "so far" if summary["status"] != "completed" else "enough" if v.passed is None else "not enough"
         text = f"{word}: {share} {'at ' if v.of == 'force' else ''}{where}"
         text += "" if v.passed is None else f", passed at {shown(v.passed, length_unit(problem))}"
@@ -329,7 +337,7 @@ def _peak(table: Table, case: Case, tool: str, way: str, moment: bool) -> Peak |
     return Peak(
         tool, "moment" if moment else "force", axis, float(values[k]), moment_unit(problem) if moment else force_unit(problem),
         travel, "rad" if turned else length_unit(problem), str(table["step"][k]), int(table["increment"][k]),
-        float(table["time"][k]), None if axis == "rz" and d == 2 else _whole(case.output.mirror, axis),
+        float(table["time"][k]), None if axis == "rz" and d == 2 else _whole(_mirrors(case, tool), axis),
     )  # fmt: skip
 
 
@@ -340,6 +348,12 @@ def size_of_force(table: Table, tool: str, problem: Problem) -> NDArray[Any]:
 
 def _size(table: Table, tool: str, columns: Iterable[str]) -> NDArray[Any]:
     return np.asarray(np.linalg.norm([table[f"{tool}.{c}"] for c in columns], axis=0))
+
+
+def _mirrors(case: Case, tool: str) -> set[str]:
+    """Sides across which the image of what a tool forms lies, by the output or by the press of the tool."""
+    press = case.problem.tools[tool].press
+    return {*case.output.mirror, *(press.mirror or () if press is not None else ())}
 
 
 def _whole(mirror: Iterable[str], axis: str) -> int | None:

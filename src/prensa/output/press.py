@@ -91,15 +91,18 @@ def strokes(table: Table, problem: Problem, tool: str) -> Array:
     return course(table, problem, use).stroke
 
 
-def verdicts(table: Table, problem: Problem) -> Iterator[Verdict]:
-    """How far each press of a problem is used, at the moment at which that is most."""
+def verdicts(table: Table, problem: Problem, of_force: bool = False) -> Iterator[Verdict]:
+    """How far each press of a problem is used, at the moment at which that is most; ``of_force``: of its force alone."""
     for tool in problem.tools:
         use = use_of(problem, tool)
         used = table.get(f"{tool}.press_utilisation", np.zeros(0))
         if use is None or not np.isfinite(used).any():
             continue
-        made, k = course(table, problem, use), int(np.nanargmax(used))
-        energy = bool(made.of_energy[k] > made.force[k] / made.capacity[k])
+        made = course(table, problem, use)
+        if of_force:
+            used = made.force / made.capacity
+        k = int(np.nanargmax(used))
+        energy = not of_force and bool(made.of_energy[k] > made.force[k] / made.capacity[k])
         limit = use.energy(int(_numbers(table, problem)[k])) if energy else float(made.capacity[k])
         curve = use.press.capacity
         end = curve[-1][0] if isinstance(curve, tuple) else np.inf

@@ -39,7 +39,7 @@ from prensa.system.schedule import StepPlan
 from prensa.system.state import State
 from prensa.system.symmetry_planes import Guard, Nearing, extended, guard_of, on_mesh_of, with_planes
 from prensa.system.system import Evaluation, System
-from prensa.types import Array, Index
+from prensa.types import Array, Flags, Index
 
 log = logging.getLogger("prensa")
 
@@ -66,6 +66,12 @@ class Stepping(Protocol):
 
     def context(self, state: State, plan: StepPlan, end: float) -> Context:
         """The context of an increment."""
+
+    def reported_folds(self, state: State) -> dict[str, tuple[Array, Flags]]:
+        """By body: places (k, 2) of its outline in a state, and which of them (k,) lie in folds that were reported."""
+
+    def know_folds(self, reported: dict[str, tuple[Array, Flags]], state: State) -> None:
+        """Report no fold again that was reported on other meshes, from a state on."""
 
     def equilibrium(self, c: Context) -> Equilibrium:
         """The equations of an increment."""
@@ -282,8 +288,9 @@ class Remeshing:
         assert self.guard is not None
         self.base, self.guard = with_planes(self.guard), None
         following = self._stepping(on_mesh_of(self.base, state))
-        following.last = stepping.last
-        return following, extended(state, stepping.system, following.system)
+        following.last, there = stepping.last, extended(state, stepping.system, following.system)
+        following.know_folds(stepping.reported_folds(state), there)
+        return following, there
 
     # ------------------------------------------------------------------------------------------------------------- how
     def _sizes(self, system: System, state: State, body: str, share: float = 1.0) -> SizeField:
@@ -303,6 +310,7 @@ class Remeshing:
                 continue
             assert there.remeshed is not None
             self._watch(following, there)
+            following.know_folds(stepping.reported_folds(state), there)
             elements = sum(len(m.cells) for m in there.remeshed.meshes.values())
             following.messages.note(
                 there, present_plan(following.system, there), f"remeshing {there.remeshed.count} ({why}): {elements} elements, "

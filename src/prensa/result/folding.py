@@ -71,10 +71,10 @@ class Folding(NamedTuple):
         """The least opening, 2 without a fold."""
         return min((f.opening for f in (*self.folds, *self.forming)), default=UNFOLDED)
 
-    @property
-    def counted(self) -> float:
-        """Number of folds and, of the next one that forms, the share by which it is there: it grows continuously to a number."""
-        return len(self.folds) + (UNFOLDED - self.forming[0].opening if self.forming else 0.0)
+    def counted(self, n: int) -> float:
+        """A count that grows continuously from n − 1 folds to n, where the n-th of them begins, and on as that one closes."""
+        openings = [f.opening for f in (*self.folds, *self.forming)]
+        return n - 1 + UNFOLDED - (openings[n - 1] if n <= len(openings) else UNFOLDED)
 
 
 class _Loop(NamedTuple):
@@ -137,9 +137,7 @@ def folding(system: System, u: Array, start: Array, below: float = UNFOLDED) -> 
         ends, whole = segments(mesh.boundary), whole_outline(system, body)
         met = [(ends[o.segments[whole.modelled[o.segments]]], o) for o in overlaps(now[own], ends)]
         angle, found = STRAIGHT_ANGLE, list[Fold]()
-        for nodes in _loops(whole.ends):
-            if not (nodes < whole.n).any():
-                continue
+        for nodes in whole.loops:
             loop = _Loop(whole, nodes, *(whole.placed(nodes, p[own]) for p in (now, then, system.X)))
             angle = min(angle, _least_angle(system, u, loop))
             folds = [_closed(nodes, rim, o) for rim, o in met if np.isin(rim[:1], nodes).any()]
@@ -180,18 +178,6 @@ def _at_lines(loop: _Loop, near: float, met: list[Index]) -> list[Fold]:
             if not taken[loop.own[arc]].any():
                 out.append(Fold(np.array([a]), arc, float(loop.now[a, 0]), float(loop.now[a, 1]), 0.0, 0.0, line))
             taken[loop.own[arc]] = True
-    return out
-
-
-def _loops(ends: Index) -> list[Index]:
-    """Nodes of closed outlines in walking order, from straight pieces (k, 2)."""
-    after, out = dict(ends.tolist()), []
-    while after:
-        at, loop = next(iter(after)), []
-        while at in after:
-            loop.append(at)
-            at = after.pop(at)
-        out.append(np.array(loop))
     return out
 
 

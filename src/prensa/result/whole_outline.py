@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import product
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -23,13 +24,15 @@ class WholeOutline(NamedTuple):
     """Straight pieces ``ends`` (k, 2) between nodes of a body of n nodes and of its images, the body on the left of each.
 
     Node i of image number c is c n + i; image 0 is the body, and what lies on a line is there alone. ``images``: the lines that
-    each is mirrored across. ``modelled`` (l,): which pieces of the body's own outline are in it, those on no line.
+    each is mirrored across. ``modelled`` (l,): which pieces of the body's own outline are in it, those on no line. ``loops``:
+    nodes of its closed parts in walking order, of which each has some of the body.
     """
 
     n: int
     images: list[tuple[Line, ...]]
     ends: Index
     modelled: Flags
+    loops: list[Index]
 
     @property
     def lines(self) -> list[Line]:
@@ -62,20 +65,45 @@ class WholeOutline(NamedTuple):
         return x
 
 
+_KNOWN: WeakKeyDictionary[System, dict[str, WholeOutline]] = WeakKeyDictionary()
+"""Of each system those that have been asked for: meshes and lines of symmetry of a system do not change."""
+
+
 def whole_outline(system: System, body: str) -> WholeOutline:
     """The whole outline of a body in the plane; its own without lines of symmetry (see `lines_of`)."""
+    known = _KNOWN.setdefault(system, {})
+    if body not in known:
+        known[body] = _whole(system, body)
+    return known[body]
+
+
+def _whole(system: System, body: str) -> WholeOutline:
     first, mesh = system.first or system, system.meshes[body]
     n, ends = len(mesh.points), segments(mesh.boundary)
     lines = lines_of(first, body, first.X)
     if not lines:
-        return WholeOutline(n, [()], ends, np.ones(len(ends), dtype=bool))
+        return WholeOutline(n, [()], ends, np.ones(len(ends), dtype=bool), _loops(ends))
     X = system.X[system.span(body)]
     on = {line: np.asarray((np.abs(line.distance(X[ends])) <= NEGLIGIBLE * system.length).all(axis=1)) for line in lines}
     across = [[(), *((line,) for line in lines if line.axis == axis)] for axis in (0, 1)]
     images: list[tuple[Line, ...]] = [a + b for a, b in product(*across)]
     parts = [_mirrored(images, image, on, ends, n) for image in images]
     modelled = ~np.any(list(on.values()), axis=0)
-    return WholeOutline(n, images, np.concatenate(parts), np.asarray(modelled))
+    whole = np.concatenate(parts)
+    loops = [nodes for nodes in _loops(whole) if (nodes < n).any()]
+    return WholeOutline(n, images, whole, np.asarray(modelled), loops)
+
+
+def _loops(ends: Index) -> list[Index]:
+    """Nodes of closed outlines in walking order, from straight pieces (k, 2)."""
+    after, out = dict(ends.tolist()), []
+    while after:
+        at, loop = next(iter(after)), []
+        while at in after:
+            loop.append(at)
+            at = after.pop(at)
+        out.append(np.array(loop))
+    return out
 
 
 def _mirrored(images: Sequence[tuple[Line, ...]], image: tuple[Line, ...], on: dict[Line, Flags], ends: Index, n: int) -> Index:

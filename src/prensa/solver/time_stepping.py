@@ -15,6 +15,7 @@ import numpy as np
 
 from prensa.checks.after.passages import Passages, jump_of, passing_of
 from prensa.checks.check import Committed, Failed, Finished, Rejected, Solved, StepBegun
+from prensa.checks.during.closing import KnownFolds
 from prensa.errors import SolveError
 from prensa.linear.threads import ONE_OF_BLAS
 from prensa.measures import parse
@@ -266,6 +267,14 @@ class TimeStepping(IncrementSolver):
         """Folds at the end of an increment that were not reported yet."""
         c, result = outcome
         return self.checks.closing.new(c, self.outlines(result))
+
+    def reported_folds(self, state: State) -> KnownFolds:
+        """Folds that were reported, where the outlines are in a state."""
+        return self.checks.closing.reported(state.u)
+
+    def know_folds(self, reported: KnownFolds, state: State) -> None:
+        """Report no fold again that was reported on other meshes, from a state on."""
+        self.checks.closing.know(reported, state.u)
 
     def outlines(self, result: NewtonResult) -> Array:
         """Degrees of freedom (ndof,) that are right on the outlines of the bodies."""

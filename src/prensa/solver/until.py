@@ -19,6 +19,7 @@ from prensa.model.press import use_of
 from prensa.model.units import powers
 from prensa.model.until import TOOL_COMPONENTS, reached
 from prensa.policy import Policy
+from prensa.precision import NEGLIGIBLE
 from prensa.result.increment import Increment
 from prensa.result.results import increment_of, tool_forces
 from prensa.system.failure import NotReached, sentence
@@ -64,6 +65,8 @@ class Criterion:
 
     upwards: bool = False
     """Whether it is met by all that is beyond its target, though it began there."""
+    count: bool = False
+    """Whether it is a count, located by `prensa.measures.Measure.located`."""
     absent: str = "it has no value there"
     """What is so where it has no value."""
 
@@ -76,6 +79,13 @@ class Criterion:
         if self.side:
             return "it touches" if value <= self.target else "nothing touches"
         return f"{value:.6g} of {self.target:.6g}"
+
+
+class Found(NamedTuple):
+    """The ``outcome`` in which a criterion is met, and what there is to say where it is not met within its tolerance."""
+
+    outcome: Outcome
+    words: str
 
 
 class _Failed(Exception):
@@ -131,18 +141,18 @@ class Stopping:
         ``solve``: the outcome of the increment from the same committed state to another time. One that fails comes back as it
         is.
         """
-        stopped, least = None, -0.5 * self.policy.until_share
+        stopped, words, least = None, "", -self._near
         while self.criteria:
             c, result = outcome
             values, was = self._values(outcome), c.state.watched
             met = [k for k, v in enumerate(values) if k != stopped and self._at(k, v, was) >= least]
             if not met:
-                words = "" if stopped is None else self.criteria[stopped].words
                 return replace(c, watched=np.array(values), stopped=words), result
             # of several the earliest counts: the others may be beyond their targets there
             stopped, least = met[0], 0.5 * self.policy.until_share
             try:
-                outcome = self._root(stopped, outcome, solve)
+                outcome, beyond = self._root(stopped, outcome, solve)
+                words = self.criteria[stopped].words + beyond
             except _Failed as failed:
                 return failed.outcome
         return outcome
@@ -167,7 +177,7 @@ class Stopping:
     def early(self, c: Context) -> Iterator[str]:
         """What there is to say of an end that comes so soon that a number is likely of another unit."""
         share = (c.time - self.plan.t0) / (self.plan.t1 - self.plan.t0)
-        if share < self.policy.until_early_share and any(k.words == c.stopped and not k.side for k in self.criteria):
+        if share < self.policy.until_early_share and any(c.stopped.startswith(k.words) and not k.side for k in self.criteria):
             yield (
                 f"step {self.plan.name!r} ends after {100 * share:.2g} % of its way: {c.stopped}; is that number in the units of "
                 "the case?"
@@ -189,6 +199,15 @@ class Stopping:
     def _at(self, k: int, value: float, was: Array) -> float:
         return self._beyond(self.criteria[k], value, float(was[k]))
 
+    @property
+    def _near(self) -> float:
+        """Half the width of the band in which a criterion is met.
+
+        It ends well before the target, where what stays there, as a count or a force of zero, is not taken for the moment at
+        which it came there.
+        """
+        return 0.25 * self.policy.until_share
+
     def _beyond(self, c: Criterion, value: float, was: float) -> float:
         """By how much a value that *was* on this side of its target is beyond the aim, over its size.
 
@@ -201,12 +220,12 @@ class Stopping:
         away = side * (value - c.target) / c.size
         return float(np.clip(away, -1e6, 1e6)) + 0.5 * self.policy.until_share
 
-    def _root(self, k: int, end: Outcome, solve: Callable[[float], Outcome]) -> Outcome:
+    def _root(self, k: int, end: Outcome, solve: Callable[[float], Outcome]) -> Found:
         """The outcome in which criterion k is met, between a committed state and the outcome of an increment."""
         from scipy.optimize import brentq  # a slow import that most runs do without
 
         c = end[0]
-        was, least = c.state.watched, 0.5 * self.policy.until_share
+        was, least = c.state.watched, self._near
         tried: dict[float, tuple[float, Outcome]] = {c.time: (self._at(k, self._values(end)[k], was), end)}
         now = c.state.clock.time
 
@@ -226,9 +245,21 @@ class Stopping:
             brentq(beyond, now, c.time, xtol=instant, maxiter=200, disp=False)
         within = [t for t, (value, _) in tried.items() if abs(value) <= least]
         if not within and self.criteria[k].rate:
-            return end
+            return Found(end, "; it is a mean over the increment, and was less in the one before")
         # what jumps over its target is met just behind the jump
-        return tried[min(within or (t for t, (value, _) in tried.items() if value > 0.0))][1]
+        at = min(within or (t for t, (value, _) in tried.items() if value > 0.0))
+        before = max((t for t in tried if t < at), default=None)
+        first = float(was[k]) if before is None else self._values(tried[before][1])[k]
+        return Found(tried[at][1], self._jump(k, first, self._values(tried[at][1])[k]))
+
+    def _jump(self, k: int, before: float, value: float) -> str:
+        """What there is to say of a criterion with a value, that was something else just before; '' if it is met there."""
+        c = self.criteria[k]
+        away = abs(value - c.target) > self.policy.until_share * c.size * (1.0 + NEGLIGIBLE)
+        if away and np.isnan(before):
+            return f"; just before it has no value, and then {value:.6g}"
+        from_to = "" if c.count else f" from {before:.6g} to {value:.6g}"
+        return f"; it jumps there{from_to}" if away else ""
 
 
 def _criteria(system: System, number: int, policy: Policy) -> Iterator[Criterion]:
@@ -272,20 +303,23 @@ def _measured(system: System, name: str, measure: Measure, target: float, policy
         absent = absent or Criterion.absent
         return Criterion(path, words, lambda look: measure.value_or_nan(look.increment()), target, size, rate=rate, absent=absent)
     located, tolerance = measure.located, policy.until_share * size
+    n = max(math.ceil(target), 1)
     # what is met is met a tolerance before its target: that is to be where the count changes, or just beyond
-    return Criterion(path, words, lambda look: located(look.increment()), math.ceil(target) + tolerance, size)
+    return Criterion(path, words, lambda look: located(look.increment(), n), n + tolerance, size, upwards=True, count=True)
 
 
 def _damaged(system: System, number: int, policy: Policy) -> Iterator[Criterion]:
     """The largest damages that end the step."""
-    for body, law, target in damage_targets(system.problem, number):
+    found = damage_targets(system.problem, number)
+    for body, law, target in found:
 
         def value(look: Look, body: str = body, law: str = law.name) -> float:
             return largest(look.increment(), body, law).value
 
         words = f"damage {law.name} of {body!r} has reached {target:.6g}"
         # what is met is met a tolerance before its target: that is to be the limit itself, or just beyond
-        yield Criterion(f"until.damage.{body}", words, value, (1.0 + policy.until_share) * target, target, upwards=True)
+        which = f" by {law.name}" if sum(other == body for other, *_ in found) > 1 else ""
+        yield Criterion(f"until.damage.{body}{which}", words, value, (1.0 + policy.until_share) * target, target, upwards=True)
 
 
 def _of_press(system: System, path: str, kind: str, name: str, target: float, policy: Policy) -> Criterion:

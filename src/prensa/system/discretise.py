@@ -456,11 +456,12 @@ def _refuse_edges_on_points(tool: PlacedTool, points: Points, X: Array, normal: 
 
     """
     for *edge, ex, ey in tool.shape.edges:
-        along = (X - tool.at - edge) @ np.array([ex, ey])
+        along, ahead = (X - tool.at - edge) @ np.array([ex, ey]), (X - tool.at - edge) @ np.array([ey, -ex])
         slack = 1e-9 * float(np.ptp(along))
         inside = along.min() + slack < 0.0 < along.max() - slack
         facing = ey * normal[:, 0] - ex * normal[:, 1] < 0.0
-        over = np.flatnonzero(facing & (np.abs(along) < 0.02 * points.depth))
+        # what lies farther behind an edge than an overlap may be has the tool between: the edge is one of its back
+        over = np.flatnonzero(facing & (np.abs(along) < 0.02 * points.depth) & (ahead > -points.depth))
         if inside and len(over):
             k = over[np.argmin(np.hypot(*(X[over] - tool.at - edge).T))]
             what = points.rule.point

@@ -104,7 +104,7 @@ class BodyForces(Protocol):
         """As `System.bulk`."""
 
 
-@dataclass
+@dataclass(eq=False)  # each is one of its own, and arrays have no single answer to whether they are equal
 class System:
     """The discretised problem.
 

@@ -3,19 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TypeAlias
 
 import numpy as np
 
 from prensa.checks.check import Solved, warning
 from prensa.checks.during.self_intersection import sides_of
 from prensa.errors import Finding
-from prensa.result.folding import CLOSING, Fold, folding
+from prensa.result.folding import CLOSING, Fold, Folding, folding
 from prensa.system.interaction import Context
 from prensa.system.system import System
-from prensa.types import Array, Index
+from prensa.types import Array, Flags, Index
 
 FOLDS = " begins to fold at "
 """Words by which a warning of a fold is known."""
+
+
+KnownFolds: TypeAlias = dict[str, tuple[Array, Flags]]
+"""By body: places (k, 2) of nodes of its outline, and which of them (k,) lie between the flanks of folds that were reported."""
+
+
+class _Seen:
+    """Folds of a system where they were last asked for: an increment is looked at before it is accepted, and when it is."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.of: tuple[Array, Array] | None = None
+        self.found: dict[str, Folding] = {}
+
+    def folding(self, u: Array, start: Array) -> dict[str, Folding]:
+        """Folds at degrees of freedom u (ndof,), of what has moved since ``start`` (ndof,)."""
+        if self.of is None or not (np.array_equal(u, self.of[0]) and np.array_equal(start, self.of[1])):
+            self.found, self.of = folding(self.system, u, start, CLOSING), (u, start)
+        return self.found
 
 
 class Closing:
@@ -25,6 +45,24 @@ class Closing:
         self.system = system
         self.known: dict[str, Index] = {}
         """By body: nodes of its outline between the flanks of all folds so far."""
+        self._ends, self._starts = _Seen(system), _Seen(system)
+
+    def reported(self, u: Array) -> KnownFolds:
+        """What is known, with outlines at degrees of freedom u (ndof,)."""
+        places = {body: self._outline(body, u) for body in self.known}
+        return {body: (x, np.isin(nodes, self.known[body])) for body, (nodes, x) in places.items()}
+
+    def know(self, reported: KnownFolds, u: Array) -> None:
+        """Go on from a check on other meshes of the same outlines, which are at degrees of freedom u (ndof,) here."""
+        for body, (places, within) in reported.items():
+            nodes, x = self._outline(body, u)
+            nearest = np.hypot(*np.moveaxis(x[:, None] - places, 2, 0)).argmin(axis=1)
+            self.known[body] = nodes[within[nearest]]
+
+    def _outline(self, body: str, u: Array) -> tuple[Index, Array]:
+        """Nodes (k,) of the outline of a body, as it counts them, and where they are (k, 2) at degrees of freedom u (ndof,)."""
+        nodes = np.unique(self.system.meshes[body].boundary)
+        return nodes, self.system.positions(u)[self.system.offsets[body] + nodes]
 
     def __call__(self, given: Solved) -> Iterator[Finding]:
         """Outlines are right in every increment, whatever is condensed."""
@@ -49,18 +87,19 @@ class Closing:
 
     def _begun(self, c: Context, body: str) -> Index:
         """Nodes between the flanks of the folds of a body across lines of symmetry at the start of an increment."""
-        folds = folding(self.system, c.state.u, self.system.initial().u, CLOSING)[body].folds
+        folds = self._starts.folding(c.state.u, self.system.initial().u)[body].folds
         return np.concatenate([np.zeros(0, dtype=np.int64), *(f.arc for f in folds if f.across)])
 
     def _folds(self, c: Context, u: Array) -> Iterator[tuple[str, Fold]]:
         if self.system.problem.kinematics != "small":
-            for body, found in folding(self.system, u, c.state.step_start, CLOSING).items():
+            for body, found in self._ends.folding(u, c.state.step_start).items():
                 yield from ((body, fold) for fold in found.folds)
 
     def _words(self, c: Context, body: str, fold: Fold) -> str:
         side = " and ".join(sides_of(self.system, body, fold.nodes + self.system.offsets[body]))
         flanks = "its two flanks" if fold.across is None else f"its flank and its mirror image across {fold.across}"
-        apart = f"are {fold.gap:.3g} apart and close" if fold.gap > 0.0 else "have met"
+        met = "have met within one increment, with no state in between"
+        apart = f"are {fold.gap:.3g} apart and close" if fold.gap > 0.0 else met
         end = (
             "results end where they meet, as a body has no contact with itself"
             if fold.across is None
