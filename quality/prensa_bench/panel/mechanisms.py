@@ -224,6 +224,11 @@ TIMELY = (
         "In space the linearised system of the first guess decides which points are in contact, stick and slip.",
         (replaced(predictor, predictor._by_contact, _nothing),),
     ),
+    Mechanism(
+        "flow_in_first_guess",
+        "Where metal flows in the first guess, that is found once more with the secant moduli of the middle of its way.",
+        (replaced(predictor, predictor._flows, _no),),
+    ),
     # ------------------------------------------------------------------------------------------------------- finish
     Mechanism(
         "finish",
