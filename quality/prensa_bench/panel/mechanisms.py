@@ -226,7 +226,7 @@ TIMELY = (
     ),
     Mechanism(
         "flow_in_first_guess",
-        "Where metal flows in the first guess, that is found once more with the secant moduli of the middle of its way.",
+        "Where metal flows in the first guess in space, that is found twice more with the secant moduli of its middle.",
         (replaced(predictor, predictor._flows, _no),),
     ),
     # ------------------------------------------------------------------------------------------------------- finish

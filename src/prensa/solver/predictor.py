@@ -66,7 +66,7 @@ def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> G
 
 
 def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Guess:
-    """The committed state moved by the linearised system, and where metal flows by that of the middle of this way, twice.
+    """The committed state moved by the linearised system, and where metal flows in space by that of the middle, twice.
 
     The first takes metal for elastic: that gives way to pressure as metal that flows cannot, and under stresses of elastic size
     plastic moduli hold nothing in place. So does the middle of an elastic way to a part; that of the way found with it does not
@@ -86,9 +86,12 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
 
 
 def _flows(eq: Equilibrium, guess: Guess) -> bool:
-    """Whether the answer of a linear system is off because metal flows: only then is its residual that large."""
+    """Whether the answer of a linear system is off because metal flows: only then is its residual that large.
+
+    In space alone: in the plane, where contact is not decided in the first guess, a better one gains nothing (book, chapter 6).
+    """
     e = guess.evaluation
-    if e is None or not (eq.globalised and any(b.law.plastic for b in eq.system.blocks)):
+    if e is None or eq.system.dofs.dimension != 3 or not (eq.globalised and any(b.law.plastic for b in eq.system.blocks)):
         return False
     return eq.flow_direction_unreliable(eq.norm(e) / e.scale, first=False)
 
