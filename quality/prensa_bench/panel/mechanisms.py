@@ -226,7 +226,7 @@ TIMELY = (
     ),
     Mechanism(
         "flow_in_first_guess",
-        "Where metal flows in the first guess in space, that is found twice more with the secant moduli of its middle.",
+        "Where metal flows in a first guess with contact decided, that is found twice more, from its middle with secant moduli.",
         (replaced(predictor, predictor._flows, _no),),
     ),
     # ------------------------------------------------------------------------------------------------------- finish

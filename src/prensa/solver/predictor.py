@@ -22,13 +22,14 @@ class Guess:
 
     ``assumed`` (points,): contact points that resisted in the linear system, if u is the answer of one. Where one of them
     is open, u is not converged before its own matrix was solved: a body that nothing holds stands still wherever it is.
-    ``solved``: linear systems that it took.
+    ``solved``: linear systems that it took; ``decided``: whether contact and friction were unknowns of the last of them.
     """
 
     u: Array
     evaluation: Evaluation | None = None
     assumed: Flags | None = None
     solved: int = 0
+    decided: bool = False
 
     def take(self) -> Evaluation | None:
         """The evaluation, handed over: its matrix is then held nowhere else."""
@@ -66,7 +67,7 @@ def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> G
 
 
 def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Guess:
-    """The committed state moved by the linearised system, and where metal flows in space by that of the middle, twice.
+    """The committed state moved by the linearised system, and where metal flows by that of the middle of this way, twice.
 
     The first takes metal for elastic: that gives way to pressure as metal that flows cannot, and under stresses of elastic size
     plastic moduli hold nothing in place. So does the middle of an elastic way to a part; that of the way found with it does not
@@ -79,7 +80,7 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
         guess.evaluation = None  # a large system has no room for two matrices
         middle = _moved(eq, 0.5 * (start + guess.u), values, lam, eq.secant)
         e = middle.evaluation
-        if e is None or e.failed:
+        if e is None or e.failed or not middle.decided:
             return replace(guess, solved=solved)
         guess = replace(middle, solved=solved)
     return guess
@@ -88,10 +89,10 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
 def _flows(eq: Equilibrium, guess: Guess) -> bool:
     """Whether the answer of a linear system is off because metal flows: only then is its residual that large.
 
-    In space alone: in the plane, where contact is not decided in the first guess, a better one gains nothing (book, chapter 6).
+    Where contact was not decided with it, iterations have to find that in any case, and a better guess of flow gains nothing.
     """
     e = guess.evaluation
-    if e is None or eq.system.dofs.dimension != 3 or not (eq.globalised and any(b.law.plastic for b in eq.system.blocks)):
+    if e is None or not (guess.decided and any(b.law.plastic for b in eq.system.blocks)):
         return False
     return eq.flow_direction_unreliable(eq.norm(e) / e.scale, first=False)
 
@@ -144,7 +145,7 @@ def _by_contact(eq: Equilibrium, start: Array, delta: Array, lam: Array, secant:
         return None
     u = contact_corrected(system, eq.context, e, start, found.step, lam)
     e = eq.evaluate(u, lam)
-    return None if e.failed else Guess(u, e, found.springs, 1)
+    return None if e.failed else Guess(u, e, found.springs, 1, True)
 
 
 def _still(eq: Equilibrium, u: Array, lam: Array) -> Evaluation | None:
