@@ -224,6 +224,11 @@ TIMELY = (
         "In space the linearised system of the first guess decides which points are in contact, stick and slip.",
         (replaced(predictor, predictor._by_contact, _nothing),),
     ),
+    Mechanism(
+        "flow_in_first_guess",
+        "Where metal flows in a first guess with contact decided, that is found twice more, from its middle with secant moduli.",
+        (replaced(predictor, predictor._flows, _no),),
+    ),
     # ------------------------------------------------------------------------------------------------------- finish
     Mechanism(
         "finish",

@@ -224,6 +224,8 @@ def balance(d: Drawn, record: Record) -> str:
     for row, c, t in touchings(d, record):
         nodal[c.against][row] += t.force.sum(axis=0)
     largest = np.maximum.accumulate(np.max([np.abs(v).max(axis=1) for v in tool.values()], axis=0))
+    if not largest.max() > 0.0:
+        return "no tool bears a force at any time"
     allowed = FORCES * largest + FORCES_WHOLE * largest.max()
     sums = {f"forces at the nodes miss that on {name} by": nodal[name] + f for name, f in tool.items()}
     sums["tools and supports are out of balance by"] = sum(tool.values()) - held
@@ -231,7 +233,7 @@ def balance(d: Drawn, record: Record) -> str:
         off = np.where(_released(record), 0.0, np.abs(rest).max(axis=1))
         if (off > allowed).any():
             k = int(np.argmax(off / np.maximum(allowed, 1e-300)))
-            return f"time {h['time'][k]:.4g}: {words} {off[k] / largest[k]:.1e}"
+            return f"time {h['time'][k]:.4g}: {words} {off[k]:.1e} where tools bear {largest[k]:.1e}"
     return ""
 
 

@@ -112,8 +112,8 @@ def _outcome(eq: Equilibrium, start: Array, solve: Solve) -> NewtonResult:
 def _solve(eq: Equilibrium, start: Array, by_contact: bool, lam: Array, result: NewtonResult) -> Failure | None:
     """Solve the increment from its initial guess; None when that is done."""
     guess = initial_guess(eq, start, lam)
+    result.iterations += guess.solved
     if guess.assumed is not None:
-        result.iterations += 1
         result.linear = guess.u - start
     return _augment(eq, guess, by_contact, lam, result)
 

@@ -48,13 +48,14 @@ class ContactStep(NamedTuple):
 
 def contact_step(
     eq: Equilibrium, u: Array, lam: Array, e: Evaluation, stick: Flags | None = None, most: int | None = None,
-    for_friction: bool = False, given: Array | None = None,
+    for_friction: bool = False, given: Array | None = None, secant: float = 0.0,
 ) -> ContactStep | None:  # fmt: skip
     """Step from the iterate u (ndof,), whose evaluation is e; None where there is none or it would cost too much.
 
     stick (points,): contact points that are forced to stick where the step does not decide that; ``most``: candidates to
     begin with at most, `Policy.max_candidates` if not given; ``for_friction``: None where it cannot decide which points slip.
-    ``given`` (ndof,): a change that is part of the step, for the first guess of an increment.
+    ``given`` (ndof,): a change that is part of the step, for the first guess of an increment. ``secant``: how far the matrix goes
+    to the secant moduli.
     """
     if not e.contacts:
         return None
@@ -68,7 +69,7 @@ def contact_step(
         # A weak foundation under all candidates keeps the matrix regular where contact alone holds a body.
         springs = eq.policy.foundation_ratio * np.stack([at, rubs], axis=1).astype(np.float64)
         held = stick if rubbing is None else None
-        base = eq.evaluate(u, lam, stick=held, guess=given is not None, foundation=springs)
+        base = eq.evaluate(u, lam, stick=held, guess=given is not None, foundation=springs, secant=secant)
         if base.failed or base.data is None:
             return None
         r = base.r if given is None else base.r + eq.reduced.assembly.apply(base.data, given)

@@ -5,7 +5,7 @@ The last increments extrapolated, or the committed state moved by the linearised
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,11 +22,14 @@ class Guess:
 
     ``assumed`` (points,): contact points that resisted in the linear system, if u is the answer of one. Where one of them
     is open, u is not converged before its own matrix was solved: a body that nothing holds stands still wherever it is.
+    ``solved``: linear systems that it took; ``decided``: whether contact and friction were unknowns of the last of them.
     """
 
     u: Array
     evaluation: Evaluation | None = None
     assumed: Flags | None = None
+    solved: int = 0
+    decided: bool = False
 
     def take(self) -> Evaluation | None:
         """The evaluation, handed over: its matrix is then held nowhere else."""
@@ -65,7 +68,38 @@ def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> G
 
 
 def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Guess:
-    """The committed state moved by the linearised system.
+    """The committed state moved by the linearised system, and where metal flows by that of the middle of this way, twice.
+
+    The first takes metal for elastic: that gives way to pressure as metal that flows cannot, and under stresses of elastic size
+    plastic moduli hold nothing in place. So does the middle of an elastic way to a part; that of the way found with it does not
+    (midpoint rule in two passes, with secant moduli).
+    """
+    guess = _moved(eq, start, values, lam)
+    for solved in (2, 3):
+        if not _flows(eq, guess):
+            break
+        guess.evaluation = None  # a large system has no room for two matrices
+        middle = _moved(eq, 0.5 * (start + guess.u), values, lam, eq.secant)
+        e = middle.evaluation
+        if e is None or e.failed or not middle.decided:
+            return replace(guess, solved=solved)
+        guess = replace(middle, solved=solved)
+    return guess
+
+
+def _flows(eq: Equilibrium, guess: Guess) -> bool:
+    """Whether the answer of a linear system is off because metal flows: only then is its residual that large.
+
+    Where contact was not decided with it, iterations have to find that in any case, and a better guess of flow gains nothing.
+    """
+    e = guess.evaluation
+    if e is None or not (guess.decided and any(b.law.plastic for b in eq.system.blocks)):
+        return False
+    return eq.flow_direction_unreliable(eq.norm(e) / e.scale, first=False)
+
+
+def _moved(eq: Equilibrium, start: Array, values: Array, lam: Array, secant: float = 0.0) -> Guess:
+    """Dofs ``start`` (ndof,) moved by the system linearised there, with a matrix that goes as far as ``secant``.
 
     That has the tools where they end, so that it closes all points that they would overlap; those that were closed stay so
     and stick. Too many closed points open in the iterations that follow; too few would let the tool sink between them.
@@ -76,10 +110,10 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
     tools[system.dofs.tool.slice] = 1.0
     start = start + tools * delta
     delta = system.with_slaves((1.0 - tools) * delta)
-    if (decided := _by_contact(eq, start, delta, lam)) is not None:
+    if (decided := _by_contact(eq, start, delta, lam, secant)) is not None:
         return decided
     # Deep overlaps stand for no pressure: in a guess the terms that turn the normal take the committed tractions (chapter 6).
-    base = eq.evaluate(start, lam, guess=True)
+    base = eq.evaluate(start, lam, guess=True, secant=secant)
     if base.failed or base.data is None:
         return Guess(start + delta)
     r = base.r + reduced.assembly.apply(base.data, delta)
@@ -87,16 +121,16 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
         matrix, base = reduced.matrix(base, -r, spent=True), base._replace(data=None, history=())
         step = reduced.step(matrix, -r, 1.0)
     if eq.runaway(step) is not None:
-        return Guess(start + delta, None, base.touching)
+        return Guess(start + delta, None, base.touching, 1)
     u = contact_corrected(system, eq.context, base, start, delta + step, lam)
     e = eq.evaluate(u, lam)
     # A tool that slides or turns far slips under the bodies; points that stuck to it would be dragged inside out.
     if e.failed and (still := _still(eq, start + delta, lam)) is not None:
-        return Guess(start + delta, still, base.touching)
-    return Guess(u, e, base.touching)
+        return Guess(start + delta, still, base.touching, 1)
+    return Guess(u, e, base.touching, 1)
 
 
-def _by_contact(eq: Equilibrium, start: Array, delta: Array, lam: Array) -> Guess | None:
+def _by_contact(eq: Equilibrium, start: Array, delta: Array, lam: Array, secant: float) -> Guess | None:
     """The linearised system with contact and friction decided in it, in space; None where that costs too much or fails.
 
     A tool that begins to slide would drag all points along that stick in the linear system, and bodies flow after them; if the
@@ -107,12 +141,14 @@ def _by_contact(eq: Equilibrium, start: Array, delta: Array, lam: Array) -> Gues
     if system.dofs.dimension != 3 or not eq.globalised:
         return None
     e = eq.evaluate(start, lam, stiffness=False)
-    found = None if e.failed else contact_step(eq, start, lam, e, most=few(eq), for_friction=True, given=delta)
+    found = None
+    if not e.failed:
+        found = contact_step(eq, start, lam, e, most=few(eq), for_friction=True, given=delta, secant=secant)
     if found is None or eq.runaway(found.step) is not None:
         return None
     u = contact_corrected(system, eq.context, e, start, found.step, lam)
     e = eq.evaluate(u, lam)
-    return None if e.failed else Guess(u, e, found.springs)
+    return None if e.failed else Guess(u, e, found.springs, 1, True)
 
 
 def _still(eq: Equilibrium, u: Array, lam: Array) -> Evaluation | None:

@@ -31,6 +31,7 @@ FINER_BY = 1.5  # bricks of the second mesh for each of the first along an axis
 SAME_ON_FINER = 0.06  # of the two, under a plate
 SAME_TURNED = 1e-5  # of a problem that is turned about the upright axis
 ONE_IN = 10  # problems of which one is solved on a second mesh
+MET = 1e-6  # of the height of a body
 OF_TETRAHEDRA = 0.25  # of the bodies, the rest are of bricks
 FORCES_XYZ = ("fx", "fy", "fz")
 
@@ -72,6 +73,7 @@ def problem(rng: np.random.Generator) -> Drawn:
         shape, body = (f"{shape} of tetrahedra", split) if well_shaped(split.filled) else (shape, body)
     name, tool, most, gap = _plate(rng, body) if second else _tool(rng, body)
     depth = gap + most * number(rng, 0.2, 1.0)
+    depth += _hovering(body, tool, depth)
     mu = 0.0 if rng.random() < 0.2 else number(rng, 0.02, 0.5)
     motion = _motion_drawn(rng, name, tool, body, mu, gap, second)
     steps = _steps(rng, motion, depth, _force(rng, m, body, name), body, tool)
@@ -168,7 +170,9 @@ def _stands(body: Body, tool: Placed) -> bool:
     """Whether a tool stands on nodes on all sides of its reference point, so that it may be left to tilt."""
     top = mesh_of(body.filled).points[contact_nodes(body.filled, "top")]
     rest = top[np.abs(tool.outline(top - np.asarray(tool.at))[0]) < 1e-9 * body.high][:, [0, 2]]
-    return bool(len(rest) > 2 and within(rest, np.zeros(2)) > NEARLY * float(np.ptp(rest, axis=0).min()))
+    if len(rest) < 3 or (narrow := float(np.ptp(rest, axis=0).min())) < MET * body.high:
+        return False  # on a line, but for round-off: there it may turn
+    return within(rest, np.zeros(2)) > NEARLY * narrow
 
 
 def _force(rng: np.random.Generator, m: Metal, body: Body, name: str) -> float:
@@ -241,6 +245,23 @@ def _tool(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, flo
     turned = () if body.bored else (_ribs,)
     tools = (_plate, _plate, *swept, *narrow, *turned)
     return tools[rng.integers(len(tools))](rng, body)
+
+
+def _hovering(body: Body, tool: Placed, depth: float) -> float:
+    """Way down to the first contact node, if a tool that goes down by ``depth`` meets none; else 0.
+
+    A punch or the nose of a cone may lie between nodes. It is lowered by the distance of the nearest one, again and again.
+    """
+    x, way = mesh_of(body.filled).points[contact_nodes(body.filled, "top")] - np.asarray(tool.at), 0.0
+
+    def nearest(down: float) -> float:
+        return float(tool.outline(x + np.array([0.0, down, 0.0]))[0].min())
+
+    if nearest(depth) < 0.0:
+        return 0.0
+    while (near := nearest(way)) > MET * body.high and way < body.high:
+        way += near
+    return way
 
 
 def _plate(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:

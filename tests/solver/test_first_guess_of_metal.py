@@ -1,0 +1,60 @@
+"""The first guess of an increment in which metal flows from the beginning: its volume stays, and Newton's method gets there."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+
+import pytest
+
+import prensa as pr
+from prensa.linear.reduction import Reduced
+from prensa.policy import Policy
+from prensa.solver import predictor
+from prensa.solver.equilibrium import Equilibrium, Reporter
+from prensa.solver.predictor import initial_guess
+from prensa.system.planning import plan_step
+
+METAL = pr.J2(128e3, 0.34, pr.Linear(190.0, 570.0))
+UPSET = 0.06
+
+
+def bricks(mu: float) -> pr.Problem:
+    """A quarter of a block that a plate upsets in one increment."""
+    return pr.Problem(
+        "block", space="solid", bodies={"b": pr.Body(pr.Box((12.0, 9.0, 6.5), (5, 3, 3)), METAL)},
+        tools={"t": pr.Plane(touching="b.top")}, contacts=(pr.Contact("b.top", "t"),),
+        friction=pr.Coulomb(mu) if mu else None, fixed={"b.bottom": "y", "b.left": "x", "b.back": "z"},
+        steps=(pr.Step("press", move={"t": pr.Motion(y=-9.0 * UPSET)}, increments=1),),
+    )  # fmt: skip
+
+
+def widened(problem: pr.Problem) -> float:
+    """Stretch along x of a block without friction in the first guess of its increment."""
+    system = pr.discretise(problem)
+    state = system.initial()
+    plan = plan_step(system, 0, state.step_start)
+    report = Reporter(lambda *_: None, lambda _: nullcontext())
+    reduced = Reduced.of(system, plan.fixed, pr.Numerics(), policy=Policy())
+    context = system.context(state, plan, 1.0)
+    eq = Equilibrium(system, context, reduced, pr.Numerics(), Policy(), report, may_go_far=True)
+    guess = initial_guess(eq, state.u, system.initial_multipliers(state))
+    return float(system.positions(guess.u)[:, 0].max()) / 12.0
+
+
+def test_volume_stays_in_the_first_guess(monkeypatch):
+    """A block without friction keeps its volume where it flows; an elastic one spreads by ν of its shortening, less than half."""
+    kept = (1.0 - UPSET) ** -0.5
+    found = widened(bricks(0.0))
+    monkeypatch.setattr(predictor, "_flows", lambda *_: False)
+    elastic = widened(bricks(0.0))
+    assert abs(elastic - kept) > 0.3 * (kept - 1.0)
+    assert abs(found - kept) < 0.1 * (kept - 1.0)
+
+
+def test_a_long_first_increment_of_metal_is_not_cut(monkeypatch):
+    """From an elastic guess the tangent of metal under elastic pressure leads where elements turn inside out."""
+    (inc,) = pr.solve(bricks(0.34))
+    monkeypatch.setattr(predictor, "_flows", lambda *_: False)
+    *_, before = pr.solve(bricks(0.34))
+    assert inc.statistics.cutbacks == 0 and inc.statistics.iterations <= 8
+    assert inc.force("t").y == pytest.approx(before.force("t").y, rel=0.03)  # of one increment and of several
