@@ -26,7 +26,7 @@ def lines_of(system: System) -> Iterator[str]:
     for name, body in p.bodies.items():
         mesh = system.meshes[name]
         ranges = zip("xyz", mesh.points.min(axis=0), mesh.points.max(axis=0))
-        why = " (it is elastic and may bend)" if name in system.chosen else ""
+        why = f" ({system.chosen[name]})" if name in system.chosen else ""
         yield f"body {name}: {len(mesh.cells)} elements {body.element_in(p.space)}{why}, {len(mesh.points)} nodes"
         material = replace(body.material, of=None) if name in metals else body.material
         yield f"  {', '.join(f'{c} {low:g} … {high:g}' for c, low, high in ranges)}; {brief(material)}"

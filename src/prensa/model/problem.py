@@ -136,7 +136,8 @@ class Body:
     which lock in plastic flow.
     Without ``element``, or with ``auto``: ``q4_fbar``, and ``q4`` in plane stress, where nothing locks in volume and F-bar has no
     meaning;
-    ``q4_enhanced`` for elastic bodies whose layers would err by 5 % in bending and that nothing presses across their thickness.
+    ``q4_enhanced`` for elastic bodies whose layers would err by 5 % in bending and that nothing presses across their thickness;
+    ``q4_bbar`` for bodies that flow where a tool works with a given energy.
     In space: ``h8_fbar``, for such elastic bodies ``h8_enhanced``; ``h8_bbar`` as in the plane; ``h8`` is the textbook brick.
     Tetrahedra are ``t10``.
     ``damage``: a damage law or a list of several, evaluated along with plastic flow; the mechanics do not depend on it.

@@ -1,20 +1,20 @@
-"""Bodies that bend, and the element for them where the description leaves it open.
+"""Bodies that bend, and by how much their elements err in it.
 
 Linear elements lock in bending: as long as they are over the thickness, since their sides stay straight (MacNeal 1994); those of
 F-bar lose, with the volume, a part of the bending of each single layer. Enhanced strains do neither, but fail under large
-compression. So elastic bodies get them where they matter, unless tools and supports press the body across its thickness.
+compression. So elastic bodies that name no element get them where they matter, unless tools and supports press the body across
+its thickness (see `element_choice`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from prensa.contact.passage import WORTH_SAYING
-from prensa.elements.element import element_of
 from prensa.mesh.bricks import BrickMesh
 from prensa.mesh.mesh import Mesh
 from prensa.mesh.thin import Strips, side_numbers, strips
@@ -178,22 +178,3 @@ def _driven_across(system: System, body: str, t: _Thickness) -> bool:
             if (np.abs(t.across[near]) @ way > np.sqrt(0.5)).any():
                 return True
     return False
-
-
-def with_elements_for_bending(system: System, like: model.Problem | None) -> System:
-    """The system with an element for bending in the elastic bodies that need it and whose description names none.
-
-    ``like``: a problem whose elements are taken over instead, of bodies that it has.
-    """
-    p = system.problem
-    open_ = [name for name, b in p.bodies.items() if b.element is None]
-    chosen: dict[str, str] = {}
-    if like is not None:
-        chosen = {n: e for n in open_ if n in like.bodies and (e := like.bodies[n].element) is not None}
-    elif elastic := [n for n in open_ if not p.bodies[n].material.plastic]:
-        element = FOR_BENDING[system.dofs.dimension]
-        chosen = {name: element for name, b in bendings(system, elastic).items() if not b.pressed}
-    if not chosen:
-        return system
-    blocks = [replace(b, element=element_of(chosen[b.body])) if b.body in chosen else b for b in system.blocks]
-    return replace(system, problem=p.with_elements(chosen), blocks=blocks, chosen=frozenset(chosen))

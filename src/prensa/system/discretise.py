@@ -27,9 +27,9 @@ from prensa.model import problem as model
 from prensa.model.crank import AXIS
 from prensa.registry import DOORS
 from prensa.system.assembly import Block, Pattern, Slots, make_pattern, slots_of
-from prensa.system.bending import with_elements_for_bending
 from prensa.system.contact_surfaces import contact_edges, named_edges
 from prensa.system.control import couplings, factor_field
+from prensa.system.element_choice import with_chosen_elements
 from prensa.system.interaction import Interaction
 from prensa.system.interference import TIE_SHARES, shares_field
 from prensa.system.interference import couplings as share_couplings
@@ -110,7 +110,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
     for name in [*problem.loads, *(k for s in problem.steps for k in s.loads)]:
         system.boundary_edges(name)
     like = earlier.system if earlier is not None else beside
-    system = with_elements_for_bending(system, None if like is None else like.problem)
+    system = with_chosen_elements(system, None if like is None else like.problem)
     if earlier is not None:
         if earlier.system.first is not None:
             system = on_meshes(system, earlier.remeshed(system))

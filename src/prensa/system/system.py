@@ -110,7 +110,7 @@ class System:
 
     ``gone``: whether its tools are, and ``removed`` the contacts that they had; their rows in the state stay. ``first``: the
     system on the meshes of the description, where this one is on others. ``mirrors``: how many of its tools, the last ones, stand
-    for lines of symmetry. ``chosen``: bodies whose element, which the description leaves open, was chosen for bending.
+    for lines of symmetry. ``chosen``: why bodies have the element that was chosen for them, where the description names none.
     """
 
     problem: model.Problem
@@ -130,7 +130,7 @@ class System:
     removed: Sequence[Surface] = ()
     first: System | None = None
     mirrors: int = 0
-    chosen: frozenset[str] = frozenset()
+    chosen: dict[str, str] = field(default_factory=dict)
     _places: dict[str, Ints] = field(default_factory=dict)
     _volumes: dict[str, Array] = field(default_factory=dict)
 

@@ -11,7 +11,7 @@ from prensa.system.system import System
 
 def stiff_in_bending(system: System) -> Iterator[Finding]:
     """Bodies that flow and are not pressed across their thickness, by how much the default element errs in bending them."""
-    open_ = (name for name, b in system.problem.bodies.items() if b.element is None and b.material.plastic)
+    open_ = (n for n, b in system.problem.bodies.items() if b.material.plastic and (b.element is None or n in system.chosen))
     for body, b in bendings(system, open_).items():
         if b.bent and not b.pressed:
             default = system.problem.bodies[body].element_in(system.problem.space)
