@@ -12,6 +12,9 @@ from prensa.errors import coordinates
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.types import Array, Flags, Index
 
+BINARY_HEADER, BINARY_TRIANGLE = 84, 50
+"""Bytes of a binary file before its triangles, the last four of them their number, and of each triangle."""
+
 
 @dataclass(frozen=True)
 class Surface:
@@ -64,17 +67,44 @@ def read(path: str, digest: str) -> Surface:
     import meshio
 
     name = Path(path).name
+    _refuse_cut_off(name, Path(path))
     try:
         with np.errstate(over="ignore"):  # of a number of triangles that it finds in the middle of a text
             mesh = meshio.stl.read(path)
         points, triangles = np.array(mesh.points, dtype=np.float64), np.array(mesh.get_cells_type("triangle"))
-    except Exception as error:  # of a damaged file it may be any
-        raise ValueError(f"{name!r} is no STL file that can be read ({type(error).__name__}); export it again") from None
+    except Exception:  # of a damaged file it may be any
+        raise ValueError(
+            f"{name!r} is no STL file that can be read, neither as text nor as binary; export it again"
+        ) from None
     if not len(triangles):
         raise ValueError(f"{name!r} has no triangles; is it an STL file of a surface or body?")
     if not np.isfinite(points).all():
         raise ValueError(f"{name!r} has coordinates that are no finite numbers; export it again")
     return joined(name, points, triangles.astype(np.int64))
+
+
+def _refuse_cut_off(name: str, path: Path) -> None:
+    """Refuse a binary file that ends before the triangles whose number is in its header (84 bytes, then 50 for each).
+
+    Raises
+    ------
+    ValueError
+        If it does.
+
+    """
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        head = file.read(BINARY_HEADER)
+    if len(head) < BINARY_HEADER or head.lstrip()[:5].lower() == b"solid":
+        return  # a text; a binary file that begins so cannot be told from one by that
+    said = int.from_bytes(head[-4:], "little")
+    there = (size - BINARY_HEADER) // BINARY_TRIANGLE
+    # Of a text that is none the four characters are a number too, of a thousand million.
+    if (head[:80].isascii() and b"\n" in head[:80]) or there >= said:
+        return
+    raise ValueError(
+        f"{name!r} is cut off: its header says {said} triangles, and {there} are in it; export or copy it again"
+    )
 
 
 def text(s: Surface, name: str) -> str:

@@ -329,7 +329,7 @@ def _peak(table: Table, case: Case, tool: str, way: str, moment: bool) -> Peak |
     return Peak(
         tool, "moment" if moment else "force", axis, float(values[k]), moment_unit(problem) if moment else force_unit(problem),
         travel, "rad" if turned else length_unit(problem), str(table["step"][k]), int(table["increment"][k]),
-        float(table["time"][k]), None if axis == "rz" and d == 2 else _whole(case.output.mirror, axis),
+        float(table["time"][k]), None if axis == "rz" and d == 2 else times_of_whole(case.output.mirror, axis),
     )  # fmt: skip
 
 
@@ -342,7 +342,7 @@ def _size(table: Table, tool: str, columns: Iterable[str]) -> NDArray[Any]:
     return np.asarray(np.linalg.norm([table[f"{tool}.{c}"] for c in columns], axis=0))
 
 
-def _whole(mirror: Iterable[str], axis: str) -> int | None:
+def times_of_whole(mirror: Iterable[str], axis: str) -> int | None:
     """How often the whole part has a force along an axis, or a moment about one in space: each mirror that doubles it counts.
 
     Those of a force lie along the axis; across it the images press against each other, as two dies do. Of a tool that turns

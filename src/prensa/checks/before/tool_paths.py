@@ -19,7 +19,9 @@ from prensa.types import Array, Flags
 def tool_paths(system: System) -> Iterator[Finding]:
     """Tools that never touch, that press what cannot yield, that cross each other, or go into what has no contact with them."""
     watched = watches(system)
-    nearest = np.full(len(system.tool_contacts), np.inf)
+    nearest, farthest = np.full(len(system.tool_contacts), np.inf), np.full(len(system.tool_contacts), -np.inf)
+    driven_tools = np.zeros(len(system.tools), dtype=bool)
+    at_first = system.initial().u
     known = np.ones(len(system.tool_contacts), dtype=bool)
     moved = {name for name, body in system.problem.bodies.items() if driven(system, name)}
     moved |= {body for s in system.surfaces if s.opposite is not None for body in s.bodies}  # one may move the other
@@ -27,18 +29,23 @@ def tool_paths(system: System) -> Iterator[Finding]:
     reported: dict[str, Finding] = {}
     for m in moments(system):
         x = system.positions(m.u)
+        for t in range(len(system.tools)):
+            own = system.dofs.tool.dofs(t)
+            driven_tools[t] |= bool((m.u[own] != at_first[own]).any())
         for i, s in enumerate(system.tool_contacts):
             known[i] &= m.known[system.tool_masters[s.against].number]
             if not m.known[system.tool_masters[s.against].number]:
                 continue
             pairs = system.nodes_seen(s, m.u)
-            nearest[i] = min(nearest[i], float(pairs.g.min()))
+            nearest[i], farthest[i] = min(nearest[i], float(pairs.g.min())), max(farthest[i], float(pairs.g.min()))
             held(system, s, i, m, x, pressed)
         for notice in _crossing(system, m, x):
             reported.setdefault(notice.path, notice)
         at_rest = set(system.problem.bodies) - moved - _touched(system, nearest, known)
         for notice in _entered(system, watched, m, at_rest):
             reported.setdefault(notice.path, notice)
+    if system.problem.start is None:  # tools of an earlier run may have pressed before
+        yield from _never_pressing(system, nearest, farthest, known, moved, driven_tools)
     for i, s in enumerate(system.tool_contacts):
         if nearest[i] <= 0 or not known[i]:
             # A tool that reached a body, or whose place is not known, may have moved it: nothing is known of it from then on.
@@ -65,6 +72,31 @@ def tool_paths(system: System) -> Iterator[Finding]:
             continue  # the tool goes beyond the supports: said once
         i, s = number, system.surfaces[number]
         yield overconstrained(system, s, i, most, candidate=k >= 0)
+
+
+def _never_pressing(
+    system: System, nearest: Array, farthest: Array, known: Flags, moved: set[str], driven_tools: Flags
+) -> Iterator[Finding]:
+    """Tools that touch a body that nothing presses, and are moved along it or away from it.
+
+    ``nearest``, ``farthest``: their least gaps, by contact; ``driven_tools``: which are moved.
+    """
+    near = np.array([CLOSED * s.points.depth.min() for s in system.tool_contacts])
+    pressing = {
+        other
+        for s, least, close, sure in zip(system.tool_contacts, nearest, near, known)
+        if least < -close or not sure or s.description.interference is not None
+        for other in system.tied_bodies(s.body)
+    }
+    for i, s in enumerate(system.tool_contacts):
+        is_driven = driven_tools[system.tool_masters[s.against].number]
+        if abs(nearest[i]) <= near[i] and is_driven and s.body not in pressing | moved:
+            way = f"goes away from it, by up to {farthest[i]:.4g}" if farthest[i] > near[i] else "goes along it"
+            yield Finding(
+                contact_path(system, i),
+                f"tool {s.against!r} touches {'+'.join(s.description.surface)!r} at first and only {way}: it never presses; "
+                "check the sign and the axis of its motion",
+            )
 
 
 def _touched(system: System, nearest: Array, known: Flags) -> set[str]:
