@@ -139,7 +139,31 @@ class Facets:
         # Where both did there would be no bend.
         out = np.zeros((len(s.edges), 2), dtype=bool)
         out[edge] = np.isfinite(off) & (off <= off[:, ::-1])
-        return out
+        # A plane of many corners is none of the facets beside it, however its own triangles lie in it.
+        plane = (self._polygons[ends] & np.isin(np.arange(len(ends)), edge)[:, None]) > self._polygons[ends[:, ::-1]]
+        return np.where(plane.any(axis=1)[:, None], plane, out)
+
+    @cached_property
+    def _polygons(self) -> Flags:
+        """Which of the planes (r,) have outlines of more than four corners: no facets of a curved surface, which have three.
+
+        Or four, two triangles of a cylinder, cone or torus. Points in the middle of straight stretches are no corners.
+        """
+        s, region = self.surface, self._regions
+        ends = np.where(s.sides >= 0, region[s.sides], -1)
+        edge, side = np.nonzero((ends[:, :1] != ends[:, 1:]) & (ends >= 0))
+        # Each stretch of an outline at both of its ends, its direction away from there.
+        owner = np.concatenate([ends[edge, side]] * 2)
+        point = np.concatenate([s.edges[edge, 0], s.edges[edge, 1]])
+        d = np.tile(s.points[s.edges[edge, 1]] - s.points[s.edges[edge, 0]], (2, 1))
+        d[len(edge) :] *= -1.0
+        order = np.lexsort((point, owner))
+        owner, point, d = owner[order], point[order], d[order]
+        _, first, count = np.unique(owner * len(s.points) + point, return_index=True, return_counts=True)
+        a, b = d[first], d[np.minimum(first + 1, len(d) - 1)]
+        off = np.linalg.norm(np.cross(a, b), axis=1) / np.maximum(np.linalg.norm(a - b, axis=1), NEGLIGIBLE * self.size)
+        corner = (count != 2) | (off > DRAWN * self.size) | (np.einsum("ki,ki->k", a, b) > 0.0)
+        return np.bincount(owner[first][corner], minlength=region.max() + 1) > 4
 
     @cached_property
     def flats(self) -> Flags:

@@ -136,10 +136,11 @@ def _symmetry(system: System, body: str, frame: Frame, held: Array) -> Iterator[
         )
         missing = ", ".join(f"{body}.{side}: {'xyz'[axis]}" for (axis, _), side in lacking.items())
         several = len(lacking) > 1
+        pushed = any((np.abs(normals[:, axis]) > NO_DIFFERENCE).any() for axis, _ in lacking)
         yield Finding(
             f"bodies.{body}",
-            f"only contact holds it along {names}, and a tool stands in the plane{'s' * several} {planes}: "
-            f"if {'those are planes' if several else 'that is a plane'} of symmetry, 'fixed' lacks '{missing}'",
+            f"only {'contact' if pushed else 'friction'} holds it along {names}, and a tool stands in the plane{'s' * several} "
+            f"{planes}: if {'those are planes' if several else 'that is a plane'} of symmetry, 'fixed' lacks '{missing}'",
         )
 
 

@@ -96,8 +96,8 @@ class Stl(ToolShape):
     def hint(self) -> str:
         """Units, and of an open surface which way the normals look: of a closed one that is known."""
         turned = "its normals look the wrong way ('reverse: true' turns them round), or "
-        open_one = not stl.read(self.file, self.digest or "").closed
-        return f"; or {turned * open_one}its 'unit' is another one"
+        unsure = self.reverse is not None or not stl.read(self.file, self.digest or "").closed
+        return f"; or {turned * unsure}its 'unit' is another one"
 
     def details(self, shape: Tool, direction: Array) -> str:
         """How large and how coarse it is."""
