@@ -12,6 +12,8 @@ from prensa.errors import coordinates
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.types import Array, Flags, Index
 
+TEXT = frozenset((*range(9, 14), *range(32, 127)))
+"""Bytes of which a text is made."""
 BINARY_HEADER, BINARY_TRIANGLE = 84, 50
 """Bytes of a binary file before its triangles, the last four of them their number, and of each triangle."""
 
@@ -92,19 +94,14 @@ def _refuse_cut_off(name: str, path: Path) -> None:
         If it does.
 
     """
-    size = path.stat().st_size
     with path.open("rb") as file:
-        head = file.read(BINARY_HEADER)
-    if len(head) < BINARY_HEADER or head.lstrip()[:5].lower() == b"solid":
-        return  # a text; a binary file that begins so cannot be told from one by that
-    said = int.from_bytes(head[-4:], "little")
-    there = (size - BINARY_HEADER) // BINARY_TRIANGLE
-    # Of a text that is none the four characters are a number too, of a thousand million.
-    if (head[:80].isascii() and b"\n" in head[:80]) or there >= said:
+        head = file.read(2048)
+    if len(head) < BINARY_HEADER or not set(head) - TEXT:
         return
-    raise ValueError(
-        f"{name!r} is cut off: its header says {said} triangles, and {there} are in it; export or copy it again"
-    )
+    said = int.from_bytes(head[BINARY_HEADER - 4 : BINARY_HEADER], "little")
+    there = (path.stat().st_size - BINARY_HEADER) // BINARY_TRIANGLE
+    if there < said:
+        raise ValueError(f"{name!r} is cut off: its header says {said} triangles, and {there} are in it; export or copy it again")
 
 
 def text(s: Surface, name: str) -> str:

@@ -204,7 +204,11 @@ class Facets:
         ends = np.unique(ends, axis=0)  # both sides of a smooth edge say the same
         d = s.points[s.edges[ends[:, 2], 1]] - s.points[s.edges[ends[:, 2], 0]]
         d /= np.linalg.norm(d, axis=1)[:, None]
-        normals, m, straight = self._held(normals) if not held.all() else (normals, normals, held)
+        if not held.all():
+            across, m, straight = self._held(normals)
+            normals, straight = np.where(held[:, None], normals, across), straight & ~held
+        else:
+            m, straight = normals, ~held
         t = _tangents(normals)
         t[straight, 1] = np.cross(normals, m)[straight]
         t[straight, 0] = 0.0
