@@ -1,4 +1,4 @@
-"""Draw the pictures of the page on three dimensions from examples: ``space.png``, of the README too, ``snap_hook.png``, ``sides.png``."""
+"""Draw the pictures of the page on three dimensions: ``space.png``, of the README too, ``snap_hook.png`` and ``sides.png``."""
 
 from __future__ import annotations
 

@@ -90,7 +90,7 @@ def test_the_faces_of_a_step_file_are_a_tool(tmp_path: Path) -> None:
 
 
 def test_a_rounded_punch_of_a_step_file_has_a_flat_end(tmp_path: Path) -> None:
-    """Its gap is that of the revolved stamp to a hundredth of the fillet, from the inside to far away, and its flat is flat."""
+    """Its gap is that of the revolved stamp to the height of a chord, from the inside to far away, and its flat is flat."""
 
     def punch(occ):
         body = occ.addCylinder(0.0, 0.0, 0.0, 0.0, 10.0, 0.0, 5.0)
@@ -106,7 +106,7 @@ def test_a_rounded_punch_of_a_step_file_has_a_flat_end(tmp_path: Path) -> None:
     x = rng.uniform([-6.0, -6.0, -6.0], [6.0, 1.0, 6.0], (6000, 3))
     ours, stamp = shape.closest(x), exact.closest(x)
     below = np.abs(stamp.g) < 6.0
-    assert np.abs(ours.g - stamp.g)[below].max() < 0.015
+    assert np.abs(ours.g - stamp.g)[below].max() < 5.0 * (1.0 - np.cos(np.pi / 36))
     flat = np.hypot(x[:, 0], x[:, 2]) < 3.4
     assert np.abs(ours.n - [0.0, -1.0, 0.0])[flat & (x[:, 1] < 0.5)].max() < 1e-9
 
@@ -120,10 +120,11 @@ def test_what_would_take_hours_to_mesh_is_refused(tmp_path: Path) -> None:
     face = drawn(tmp_path / "face.step", lambda occ: occ.addRectangle(0.0, 0.0, 0.0, 4.0, 3.0))
     said = called(str(face), "--size", "1", "--out", str(tmp_path / "f.msh")).output.replace("\n", " ")
     assert "surfaces do: --out tool.stl" in said
-    with pytest.raises(ValueError, match=r"is a STEP file: fill its solid with elements, prensa import part\.step --size 4"):
-        pr.File("part.step")
+    with pytest.raises(ValueError, match=r"is a STEP file: fill its solid with elements, prensa import .*hall\.step --size 4"):
+        pr.File(str(part))
+    (tmp_path / "face.stl").write_text("solid face\n")
     with pytest.raises(ValueError, match="is an STL file, a surface: for tools"):
-        pr.File("part.stl")
+        pr.File(str(tmp_path / "face.stl"))
 
 
 def test_surfaces_of_a_step_file_are_listed_with_their_places(tmp_path: Path) -> None:

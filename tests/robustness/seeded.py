@@ -622,7 +622,7 @@ SEEDED = {
             (
                 "sector in degrees without the unit",
                 ((BRICKS, "type: cylinder, radius: 10, height: 5, n: [3, 3, 4], angle: 90"), (", block.left: x, block.back: z", ", block.base: z, block.cap: x")),
-                "5:", ("must be at most 6.28319", "for degrees write '90 deg'"), False,
+                "5:72", ("must be at most 6.28319", "for degrees write '90 deg'"), False,
             ),
             ("tool that never touches", (("touching: block.top, at: [0, 0, 0]", "at: [0, 26, 0]"),), "10:5", ("never touches 'block.top'", "never comes nearer than 0.5"), True),
             ("side of another name", (("block.back: z", "block.rear: z"),), "11:41", ("unknown boundary 'rear'", "'back', 'front'"), False),
