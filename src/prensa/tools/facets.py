@@ -142,7 +142,8 @@ class Facets:
         out = np.zeros((len(s.edges), 2), dtype=bool)
         out[edge] = np.isfinite(off) & (off <= off[:, ::-1])
         # A plane of many corners is none of the facets beside it, however its own triangles lie in it.
-        plane = (self._polygons[ends] & np.isin(np.arange(len(ends)), edge)[:, None]) > self._polygons[ends[:, ::-1]]
+        many, smooth = self._polygons[ends], np.isin(np.arange(len(ends)), edge)
+        plane = smooth[:, None] & many & ~many[:, ::-1]
         return np.where(plane.any(axis=1)[:, None], plane, out)
 
     @cached_property
