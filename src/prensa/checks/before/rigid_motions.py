@@ -119,7 +119,7 @@ def _symmetry(system: System, body: str, frame: Frame, held: Array) -> Iterator[
     masters = [system.tool_masters[s.against] for s in mine]
     normals = np.concatenate([left[:0, :3], *(m.seen(x[s.points.nodes], u).n for s, m in zip(mine, masters))])
     at = [m.tool.at for m in masters if not m.tool.shape.half_space]
-    mesh, lacking = system.meshes[body], {}
+    mesh, lacking = system.meshes[body], dict[tuple[int, float], str]()
     for side, faces in mesh.edges.items():
         x = mesh.points[np.unique(faces)]
         axis = int(np.argmin(np.ptp(x, axis=0)))

@@ -11,6 +11,7 @@ from prensa.checks.during.penetration import Watch, inside, watches
 from prensa.checks.thresholds import ALONG, NO_DIFFERENCE
 from prensa.errors import Finding, Severity, coordinates
 from prensa.linear.rigid_modes import CLOSED
+from prensa.model.interference import interference_of
 from prensa.system.moments import Moment, contact_path, driven, moments
 from prensa.system.system import System
 from prensa.types import Array, Flags
@@ -85,7 +86,7 @@ def _never_pressing(
     pressing = {
         other
         for s, least, close, sure in zip(system.tool_contacts, nearest, near, known)
-        if least < -close or not sure or s.description.interference is not None
+        if least < -close or not sure or interference_of(s.description) is not None
         for other in system.tied_bodies(s.body)
     }
     for i, s in enumerate(system.tool_contacts):
