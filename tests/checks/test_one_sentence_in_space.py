@@ -50,7 +50,10 @@ def said(tmp_path: Path, text: str, *command: str) -> tuple[int, list[str], str]
         ("block.left: x, block.back: z", "block.left: z, block.back: x", "'fixed' lacks 'block.left: x, block.back: z'"),
         ("type: sphere, radius: 20, touching: block.top, at: [0, 0, 0]", "type: plane, touching: block.top", ""),
         ("y: -0.3", "y: 0.3", "only goes away from it, by up to 0.3: it never presses"),
-        ("type: box, size: [10, 5, 10], n: [4, 3, 4]", "type: rectangle, size: [10, 5], n: [4, 3]", "take it as the 'section' of an 'extruded' or a 'revolved' one"),
+        (
+            "type: box, size: [10, 5, 10], n: [4, 3, 4]", "type: rectangle, size: [10, 5], n: [4, 3]",
+            "take it as the 'section' of an 'extruded' or a 'revolved' one",
+        ),
         ("bodies:\n", SECOND.replace("HEIGHT", "-4"), "it overlaps body 'base', by 1 mm"),
         ("bodies:\n", SECOND.replace("HEIGHT", "-5"), "join them with 'ties', or make one a tool"),
     ],

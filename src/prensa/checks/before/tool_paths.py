@@ -9,12 +9,17 @@ import numpy as np
 from prensa.checks.before.held_nodes import Pressed, deepest, held, overconstrained
 from prensa.checks.during.penetration import Watch, inside, watches
 from prensa.checks.thresholds import ALONG, NO_DIFFERENCE
+from prensa.contact.faces import FacePoints
+from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity, coordinates
 from prensa.linear.rigid_modes import CLOSED
 from prensa.model.interference import interference_of
 from prensa.system.moments import Moment, contact_path, driven, moments
 from prensa.system.system import System
 from prensa.types import Array, Flags
+
+MIDDLES = ", and contact is at the middle of the sides of its faces alone: shorten the elements there, or "
+"""What is said of a tool that touches a corner of quadratic faces."""
 
 
 def tool_paths(system: System) -> Iterator[Finding]:
@@ -61,8 +66,9 @@ def tool_paths(system: System) -> Iterator[Finding]:
             gap = f"never comes nearer than {nearest[i]:.4g}" if np.isfinite(nearest[i]) else "is never opposite to it"
             yield Finding(
                 contact_path(system, i),
-                f"tool {s.against!r} never touches {'+'.join(s.description.surface)!r} in any step: it {gap}; "
-                "check where it is placed, the sign and the size of its motion",
+                f"tool {s.against!r} never touches {'+'.join(s.description.surface)!r} in any step: it {gap}"
+                + (MIDDLES if _coarse(s, nearest[i]) else "; ")
+                + "check where it is placed, the sign and the size of its motion",
             )
     yield from reported.values()
     worst = deepest(pressed)
@@ -73,6 +79,11 @@ def tool_paths(system: System) -> Iterator[Finding]:
             continue  # the tool goes beyond the supports: said once
         i, s = number, system.surfaces[number]
         yield overconstrained(system, s, i, most, candidate=k >= 0)
+
+
+def _coarse(s: Surface, gap: float) -> bool:
+    """Whether a tool misses points of a surface of quadratic faces by less than an element."""
+    return isinstance(s.points, FacePoints) and s.points.faces.shape[1] == 6 and gap < float(s.points.depth.min())
 
 
 def _never_pressing(
