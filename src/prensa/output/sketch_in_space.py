@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
     from prensa.system.system import System
 
-PAPER = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6}
-FACING = 0.25
+LABEL = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6}
+NAMED_FROM = 0.25
 """Cosine of the angle between a face and the eye from which on its name is written there."""
-SIZE = (11.0, 5.2)
+TWO_VIEWS = (11.0, 5.2)
 """Inches of the two views beside each other."""
 
 
@@ -63,7 +63,7 @@ def sketch_in_space(problem: Problem, meshes: Mapping[str, Mesh], system: System
     first = at_rest(system) if system is not None else None
     (turn, lift) = VIEWS["iso"]
     with style.styled():
-        figure = Picture(figsize=SIZE, layout="constrained")
+        figure = Picture(figsize=TWO_VIEWS, layout="constrained")
         FigureCanvasAgg(figure)
         for k, angles in enumerate(((turn, lift), (turn + 180.0, -lift))):
             axes: Any = figure.add_subplot(1, 2, k + 1, projection="3d", computed_zorder=False)
@@ -105,11 +105,11 @@ def _sides(mesh: Mesh) -> tuple[list[_Side], Index]:
 def _name(axes: Any, sides: list[_Side], eye: Array) -> None:
     """Write the names of the sides that are seen from an eye on the face in their middle."""
     for side in sides:
-        seen = np.flatnonzero(side.normals @ eye > FACING)
+        seen = np.flatnonzero(side.normals @ eye > NAMED_FROM)
         if not len(seen):
             continue
         middle = side.at[seen].mean(axis=0)
         k = seen[np.argmin(((side.at[seen] - middle) ** 2).sum(axis=1))]
         axes.text(
-            *upright(side.at[k]), side.names, color=side.colour, ha="center", va="center", fontsize="small", zorder=8, bbox=PAPER
+            *upright(side.at[k]), side.names, color=side.colour, ha="center", va="center", fontsize="small", zorder=8, bbox=LABEL
         )

@@ -23,7 +23,7 @@ from prensa.types import Array, Flags, Index
 
 SMOOTH, CREASE, BORDER = 0, 1, 2
 """What edges are."""
-TURN = 0.01
+CORNER_TURN = 0.01
 """Angle by which the outline of a plane turns at a corner; what mesh generators put on a straight line turns by less."""
 SIDE_CORNERS = np.array([[0, 1], [1, 2], [0, 2]])
 """Corners at the ends of the sides of a triangle."""
@@ -165,7 +165,7 @@ class Facets:
         _, first, count = np.unique(owner * len(s.points) + point, return_index=True, return_counts=True)
         a, b = d[first], d[np.minimum(first + 1, len(d) - 1)]
         turn = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), -np.einsum("ki,ki->k", a, b))
-        corner = (count != 2) | (turn > TURN)
+        corner = (count != 2) | (turn > CORNER_TURN)
         return np.bincount(owner[first][corner], minlength=region.max() + 1) > 4
 
     @cached_property

@@ -18,7 +18,7 @@ from prensa.system.moments import Moment, contact_path, driven, moments
 from prensa.system.system import System
 from prensa.types import Array, Flags
 
-MIDDLES = ", and contact is at the middle of the sides of its faces alone: shorten the elements there, or "
+AT_MIDDLES = ", and contact is at the middle of the sides of its faces alone: shorten the elements there, or "
 """What is said of a tool that touches a corner of quadratic faces."""
 
 
@@ -67,7 +67,7 @@ def tool_paths(system: System) -> Iterator[Finding]:
             yield Finding(
                 contact_path(system, i),
                 f"tool {s.against!r} never touches {'+'.join(s.description.surface)!r} in any step: it {gap}"
-                + (MIDDLES if _coarse(s, nearest[i]) else "; ")
+                + (AT_MIDDLES if _coarse(s, nearest[i]) else "; ")
                 + "check where it is placed, the sign and the size of its motion",
             )
     yield from reported.values()
