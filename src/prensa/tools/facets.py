@@ -142,7 +142,8 @@ class Facets:
         out = np.zeros((len(s.edges), 2), dtype=bool)
         out[edge] = np.isfinite(off) & (off <= off[:, ::-1])
         # A plane of many corners is none of the facets beside it, however its own triangles lie in it.
-        many, smooth = self._polygons[ends], np.isin(np.arange(len(ends)), edge)
+        many, smooth = self._polygons[ends], np.zeros(len(ends), dtype=bool)
+        smooth[edge] = True
         plane = smooth[:, None] & many & ~many[:, ::-1]
         return np.where(plane.any(axis=1)[:, None], plane, out)
 
