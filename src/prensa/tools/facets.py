@@ -145,7 +145,7 @@ class Facets:
         many, smooth = self._polygons[ends], np.zeros(len(ends), dtype=bool)
         smooth[edge] = True
         plane = smooth[:, None] & many & ~many[:, ::-1]
-        return np.where(plane.any(axis=1)[:, None], plane, out)
+        return np.where(plane.any(axis=1, keepdims=True), plane, out)
 
     @cached_property
     def _polygons(self) -> Flags:
