@@ -8,6 +8,7 @@ import pytest
 import prensa as pr
 from prensa.checks.before.preflight import preflight
 from prensa.linear.motions_in_words import in_words
+from prensa.model.plausibility import warnings_of
 from prensa.system.discretise import discretise
 
 ELASTIC = pr.Elastic(1000.0, 0.3)
@@ -97,10 +98,17 @@ def test_a_body_that_a_tool_pushes_away_is_named():
 
 def test_mistakes_in_curves_and_tables_are_found_in_space():
     """A flow curve in other units than the modulus, and a table that ends before its step."""
-    problem = pr.Problem(
-        "p", space="solid", bodies={"b": pr.Body(BOX, pr.J2(200.0, 0.3, pr.Swift(K=500.0, e0=0.01, n=0.2)))},
-        fixed={"b.bottom": "xyz"}, steps=(pr.Step("s", by={"b.top": pr.Motion(y=((0.0, 0.0), (0.5, -0.1)))}),),
-    )  # fmt: skip
-    said = {f.path: f.message for f in preflight(discretise(problem))}
+
+    def problem(flow):
+        return pr.Problem(
+            "p", space="solid", bodies={"b": pr.Body(BOX, pr.J2(200.0, 0.3, flow))},
+            fixed={"b.bottom": "xyz"}, steps=(pr.Step("s", by={"b.top": pr.Motion(y=((0.0, 0.0), (0.5, -0.1)))}),),
+        )  # fmt: skip
+
+    said = {f.path: f.message for f in preflight(discretise(problem(pr.Linear(s0=5.0, H=500.0))))}
     assert "faster than E = 200" in said["bodies.b.material.flow"]
+    # A flow stress in another unit is said once: its slope follows of it.
+    other = problem(pr.Swift(K=500.0, e0=0.01, n=0.2))
+    assert [w for w in warnings_of(other) if "'200 GPa'" in w]
+    assert "bodies.b.material.flow" not in {f.path for f in preflight(discretise(other))}
     assert any("held at -0.1" in words for words in said.values())

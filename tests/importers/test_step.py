@@ -89,6 +89,55 @@ def test_the_faces_of_a_step_file_are_a_tool(tmp_path: Path) -> None:
     assert "there is no face in it" in called(str(line), "--out", str(tmp_path / "line.stl")).output.replace("\n", "")
 
 
+def test_a_rounded_punch_of_a_step_file_has_a_flat_end(tmp_path: Path) -> None:
+    """Its gap is that of the revolved stamp to the height of a chord, from the inside to far away, and its flat is flat."""
+
+    def punch(occ):
+        body = occ.addCylinder(0.0, 0.0, 0.0, 0.0, 10.0, 0.0, 5.0)
+        occ.synchronize()
+        edges = [tag for _, tag in occ.getEntities(1) if abs(occ.getCenterOfMass(1, tag)[1]) < 1e-6]
+        occ.fillet([body], edges, [1.5])
+
+    part = drawn(tmp_path / "punch.step", punch)
+    assert called(str(part), "--out", str(tmp_path / "punch.stl")).exit_code == 0
+    shape = pr.Stl(str(tmp_path / "punch.stl")).shape(np.array([0.0, -1.0, 0.0]))
+    exact = pr.Revolved(pr.Stamp(width=10.0, fillet=1.5), at=(0.0, 0.0, 0.0)).shape(np.array([0.0, -1.0, 0.0]))
+    rng = np.random.default_rng(0)
+    x = rng.uniform([-6.0, -6.0, -6.0], [6.0, 1.0, 6.0], (6000, 3))
+    ours, stamp = shape.closest(x), exact.closest(x)
+    below = np.abs(stamp.g) < 6.0
+    assert np.abs(ours.g - stamp.g)[below].max() < 5.0 * (1.0 - np.cos(np.pi / 36))
+    flat = np.hypot(x[:, 0], x[:, 2]) < 3.4
+    assert np.abs(ours.n - [0.0, -1.0, 0.0])[flat & (x[:, 1] < 0.5)].max() < 1e-9
+
+
+def test_what_would_take_hours_to_mesh_is_refused(tmp_path: Path) -> None:
+    """A part in metres with a size in millimetres, of its volume and of its faces; surfaces alone, and a STEP file as a mesh."""
+    part = drawn(tmp_path / "hall.step", lambda occ: occ.addBox(0.0, 0.0, 0.0, 40e3, 30e3, 20e3))
+    for out, words in (("hall.msh", "9e+11 elements"), ("hall.yaml", "9e+11 elements"), ("hall.stl", "more than 1e+06")):
+        said = called(str(part), "--size", "6", "--out", str(tmp_path / out)).output.replace("\n", " ")
+        assert "it measures 40000 x 30000 x 20000 mm" in said and words in said and "larger --size" in said, said
+    face = drawn(tmp_path / "face.step", lambda occ: occ.addRectangle(0.0, 0.0, 0.0, 4.0, 3.0))
+    said = called(str(face), "--size", "1", "--out", str(tmp_path / "f.msh")).output.replace("\n", " ")
+    assert "surfaces do: --out tool.stl" in said
+    with pytest.raises(ValueError, match=r"is a STEP file: fill its solid with elements, prensa import .*hall\.step --size 4"):
+        pr.File(str(part))
+    (tmp_path / "face.stl").write_text("solid face\n")
+    with pytest.raises(ValueError, match="is an STL file, a surface: for tools"):
+        pr.File(str(tmp_path / "face.stl"))
+
+
+def test_surfaces_of_a_step_file_are_listed_with_their_places(tmp_path: Path) -> None:
+    """A plate with a hole: what it is fixed or loaded by need not lie at an end."""
+
+    def plate(occ):
+        occ.cut([(3, occ.addBox(0.0, 0.0, 0.0, 40.0, 6.0, 20.0))], [(3, occ.addCylinder(20.0, -1.0, 10.0, 0.0, 8.0, 0.0, 5.0))])
+
+    part = drawn(tmp_path / "plate.step", plate)
+    said = called(str(part), "--size", "8", "--out", str(tmp_path / "plate.msh")).output.replace("\n", " ")
+    assert "(x 15 … 25, y 0 … 6, z 5 … 15)" in said and "(x 0, y 0 … 6, z 0 … 20)" in said, said
+
+
 def test_a_solid_of_a_step_file_is_filled_with_hexahedra(tmp_path: Path) -> None:
     """They have its volume, and about as many as cubes of the size; sides are found by place; a wrong file is an error."""
     part = drawn(tmp_path / "part.step", lambda occ: occ.addBox(0.0, 0.0, 0.0, 30.0, 20.0, 10.0))

@@ -248,3 +248,26 @@ def test_fields_on_cuts(twisted):
     assert last.measure("b.max.mises at X=2.25") == pytest.approx(max(0.75 * p[2.0] + 0.25 * p[3.0] for p in pairs.values()))
     top = at[2.0] & np.isclose(body.X[:, 1], 2.0)
     assert last.measure("b.top.max.mises at X=2") == pytest.approx(body.mises[top].max())
+
+
+@pytest.mark.parametrize(("middle", "highest"), [((0.3, 0.25), 0.3), ((0.5, 0.7), 0.294), ((-0.2, -0.1), 0.285)])
+def test_extremes_of_quadratic_tetrahedra_lie_on_their_faces(middle, highest):
+    """A face that bulges as a paraboloid is highest at its top, inside of it, on a side or at a corner, not at a node alone."""
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 0, 1], [0, -1, 0]])
+    pairs = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
+    X = np.concatenate([corners, [0.5 * (corners[a] + corners[b]) for a, b in pairs]])
+    mesh = pr.Tetrahedra(points=X.tolist(), cells=[list(range(10))], boundaries={"top": [0, 1, 2]})
+    from prensa.measures.grammar import undeformed
+
+    shape = undeformed(mesh_of(mesh))
+    x = shape.X.copy()
+    rise = 1.0 - (x[:, 0] - middle[0]) ** 2 - (x[:, 2] - middle[1]) ** 2
+    x[:, 1] += 0.3 * rise
+
+    class Bulged:
+        shapes = {"b": type(shape)(shape.X, x, shape.X, shape.cells, shape.edges, {})}  # noqa: RUF012
+
+    case = problem(bodies={"b": pr.Body(mesh, pr.J2(1000.0, 0.3, pr.Perfect(50.0)), "t10")})
+    assert parse("b.max.y", case).value(Bulged()) == pytest.approx(highest, rel=1e-12)
+    lowest = x[:4, 1].min()
+    assert parse("b.height", case).value(Bulged()) == pytest.approx(highest - lowest, rel=1e-12)

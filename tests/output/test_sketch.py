@@ -6,7 +6,9 @@ import json
 from pathlib import Path
 
 import ezdxf
+import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 from matplotlib.patches import Polygon
 from typer.testing import CliRunner
 
@@ -88,6 +90,38 @@ def test_check_writes_the_picture(case: Path) -> None:
     assert "1 spline became" in "".join(summary["drawings"]["punch"])
     done = CliRunner().invoke(app, ["check", str(case), "--picture", "a.xyz"])
     assert done.exit_code == 2 and "no picture ends in '.xyz'" in done.output
+
+
+IN_SPACE = """
+name: coining
+space: solid
+bodies:
+  b: {mesh: {type: cylinder, radius: 4, height: 3, n: [2, 2, 3], angle: 90 deg}, material: {type: elastic, E: 1000, nu: 0.3}}
+tools: {ball: {type: sphere, radius: 5, touching: b.top, at: [0, 0, 0]}}
+contacts: [{surface: b.top, against: ball}]
+fixed: {b.bottom: y, b.base: z, b.cap: x}
+steps: [{name: press, move: {ball: {y: -0.01}}}]
+"""
+
+
+def test_bodies_in_space_are_drawn_from_two_sides(tmp_path: Path) -> None:
+    """Each side is named in the view that sees it, in its own colour; without tools where a side does not exist."""
+    case = tmp_path / "case.yaml"
+    case.write_text(IN_SPACE)
+    system = discretise(load(case).problem)
+    figure = sketch(system.problem, system.meshes, system)
+    above, below = ({t.get_text() for t in axes.texts} for axes in figure.axes)
+    assert above == {"top", "outer"} and below == {"bottom", "base", "cap"}
+    picture = np.asarray(figure.axes[0].images[0].get_array()).reshape(-1, 4)
+    shown = {t.get_text(): np.array(to_rgb(t.get_color())) for t in figure.axes[0].texts}
+    for colour in shown.values():  # shaded, but of one hue
+        hue = picture[:, :3] / np.maximum(picture[:, :3].max(axis=1, keepdims=True), 1e-9)
+        assert (np.abs(hue - colour / colour.max()).max(axis=1) < 0.02).mean() > 0.02
+    done = CliRunner().invoke(app, ["check", str(case), "--picture", str(tmp_path / "a.png")])
+    assert done.exit_code == 0 and (tmp_path / "a.png").stat().st_size > 5000
+    case.write_text(IN_SPACE.replace("b.base: z", "b.side: z"))
+    done = CliRunner().invoke(app, ["check", str(case), "--picture", str(tmp_path / "b.png")])
+    assert done.exit_code == 2 and "unknown boundary 'side'" in done.output and (tmp_path / "b.png").stat().st_size > 5000
 
 
 def test_a_side_that_does_not_exist_is_looked_for_in_a_picture_of_the_bodies(case: Path) -> None:

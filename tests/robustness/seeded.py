@@ -44,6 +44,7 @@ steps:
   - {name: press, move: {roll: {y: -0.5}}, increments: 5}
 """
 ROLL = "type: extruded, section: {type: circle, radius: 20}, axis: [0, 0, 1], touching: block.top, at: [0, 0, 0]"
+BALL = "type: sphere, radius: 20, touching: block.top, at: [0, 0, 0]"
 BRICKS = "type: box, size: [10, 5, 10], n: [5, 3, 5]"
 
 ELASTIC = ("type: j2, E: 70e3, nu: 0.3, flow: {type: voce, s0: 60, Q: 120, b: 8}", "type: elastic, E: 1e3, nu: 0.3")
@@ -325,7 +326,7 @@ SEEDED = {
         ),
         Seeded(
             "tool that touches moved away", (("y: -0.2", "y: 0.2"),), "10:5",
-            ("touches 'strip.top+strip.right' at most", "forces are zero", "sign"), True,
+            ("touches 'strip.top+strip.right' at first", "it never presses", "sign"), True,
         ),
         Seeded(
             "tool deep inside a plastic body", (("touching: strip.top", "normal: [0, -1], at: [0, 1.6]"),), "8:3",
@@ -618,6 +619,17 @@ SEEDED = {
             ("body inside the tool", (("touching: block.top, at: [0, 0, 0]", "at: [0, 24, 0]"),), "8:3", ("starts 1 inside 'block.top'", "move the tool by (0, 1, 0) mm"), False),
             ("plane of symmetry left out", ((", block.back: z", ""), (", friction: {type: coulomb, mu: 0.1}", "")), "4:3", ("free to move along z", "like 'block.back: z'"), False),
             ("plane of symmetry left out, with friction", ((", block.back: z", ""),), "4:3", ("only friction holds it along z", "'block.back: z'"), True),
+            (
+                "planes of symmetry left out under a ball", ((ROLL, BALL), (", block.left: x, block.back: z", "")), "4:3",
+                ("only contact holds it along x and z", "'block.left: x, block.back: z'"), True,
+            ),
+            ("motion of the wrong sign", (("y: -0.5", "y: 0.5"),), "10:5", ("only goes away from it, by up to 0.5", "check the sign and the axis"), True),
+            ("motion along the wrong axis", (("y: -0.5", "z: -0.5"),), "10:5", ("only goes along it", "it never presses"), True),
+            (
+                "sector in degrees without the unit",
+                ((BRICKS, "type: cylinder, radius: 10, height: 5, n: [3, 3, 4], angle: 90"), (", block.left: x, block.back: z", ", block.base: z, block.cap: x")),
+                "5:72", ("must be at most 6.28319", "for degrees write '90 deg'"), False,
+            ),
             ("tool that never touches", (("touching: block.top, at: [0, 0, 0]", "at: [0, 26, 0]"),), "10:5", ("never touches 'block.top'", "never comes nearer than 0.5"), True),
             ("side of another name", (("block.back: z", "block.rear: z"),), "11:41", ("unknown boundary 'rear'", "'back', 'front'"), False),
             ("axis of a roll towards the body", (("axis: [0, 0, 1]", "axis: [0, 1, 0]"),), "8:3", ("never meets 'block.top'", "'axis' points at the boundary"), False),

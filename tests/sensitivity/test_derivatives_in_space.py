@@ -98,3 +98,27 @@ def test_backwards_is_refused_in_space() -> None:
     with pytest.raises(OnlyForwards, match=r"use solve\(derivatives"):
         gradient(slid(), "t.force.y", ["friction.mu"])
     assert issubclass(OnlyForwards, PrensaError)
+
+
+def tilted(mu: float = 0.3, K: float = 600.0, force: float = -8000.0) -> pr.Problem:
+    """A block under a plate that is pushed beside its middle and free to tilt about two axes."""
+    p = slid(mu, K)
+    plate, free = pr.Plane(touching="b.top", at=(1.6, 4.0, 2.2)), pr.Push(y=force, mx=0.0, mz=0.0)
+    return replace(p, tools={"t": plate}, steps=(pr.Step("press", push={"t": free}, increments=2),))
+
+
+def turned(mu: float = 0.3, K: float = 600.0, press: float = -0.1) -> pr.Problem:
+    """A block under a plate that turns about the upright axis."""
+    p = slid(mu, K)
+    plate = pr.Plane(touching="b.top", at=(2.0, 4.0, 2.0))
+    press_it = pr.Step("press", move={"t": pr.Motion(y=press)}, increments=2)
+    steps = (press_it, pr.Step("turn", by={"t": pr.Motion(ry=0.05)}, increments=2))
+    return replace(p, tools={"t": plate}, steps=steps)
+
+
+def test_turns_moments_and_sizes_of_tools_have_derivatives() -> None:
+    """All six motions and forces of a tool, and the length of a force that has three components."""
+    compared(tilted, (0.3, 600.0, -8000.0), ("friction.mu", "bodies.b.material.flow.K"), ("t.rz", "t.rx", "t.uy"), "superlu")
+    measures = ("t.my", "t.moment.y", "t.rotation.y", "t.force")
+    compared(turned, (0.3, 600.0, -0.1), ("friction.mu", "bodies.b.material.flow.K"), measures, "superlu")
+    compared(slid, (0.3, 600.0, -0.1, 0.1), ("friction.mu",), ("t.force", "t.mz"), "superlu")

@@ -251,3 +251,16 @@ def test_without_dask_one_case_is_computed_after_the_other(monkeypatch):
         assert isinstance(found, engine.Here) and "pip install prensa[dask]" in found.summary
     with pytest.raises(PrensaError, match=r"pip install prensa\[dask\]"), engine.engine(2, None, None, ()):
         pass
+
+
+def test_friction_that_no_contact_has_is_not_varied(tmp_path: Path) -> None:
+    """All cases would be the same: refused with the path that is meant, and warned of where a case has it."""
+    path = tmp_path / "own.yaml"
+    own = CASE.replace("against: punch}", "against: punch, friction: {mu: 0.1}}")
+    path.write_text(own.replace("friction: {type: coulomb, mu: 0.1}\n", ""))
+    words = r"--set friction\.mu=0: every contact has a friction of its own.*'contacts\.0\.friction'"
+    with pytest.raises(PrensaError, match=words):
+        pr.sweep(path, {MU: [0, 0.2]}, out=tmp_path / "out", jobs=1, quiet=True, measures=MEASURES)
+    path.write_text(own)
+    done = CliRunner().invoke(app, ["check", str(path)])
+    assert done.exit_code == 0 and "friction: every contact has a friction of its own" in done.output.replace("\n", " ")

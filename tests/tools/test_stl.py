@@ -178,6 +178,57 @@ def test_mistakes_in_files_are_reported(folder, old, new, words):
         loads(CASE.replace(old, new), folder=folder)
 
 
+def test_a_file_that_is_cut_off_is_named_with_what_is_missing(folder):
+    """Binary, after 50 of its triangles; a text that is none is said to be that, without words of the program."""
+    (folder / "cut.stl").write_bytes((folder / "ball.stl").read_bytes()[: 84 + 50 * 50 + 7])
+    with pytest.raises(pr.CaseError, match=r"'cut\.stl' is cut off: its header says 1280 triangles, and 50 are in it"):
+        loads(CASE.replace("die.stl", "cut.stl"), folder=folder)
+    (folder / "notes.stl").write_text("no triangles here\n" * 9)
+    with pytest.raises(pr.CaseError, match=r"'notes\.stl' is no STL file that can be read, neither as text nor") as said:
+        loads(CASE.replace("die.stl", "notes.stl"), folder=folder)
+    assert "Error" not in str(said.value)
+
+
+def test_of_a_closed_surface_that_looks_outwards_the_normals_are_not_in_doubt(folder):
+    """Too far away: its place and its unit are; of one that was turned by 'reverse' the normals too."""
+    assert "normals" not in pr.Stl(str(folder / "ball.stl")).hint() and "'unit'" in pr.Stl(str(folder / "ball.stl")).hint()
+    assert "normals" in pr.Stl(str(folder / "ball.stl"), reverse=True).hint()
+
+
+@pytest.mark.parametrize("middle", [True, False], ids=["fan", "corners alone"])
+def test_a_flat_within_fillets_is_flat_whatever_its_triangles(folder, middle):
+    """The end of a round punch, as a fan about its middle or between its corners, beside a fillet of unlike triangles.
+
+    The profile of the fillet has its points at uneven angles, other ones in each meridian: nothing of it is a regular strip.
+    """
+    rng, n, m, radius, fillet = np.random.default_rng(3), 40, 7, 5.0, 1.5
+    around = 2.0 * np.pi * np.arange(n) / n
+    down = np.radians(np.linspace(0.0, 90.0, m + 1) + np.r_[0.0, rng.uniform(-4.0, 4.0, m - 1), 0.0])
+    rings = []
+    for k, t in enumerate(down):
+        a = around + (0.5 * k + (rng.uniform(-0.3, 0.3, n) if 0 < k < m else 0.0)) * 2.0 * np.pi / n
+        r = radius - fillet + fillet * np.sin(t)
+        rings.append(np.stack([r * np.cos(a), np.full(n, fillet - fillet * np.cos(t)), r * np.sin(a)], axis=1))
+    i, j = np.arange(n), (np.arange(n) + 1) % n
+    triangles = []
+    for k in range(m):
+        a, b, c, d = k * n + i, k * n + j, (k + 1) * n + i, (k + 1) * n + j
+        triangles += [np.stack([a, b, c], 1), np.stack([b, d, c], 1)]
+    points = np.concatenate([*rings, [[0.0, 0.0, 0.0]]])
+    flat = np.stack([j, i, np.full(n, len(points) - 1)], 1) if middle else np.stack([i[2:], i[1:-1], np.zeros(n - 2, int)], 1)
+    shape = pr.Stl(write(folder / f"end{middle}.stl", points, np.concatenate([*triangles, flat]))).shape(DOWN)
+    x = np.stack([*rng.uniform(-2.4, 2.4, (2, 300)), np.zeros(300)], axis=1)[:, [0, 2, 1]]
+    x[:, 1] = rng.uniform(-0.1, 0.1, 300)
+    seen = shape.closest(x)
+    sign = np.sign(seen.n[0, 1])
+    assert np.abs(seen.n - [0.0, sign, 0.0]).max() < 1e-12 and np.abs(seen.g - sign * x[:, 1]).max() < 1e-6
+    # Far from the fillet, on its outer side: patches that are followed beyond their sides do not turn over.
+    t, a, far = rng.uniform(0.1, 1.4, 4000), rng.uniform(0.0, 2.0 * np.pi, 4000), rng.uniform(0.0, 6.0, 4000)
+    r, y = radius - fillet + (fillet + far) * np.sin(t), fillet - (fillet + far) * np.cos(t)
+    off = np.abs(shape.closest(np.stack([r * np.cos(a), y, r * np.sin(a)], axis=1)).g - far * -sign)
+    assert off.max() < 0.03 * fillet
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

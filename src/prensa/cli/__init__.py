@@ -155,10 +155,10 @@ def check(
         described = source.read()
         problem = described.problem
         from prensa.checks.before.preflight import preflight, staircase
-        from prensa.cli.describe import lines_of, summary_of
+        from prensa.cli.describe import lines_of, lines_of_whole, summary_of
         from prensa.model.plausibility import warnings_of
         system = _drawn(problem, picture, voice)
-        for line in lines_of(system):
+        for line in (*lines_of(system), *lines_of_whole(described)):
             voice.confirm(line)
         notices = [*preflight(system), *staircase(system)]
         warnings = [*warnings_of(problem), *(str(n) for n in notices if not n.fatal)]

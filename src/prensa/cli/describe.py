@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from prensa.model.problem import Step
+    from prensa.model.problem import Case, Step
     from prensa.system.system import System
 
 
@@ -55,6 +55,21 @@ def lines_of(system: System) -> Iterator[str]:
     for number, step in enumerate(p.steps):
         yield f"step {step.name}: time {number} … {number + 1}{_lasting(step)}; {_actions(step)}"
     yield f"{system.ndof} unknowns; {'no increment' if p.space == 'solid' else 'nothing'} was solved"
+
+
+def lines_of_whole(case: Case) -> Iterator[str]:
+    """Lines about forces that are given for the part which is modelled, where mirror images show the rest of it."""
+    from prensa.measures.units import force_unit
+    from prensa.output.answer import shown, times_of_whole
+
+    unit = force_unit(case.problem)
+    for step in case.problem.steps:
+        for kind, given in (("push", step.push), ("until.force", step.until.force if step.until else {})):
+            for tool, of, axis in ((tool, of, axis) for tool, of in given.items() for axis in "xyz"):
+                value, times = getattr(of, axis), times_of_whole(case.output.mirror, axis)
+                if isinstance(value, float) and value and times and times > 1:
+                    own, all_of_it = (shown(v, unit, both=False) or shown(v, unit) for v in (value, times * value))
+                    yield f"step {step.name}: {kind} {axis} of {tool} is {own} on what is modelled, {all_of_it} on the whole part"
 
 
 def _lasting(step: Step) -> str:

@@ -17,8 +17,13 @@ import numpy as np
 
 from prensa.importers import stl
 from prensa.importers.deck import FileError
+from prensa.model.meshes import MOST_ELEMENTS
 
 STEP_ENDINGS = (".step", ".stp")
+TETRAHEDRON, TRIANGLE = 1.0 / (6.0 * math.sqrt(2.0)), math.sqrt(3.0) / 4.0
+"""Volume and area of the regular ones with sides of length 1."""
+MOST_TRIANGLES = 1_000_000
+"""Of a tool: half a minute of meshing, and more than a contact can use."""
 
 
 def meshed(path: Path, size: float, around: float, hexahedra: bool = False) -> tuple[str, dict[int, float]]:
@@ -37,7 +42,8 @@ def meshed(path: Path, size: float, around: float, hexahedra: bool = False) -> t
         raise FileError(f"the size of its elements is {size:g}; give a length above 0, in mm")
     with _model(path) as gmsh:
         if not (solids := gmsh.model.getEntities(3)):
-            raise FileError("there is no solid body in it; export solids, not surfaces")
+            raise FileError("there is no solid body in it; export solids, not surfaces (of a tool surfaces do: --out tool.stl)")
+        _refuse_too_many(gmsh, 3, size, 1.0 if hexahedra else 1.0 / TETRAHEDRON, "elements", MOST_ELEMENTS)
         # a quarter of a regular tetrahedron has the volume of a cube of the size
         length = (24.0 * math.sqrt(2.0)) ** (1.0 / 3.0) * size if hexahedra else size
         gmsh.option.setNumber("Mesh.MeshSizeMax", length)
@@ -74,6 +80,7 @@ def tessellated(path: Path, size: float | None, around: float) -> str:
         if not gmsh.model.getEntities(2):
             raise FileError("there is no face in it; export the body or the side that is the tool")
         if size is not None:
+            _refuse_too_many(gmsh, 2, size, 1.0 / TRIANGLE, "triangles", MOST_TRIANGLES)
             gmsh.option.setNumber("Mesh.MeshSizeMax", size)
         gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
         gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", around)
@@ -88,6 +95,26 @@ def tessellated(path: Path, size: float | None, around: float) -> str:
     except ValueError as error:
         raise FileError(str(error)) from None
     return stl.text(surface.reversed() if surface.closed and surface.volume < 0.0 else surface, path.stem)
+
+
+def _refuse_too_many(gmsh: Any, dimension: int, size: float, share: float, what: str, most: int) -> None:
+    """Refuse to mesh what takes hours: entities of a ``dimension`` with a ``share`` of an element in each cell of a ``size``.
+
+    Raises
+    ------
+    FileError
+        If there are more than ``most``.
+
+    """
+    content = sum(gmsh.model.occ.getMass(dimension, t) for _, t in gmsh.model.getEntities(dimension))
+    number = share * content / size**dimension
+    if number > most:
+        low, high = np.reshape(gmsh.model.getBoundingBox(-1, -1), (2, 3))
+        extent = " x ".join(f"{v:.6g}" for v in high - low)
+        raise FileError(
+            f"it measures {extent} mm, and with elements of {size:g} mm it takes {number:.1g} {what}, more than {most:g}; give a "
+            "larger --size, or export it again if its unit is another one"
+        )
 
 
 @contextmanager

@@ -12,6 +12,11 @@ from prensa.errors import coordinates
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.types import Array, Flags, Index
 
+TEXT = frozenset((*range(9, 14), *range(32, 127)))
+"""Bytes of which a text is made."""
+BINARY_HEADER, BINARY_TRIANGLE = 84, 50
+"""Bytes of a binary file before its triangles, the last four of them their number, and of each triangle."""
+
 
 @dataclass(frozen=True)
 class Surface:
@@ -64,17 +69,39 @@ def read(path: str, digest: str) -> Surface:
     import meshio
 
     name = Path(path).name
+    _refuse_cut_off(name, Path(path))
     try:
         with np.errstate(over="ignore"):  # of a number of triangles that it finds in the middle of a text
             mesh = meshio.stl.read(path)
         points, triangles = np.array(mesh.points, dtype=np.float64), np.array(mesh.get_cells_type("triangle"))
-    except Exception as error:  # of a damaged file it may be any
-        raise ValueError(f"{name!r} is not an STL file that can be read ({type(error).__name__}); export it again") from None
+    except Exception:  # of a damaged file it may be any
+        raise ValueError(
+            f"{name!r} is not an STL file that can be read, neither as text nor as binary; export it again"
+        ) from None
     if not len(triangles):
         raise ValueError(f"{name!r} has no triangles; is it an STL file of a surface or body?")
     if not np.isfinite(points).all():
         raise ValueError(f"{name!r} has coordinates that are not finite numbers; export it again")
     return joined(name, points, triangles.astype(np.int64))
+
+
+def _refuse_cut_off(name: str, path: Path) -> None:
+    """Refuse a binary file that ends before the triangles whose number is in its header (84 bytes, then 50 for each).
+
+    Raises
+    ------
+    ValueError
+        If it does.
+
+    """
+    with path.open("rb") as file:
+        head = file.read(2048)
+    if len(head) < BINARY_HEADER or not set(head) - TEXT:
+        return
+    said = int.from_bytes(head[BINARY_HEADER - 4 : BINARY_HEADER], "little")
+    there = (path.stat().st_size - BINARY_HEADER) // BINARY_TRIANGLE
+    if there < said:
+        raise ValueError(f"{name!r} is cut off: its header says {said} triangles, and {there} are in it; export or copy it again")
 
 
 def text(s: Surface, name: str) -> str:

@@ -273,9 +273,9 @@ class _Reader:
         column = self.columns[name]
         tool, _, c = name.rpartition(".")
         if tool in self.problem.tools and c in self.forces:
-            return _Part(column.unit, column.value, _of_tool("forces", tool, self.forces.index(c)))
+            return _Part(column.unit, column.value, _of_tool("forces", tool, self.forces.index(c), len(self.forces)))
         if tool in self.problem.tools and c in self.places:
-            return _Part(column.unit, column.value, _of_tool("places", tool, self.places.index(c)))
+            return _Part(column.unit, column.value, _of_tool("places", tool, self.places.index(c), len(self.places)))
         return _Part(column.unit, column.value)
 
     def _tool(self, tool: str, quantity: str) -> _Part | None:
@@ -306,7 +306,7 @@ class _Reader:
         if kind in vectors and not axis:
             to, attribute, unit = vectors[kind]
             axes = (1,) if p.space == "axisymmetric" else tuple(range(directions(p)))
-            return _Part(unit, _size(tool, attribute, axes), _size_slope(to, tool, attribute, axes))
+            return _Part(unit, _size(tool, attribute, axes), _size_slope(to, tool, attribute, axes, len(self.places)))
         return self._contacts([c.name for c in p.all_contacts if c.against == tool], quantity)
 
     # ---------------------------------------------------------------------------------------------------------- contacts
@@ -712,8 +712,8 @@ def _gradient(kind: str, tool: str, slopes: Any) -> Gradient:
     return Gradient(forces={tool: slopes}) if kind == "forces" else Gradient(places={tool: slopes})
 
 
-def _of_tool(kind: str, tool: str, k: int) -> Slope:
-    return lambda increment: _gradient(kind, tool, np.eye(3)[k])
+def _of_tool(kind: str, tool: str, k: int, motions: int) -> Slope:
+    return lambda increment: _gradient(kind, tool, np.eye(motions)[k])
 
 
 def _worn(tool: str) -> Value:
@@ -730,11 +730,11 @@ def _size(tool: str, attribute: str, axes: tuple[int, ...]) -> Value:
     return lambda increment: math.hypot(*(getattr(increment.tools[tool], attribute)[k] for k in axes))
 
 
-def _size_slope(kind: str, tool: str, attribute: str, axes: tuple[int, ...]) -> Slope:
+def _size_slope(kind: str, tool: str, attribute: str, axes: tuple[int, ...], motions: int) -> Slope:
     def slope(increment: Increment) -> Gradient:
-        vector = np.zeros(3)
+        vector = np.zeros(motions)
         vector[list(axes)] = [getattr(increment.tools[tool], attribute)[k] for k in axes]
-        size = float(np.hypot(*vector[:2]))
+        size = float(np.linalg.norm(vector))
         if size == 0.0:
             raise MeasureError("it is zero, where its size has no derivative; take a component")
         return _gradient(kind, tool, vector / size)

@@ -23,9 +23,9 @@ class MeasureError(PrensaError):
 class Gradient:
     """The derivative of a measure with respect to what the solver finds, as a linear map on named things.
 
-    ``nodes``: body → node numbers (k,) of the body and ∂m/∂x (k, 2) of their positions (or displacements: it is the same);
-    ``places``: tool → ∂m/∂(ux, uy, rz) (3,) of its motion; ``forces``: tool → ∂m/∂(fx, fy, mz) (3,) of the force of the
-    bodies on it. A node may occur twice; its entries add up.
+    ``nodes``: body → node numbers (k,) of the body and ∂m/∂x (k, d) of their positions (or displacements: it is the same);
+    ``places``: tool → ∂m/∂(ux, uy, rz) (3,) of its motion, in space (6,); ``forces``: tool → ∂m/∂(fx, fy, mz) (3,) of the force
+    of the bodies on it, in space (6,). A node may occur twice; its entries add up.
     """
 
     nodes: Mapping[str, tuple[Index, Array]] = field(default_factory=dict)

@@ -145,17 +145,42 @@ def extreme(edges: Index, values: Array, sign: float) -> Spot:
     """Where nodal values (n,) along an outline are largest (sign 1) or smallest (−1).
 
     The place moves along the outline when nodes move, but the value there changes as if it stayed (it is stationary). On
-    bilinear faces it is a node.
+    bilinear faces (k, 4) it is a node, on quadratic triangles (k, 6) it lies on their sides or inside.
     """
     if edges.shape[1] == 4:
         nodes = np.unique(edges)
         return node(int(nodes[np.argmax(sign * values[nodes])]), 3)
+    if edges.shape[1] == 6:
+        return _extreme_on_triangles(edges, values, sign)
     a, b, c = _polynomials(sign * values, edges)
     inside = np.divide(-b, 2.0 * a, out=np.ones(len(a)), where=a < 0.0)
     candidates = np.stack([-np.ones(len(a)), np.clip(inside, -1.0, 1.0), np.ones(len(a))], axis=1)
     heights = (a[:, None] * candidates + b[:, None]) * candidates + c[:, None]
     e, k = np.unravel_index(int(np.argmax(heights)), heights.shape)
     return spot(edges, int(e), float(candidates[e, k]))
+
+
+def _extreme_on_triangles(faces: Index, values: Array, sign: float) -> Spot:
+    """As `extreme`, on quadratic triangles (k, 6): corners, then the middles of sides 0-1, 1-2, 2-0."""
+    on_side = extreme(faces[:, [[0, 1, 3], [1, 2, 4], [2, 0, 5]]].reshape(-1, 3), values, sign)
+    best = on_side._replace(slide=np.zeros((3, 3)), at=float("nan"))
+    f = sign * values[faces]
+    # f0 + b·u + u·A u / 2 of the coordinates u along sides 0-1 and 0-2
+    b = np.stack([-3.0 * f[:, 0] - f[:, 1] + 4.0 * f[:, 3], -3.0 * f[:, 0] - f[:, 2] + 4.0 * f[:, 5]], axis=1)
+    a11, a22 = (4.0 * (f[:, 0] + f[:, i] - 2.0 * f[:, j]) for i, j in ((1, 3), (2, 5)))
+    a12 = 4.0 * (f[:, 0] - f[:, 3] + f[:, 4] - f[:, 5])
+    det = a11 * a22 - a12**2
+    top = (det > 0.0) & (a11 < 0.0)
+    det = np.where(top, det, 1.0)
+    u, v = (a12 * b[:, 1] - a22 * b[:, 0]) / det, (a12 * b[:, 0] - a11 * b[:, 1]) / det
+    top &= (u > 0.0) & (v > 0.0) & (u + v < 1.0)
+    height = np.where(top, f[:, 0] + 0.5 * (b[:, 0] * u + b[:, 1] * v), -np.inf)
+    k = int(np.argmax(height))
+    if not height[k] > sign * float(best.of(values)):
+        return best
+    w, u, v = 1.0 - u[k] - v[k], u[k], v[k]
+    N = np.array([w * (2 * w - 1), u * (2 * u - 1), v * (2 * v - 1), 4 * w * u, 4 * u * v, 4 * v * w])
+    return Spot(faces[k], N, np.zeros(6), np.zeros(6), np.zeros((6, 3)))
 
 
 def between(x: Array, edges: Index, first: Spot, last: Spot) -> Array:

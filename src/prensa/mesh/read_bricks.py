@@ -15,6 +15,7 @@ from prensa.mesh.names import listed
 from prensa.mesh.places import SPATIAL_SIDES, faces_by_place
 from prensa.mesh.read import deck_of, fitting, in_units, merged
 from prensa.model import meshes as model
+from prensa.precision import DRAWN
 from prensa.types import Array, Index
 
 
@@ -141,7 +142,7 @@ class SpatialNames:
             numbered = _on_outside({name: _corners(deck, e) for name, e in deck.surfaces.items()}, mesh.boundary, label)
             found |= {name: f for name, f in numbered.items() if name not in found}
             if numbered:
-                notes.append(f"{listed(numbered)} are its surfaces by their numbers")
+                notes.append(f"its surfaces by their numbers: {_where(mesh.points, numbered)}")
         taken = {name.casefold() for name in (*faces, *deck.points)}
         if taken.isdisjoint(SPATIAL_SIDES):
             sides = faces_by_place(mesh.points, mesh.boundary)
@@ -188,14 +189,20 @@ def _on_outside(
     return out
 
 
-def _placed(points: Array, sides: Mapping[str, Index]) -> list[str]:
-    """What was taken for the sides by place, and which there are not."""
-    taken = []
+def _where(points: Array, sides: Mapping[str, Index]) -> str:
+    """Names of sides, each with the range of coordinates that it covers: one number where it lies across an axis."""
+    said, size = [], float(np.ptp(points, axis=0).max())
     for name, faces in sides.items():
         x = points[faces].reshape(-1, 3)
-        at = ", ".join(f"{c} {a:g}" if a == b else f"{c} {a:g} … {b:g}" for c, a, b in zip("xyz", x.min(axis=0), x.max(axis=0)))
-        taken.append(f"{name!r} ({at})")
-    notes = [f"found by place: {', '.join(taken)}"] if taken else []
+        low, high = (np.where(np.abs(end) > DRAWN * size, end, 0.0) for end in (x.min(axis=0), x.max(axis=0)))
+        ranges = (f"{c} {a:.5g}" if b - a <= DRAWN * size else f"{c} {a:.5g} … {b:.5g}" for c, a, b in zip("xyz", low, high))
+        said.append(f"{name!r} ({', '.join(ranges)})")
+    return ", ".join(said)
+
+
+def _placed(points: Array, sides: Mapping[str, Index]) -> list[str]:
+    """What was taken for the sides by place, and which there are not."""
+    notes = [f"found by place: {_where(points, sides)}"] if sides else []
     if missing := [name for name in SPATIAL_SIDES if name not in sides]:
         notes.append(f"{listed(missing)} could not be found by place: no side between edges lies or looks that way alone")
     return notes

@@ -183,7 +183,7 @@ def _boundary(
         yield Finding(path, f"{name!r} is not a boundary; write it as 'body.boundary'{also}", at_key)
     elif body not in p.bodies:
         yield Finding(path, f"unknown body {body!r} in {name!r}{suggest(body, p.bodies)}", at_key)
-    elif (known := _boundaries(p.bodies.get(body))) and edge not in known:
+    elif (known := _boundaries(p.bodies.get(body))) and edge not in known and space.fits(p, p.bodies[body]):
         yield Finding(path, f"unknown boundary {edge!r} of body {body!r}{suggest(edge, known)}", at_key)
 
 

@@ -75,7 +75,11 @@ def _refused(p: Any, owner: Any, given: Interference) -> Iterator[str]:
         return
     number = 0 if given.step is None else names.index(given.step)
     if p.space == "solid":
-        yield "interference is not available in space yet; draw the tool where it is to be and move it there in the first step"
+        yield "interference is not available in space yet; " + (
+            "draw the tool beside the body and move it to its place in the first step"
+            if hasattr(owner, "against")
+            else "leave it out, and draw the two bodies in contact without overlap; in the plane it is available"
+        )
     if p.start is not None:
         yield (
             "a case that starts from a run takes its contacts and ties over as they are: describe the fit and what follows "

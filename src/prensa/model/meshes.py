@@ -364,6 +364,12 @@ class File:
 
         if not self.path.lower().endswith((".msh", ".inp", ".vtk", ".vtu")):
             file = Path(self.path)
+            if file.suffix.lower() in (".step", ".stp"):
+                fill = f"prensa import {self.path} --size 4 --out {file.stem}.msh"
+                raise ValueError(f"{self.path!r} is a STEP file: fill its solid with elements, {fill}, and name those")
+            if file.suffix.lower() == ".stl":
+                words = "is an STL file, a surface: for tools (type: stl); a body needs elements of its volume, or a STEP file"
+                raise ValueError(f"{self.path!r} {words}")
             raise ValueError(
                 f"{self.path!r}: gmsh's .msh, Abaqus's .inp and VTK's .vtk and .vtu are read; export the mesh as one of them, or "
                 f"convert it: meshio convert --ascii --output-format gmsh {file.name} {file.stem}.msh"

@@ -9,7 +9,8 @@ from typing import Any
 from prensa.errors import Mistake, shown
 from prensa.model.checks import FindingsError
 from prensa.model.names import Finding, meant, of_a_slip, of_the_trade, suggest, suggest_key
-from prensa.model.places import Place, Root, expected, fields_of, follow, is_names, offered
+from prensa.model.places import Place, Root, bare, expected, fields_of, follow, is_names, offered
+from prensa.model.units import ANGLE
 
 MOST = 200  # errors that are explained: a table in the wrong place has thousands
 _BOUNDS = {
@@ -96,7 +97,10 @@ def explain(error: Any, place: Place) -> Mistake:
         return _choice(error, place, above)
     if kind in _BOUNDS:
         name, words = _BOUNDS[kind]
-        return Mistake(place.mark(), f"{place.label} is {_shown(error, place)}; it must be {words} {ctx[name]:g}")
+        written = _shown(error, place)
+        in_degrees = words.startswith(("at most", "less")) and ANGLE in bare(place.kind)[1] and "deg" not in written
+        remedy = f"; for degrees write '{written} deg'" if in_degrees else ""
+        return Mistake(place.mark(), f"{place.label} is {written}; it must be {words} {ctx[name]:g}{remedy}")
     if kind in ("too_short", "too_long"):
         return Mistake(place.mark(), _length(place, ctx))
     if kind == "value_error":

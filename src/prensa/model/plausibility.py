@@ -55,6 +55,14 @@ def _of_a_metal(stress: float, unit: str, E: float, units: Any) -> bool:
     return YIELDING[0] * E <= meant <= YIELDING[1] * E
 
 
+def friction_of_none(problem: Problem) -> str:
+    """That the friction of a problem is that of no contact, since all have their own; '' if it is not so."""
+    contacts = [(kind, c) for kind in ("contacts", "body_contacts") for c in getattr(problem, kind)]
+    if problem.friction is None or not contacts or any(c.friction is None for _, c in contacts):
+        return ""
+    return f"every contact has a friction of its own, so that this one acts nowhere: change '{contacts[0][0]}.0.friction'"
+
+
 def warnings_of(problem: Problem) -> list[str]:
     """Sentences about what is allowed but likely a slip: units of stiffness, friction in percent, idle tools, no 'space'."""
     said = []
@@ -87,6 +95,8 @@ def warnings_of(problem: Problem) -> list[str]:
         if isinstance(mu, float) and mu > 2:
             percent = f"; did you mean {mu / 100:g}?" if mu <= 100 else ""
             said.append(f"{where}: mu = {mu:g} is a friction coefficient above 2{percent}")
+    if words := friction_of_none(problem):
+        said.append(f"friction: {words}")
     used = {c.against for c in problem.contacts} | {n.against for n in problem.no_contact}
     said += [
         f"tools.{t}: no contact involves this tool; it will touch nothing" for t in problem.tools if t not in used

@@ -93,11 +93,16 @@ def _not_yet(owner: Any, kind: str, path: tuple[str | int, ...]) -> Iterator[Fin
             yield Finding((*path, key), f"{key!r} is not available in space yet; leave it out", at_key=True)
 
 
+def fits(p: Any, body: Any) -> bool:
+    """Whether the mesh of a body has the dimension of a problem's space, as far as is known before it is read."""
+    return body.mesh.type == "file" or (body.mesh.type in BRICKS) == (p.space == "solid")
+
+
 def _bodies(p: Any, dimension: int) -> Iterator[Finding]:
     for name, body in p.bodies.items():
         if body is None:
             continue
-        if (body.mesh.type in BRICKS) != (dimension == 3) and body.mesh.type != "file":
+        if not fits(p, body):
             kinds = ", ".join(map(repr, (*BRICKS, "file")))
             swept = f"{body.mesh.type!r} is a mesh of the plane: take it as the 'section' of an 'extruded' or a 'revolved' one"
             words = f"bodies in space have a mesh of type {kinds}; {swept}" if dimension == 3 else "bricks need 'space: solid'"
@@ -136,7 +141,9 @@ def _contacts(p: Any) -> Iterator[Finding]:
         if c is None:
             continue
         if c.integration != "nodal":
-            yield Finding(("contacts", i, "integration"), "in space contact is integrated by the rule 'nodal'")
+            yield Finding(
+                ("contacts", i, "integration"), "in space contact is integrated by the rule 'nodal'; leave it out"
+            )
         if whole := next((s for s in c.surface if "." not in s), None):
             tool = p.tools.get(c.against)
             side = tool.touching if tool is not None and str(tool.touching).startswith(f"{whole}.") else f"{whole}.top"

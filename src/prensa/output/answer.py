@@ -337,7 +337,7 @@ def _peak(table: Table, case: Case, tool: str, way: str, moment: bool) -> Peak |
     return Peak(
         tool, "moment" if moment else "force", axis, float(values[k]), moment_unit(problem) if moment else force_unit(problem),
         travel, "rad" if turned else length_unit(problem), str(table["step"][k]), int(table["increment"][k]),
-        float(table["time"][k]), None if axis == "rz" and d == 2 else _whole(_mirrors(case, tool), axis),
+        float(table["time"][k]), None if axis == "rz" and d == 2 else times_of_whole(_mirrors(case, tool), axis),
     )  # fmt: skip
 
 
@@ -356,7 +356,7 @@ def _mirrors(case: Case, tool: str) -> set[str]:
     return {*case.output.mirror, *(press.mirror or () if press is not None else ())}
 
 
-def _whole(mirror: Iterable[str], axis: str) -> int | None:
+def times_of_whole(mirror: Iterable[str], axis: str) -> int | None:
     """How often the whole part has a force along an axis, or a moment about one in space: each mirror that doubles it counts.
 
     Those of a force lie along the axis; across it the images press against each other, as two dies do. Of a tool that turns

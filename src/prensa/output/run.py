@@ -28,6 +28,7 @@ from prensa.output.interrupt import Interruptible, Terminated
 from prensa.output.lock import locked
 from prensa.output.progress import ProgressBar
 from prensa.output.result import RunResult
+from prensa.precision import ROUND_OFF
 from prensa.result.increment import Increment, Progress
 from prensa.solver.time_stepping import at_rest
 from prensa.system.discretise import discretise
@@ -306,7 +307,8 @@ class _Run:
         table = history.read_history(self.directory)
         largest = max(float(np.abs(table[f"energy.{e}"]).max(initial=0.0)) for e in history.ENERGIES[:-1])
         missing = float(np.abs(table["energy.imbalance"]).max(initial=0.0))
-        if missing > IMBALANCE * largest:
+        nothing = self.system.stiffness * self.system.length * ROUND_OFF**2  # of strains that are round-off
+        if missing > max(IMBALANCE * largest, nothing):
             share = 100 * missing / largest if largest else 100.0
             log.warning("energy balance off by %.2g %% of the largest energy; smaller increments reduce it", share)
         for blow in press.blows(table, self.case.problem):

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from prensa.errors import PrensaError
 from prensa.mesh.mesh import Mesh
 from prensa.model.problem import Problem
 from prensa.output import style
 from prensa.output.cells import around, outline
 from prensa.output.outline import outlines
 from prensa.output.plot import figure_of_section, finish_section
+from prensa.output.sketch_in_space import sketch_in_space
 from prensa.precision import SMALLEST
 from prensa.result.increment import Force, Place, ToolState
 from prensa.types import Array, Index
@@ -39,15 +39,9 @@ def sketch(problem: Problem, meshes: Mapping[str, Mesh], system: System | None =
     """Meshes of the bodies, each side in a colour with all its names, named points, and the tools of the system.
 
     system: None where the tools cannot be placed yet, because a side that they name does not exist.
-
-    Raises
-    ------
-    PrensaError
-        For bodies in space.
-
     """
     if any(mesh.points.shape[1] != 2 for mesh in meshes.values()):
-        raise PrensaError("bodies in space have no picture before they are solved; look at their fields in ParaView")
+        return sketch_in_space(problem, meshes, system)
     x = np.vstack([mesh.points for mesh in meshes.values()])
 
     def tools(depth: float) -> Iterator[tuple[str, Array]]:

@@ -54,7 +54,7 @@ class Look:
     tools: bool = True
 
 
-class _Faces(NamedTuple):
+class Faces(NamedTuple):
     """Triangles of all copies: ``x`` (t, 3, 3) corners, ``values`` (t, 3), ``sides`` (t, 3) drawn, ``off`` (t, 3) cut away."""
 
     x: Array
@@ -85,7 +85,7 @@ def picture(
     from prensa.output.picture import Picture
 
     angles, cut = view_angles(look.view, increment), _cut(look.section, increment, copies)
-    eye = _directions(*angles)[2]
+    eye = directions(*angles)[2]
     faces = _faces(increment, values, copies, cut, eye)
     with style.styled():
         figure = Picture(figsize=look.size or (5.4, 4.4), layout="constrained", dpi=look.dpi)
@@ -93,17 +93,17 @@ def picture(
         axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
         scale, shades = Normalize(*ends), colormaps[colours]
         left = faces.x[(faces.off <= 0.0).any(axis=1)].reshape(-1, 3)
-        box = np.reshape(look.box, (3, 2)).T if look.box is not None else _ends(left)
-        glass = _tools(increment, problem, copies, cut, eye) if look.tools else None
+        box = np.reshape(look.box, (3, 2)).T if look.box is not None else ends_of(left)
+        glass = glass_of(increment, problem, copies, cut, eye) if look.tools else None
         if glass is not None and look.box is not None:
             middle = glass.x.mean(axis=1)
-            glass = _Faces(*(v[((middle >= box[0]) & (middle <= box[1])).all(axis=1)] for v in glass))
+            glass = Faces(*(v[((middle >= box[0]) & (middle <= box[1])).all(axis=1)] for v in glass))
         elif glass is not None:
-            box = _ends(np.concatenate([box, glass.x[(glass.off <= 0.0).any(axis=1)].reshape(-1, 3)]))
-        _frame(axes, box, problem, angles)
+            box = ends_of(np.concatenate([box, glass.x[(glass.off <= 0.0).any(axis=1)].reshape(-1, 3)]))
+        frame(axes, box, problem, angles)
         count = len(faces.sides) // 2
         mesh = count <= MOST_EDGES if look.mesh is None else look.mesh
-        _paint(axes, faces, glass, lambda v: shades(scale(v)), angles, mesh)
+        paint(axes, faces, glass, lambda v: shades(scale(v)), angles, mesh)
         figure.colorbar(ScalarMappable(scale, shades), ax=axes, label=label, shrink=0.75, pad=0.14)
         axes.set_title(title)
     return figure
@@ -111,8 +111,8 @@ def picture(
 
 def with_tools(increment: Increment, problem: Problem, copies: Sequence[tuple[Image, float]], box: Array) -> Array:
     """Lowest and highest (2, 3) of what a picture shows: a box (2, 3) about all copies of the bodies, and tools before them."""
-    glass = _tools(increment, problem, copies, None, np.zeros(3))
-    return box if glass is None else _ends(np.concatenate([box, glass.x.reshape(-1, 3)]))
+    glass = glass_of(increment, problem, copies, None, np.zeros(3))
+    return box if glass is None else ends_of(np.concatenate([box, glass.x.reshape(-1, 3)]))
 
 
 def contact_pressures(increment: Increment, body: str, of: str = "") -> Array:
@@ -162,11 +162,11 @@ def _facing(increment: Increment) -> tuple[float, float]:
     if pressed[1] < 0.0:
         lift = -lift
     if abs(pressed[1]) < math.hypot(pressed[0], pressed[2]):  # pressed from a side: turned to see that
-        turn = max((turn + 90.0 * k for k in (0, 1, -1, 2)), key=lambda a: float(_directions(a, lift)[2] @ pressed))
+        turn = max((turn + 90.0 * k for k in (0, 1, -1, 2)), key=lambda a: float(directions(a, lift)[2] @ pressed))
     return turn, lift
 
 
-def _directions(turn: float, lift: float) -> Array:
+def directions(turn: float, lift: float) -> Array:
     """Unit vectors (3, 3) to the right, upwards and towards the eye."""
     a, b = math.radians(turn), math.radians(lift)
     eye = np.array([math.cos(b) * math.sin(a), math.sin(b), math.cos(b) * math.cos(a)])
@@ -194,7 +194,7 @@ def _cut(section: str, increment: Increment, copies: Sequence[tuple[Image, float
 def _faces(
     increment: Increment, values: Callable[[str, BodyState], Array], copies: Sequence[tuple[Image, float]],
     cut: tuple[int, float] | None, eye: Array,
-) -> _Faces:  # fmt: skip
+) -> Faces:  # fmt: skip
     """Outsides and sections of all copies, without sides that lie on planes of symmetry, inside of the whole."""
     lines = copies[-1][0].lines
     parts = []
@@ -204,7 +204,7 @@ def _faces(
         for axis, at in lines:
             if cut is None or axis != cut[0]:
                 faces = faces[(np.abs(body.X[faces, axis] - at) > 1e-9 * size).any(axis=1)]
-        triangles, sides = covered(faces), _outer(faces)
+        triangles, sides = covered(faces), outer_sides(faces)
         for image, sign in copies:
             x, X = image.of(body.x), image.of(body.X)
             off = np.full(len(X), -1.0)
@@ -214,13 +214,13 @@ def _faces(
                 found = level_set(body.cells, -beyond)
                 cap = found.triangles
                 none = np.zeros(cap.shape, bool)
-                parts.append(_Faces(found.of(x)[cap], sign * found.of(value)[cap], none, none - 1.0))
+                parts.append(Faces(found.of(x)[cap], sign * found.of(value)[cap], none, none - 1.0))
                 off = beyond
-            parts.append(_Faces(x[triangles], sign * value[triangles], sides, off[triangles]))
-    return _Faces(*(np.concatenate(arrays) for arrays in zip(*parts)))
+            parts.append(Faces(x[triangles], sign * value[triangles], sides, off[triangles]))
+    return Faces(*(np.concatenate(arrays) for arrays in zip(*parts)))
 
 
-def _outer(faces: Index) -> Flags:
+def outer_sides(faces: Index) -> Flags:
     """(t, 3) whether the side of a triangle of `covered` that is across from a corner is a side of its face."""
     if faces.shape[1] == 3:
         return np.ones((len(faces), 3), dtype=bool)
@@ -229,13 +229,13 @@ def _outer(faces: Index) -> Flags:
     return np.repeat(np.array([[False, True, True], [True, False, True], [True, True, False], [False] * 3]), len(faces), axis=0)
 
 
-def _tools(
+def glass_of(
     increment: Increment, problem: Problem, copies: Sequence[tuple[Image, float]], cut: tuple[int, float] | None, eye: Array
-) -> _Faces | None:  # fmt: skip
+) -> Faces | None:  # fmt: skip
     """Surfaces of the tools near the bodies, cut like these, if they are not removed; ``values``: how high their chords are."""
     if any(step.name == increment.step and tools_removed(problem, k) for k, step in enumerate(problem.steps)):
         return None
-    own = _ends(np.vstack([b.x for b in increment.bodies.values()]))
+    own = ends_of(np.vstack([b.x for b in increment.bodies.values()]))
     parts, margin = [], _TOOLS_BEYOND * float((own[1] - own[0]).max())
     for name, tool in problem.tools.items():
         state = increment.tools[name]
@@ -248,12 +248,12 @@ def _tools(
         for image, _ in copies:
             x = image.of(made.at(state))
             off = np.full(len(x), -1.0) if cut is None else (x[:, cut[0]] - cut[1]) * (-1.0 if eye[cut[0]] < 0.0 else 1.0)
-            parts.append(_Faces(x[t], chords, np.zeros(t.shape, bool), off[t]))
-    return _Faces(*(np.concatenate(arrays) for arrays in zip(*parts))) if parts else None
+            parts.append(Faces(x[t], chords, np.zeros(t.shape, bool), off[t]))
+    return Faces(*(np.concatenate(arrays) for arrays in zip(*parts))) if parts else None
 
 
-def _paint(
-    axes: Any, faces: _Faces, glass: _Faces | None, colours: Callable[[Array], Array], angles: tuple[float, float], mesh: bool
+def paint(
+    axes: Any, faces: Faces, glass: Faces | None, colours: Callable[[Array], Array], angles: tuple[float, float], mesh: bool
 ) -> None:
     """Draw bodies, and tools before them, into axes whose limits and view are set."""
     from matplotlib.image import AxesImage
@@ -263,7 +263,7 @@ def _paint(
     finer = max(1.0, min(PIXELS_FOR_EACH, FINE_ENOUGH / figure.dpi))
     pixels = int(finer * figure.dpi * min(figure.get_size_inches()))
     to_pixels = _projected(axes, pixels, window)
-    eye = _directions(*angles)[2]
+    eye = directions(*angles)[2]
     xy = to_pixels(faces.x)
     found = raster.seen(xy, faces.x @ eye, pixels, pixels, faces.off)
     shown = np.tile([1.0, 1.0, 1.0, 0.0], (pixels * pixels, 1))
@@ -291,7 +291,7 @@ def _projected(axes: Any, pixels: int, window: Any) -> Callable[[Array], Array]:
     matrix = axes.get_proj()
 
     def of(x: Array) -> Array:
-        flat = np.concatenate([_upright(x).reshape(-1, 3), np.ones((x.size // 3, 1))], axis=1) @ matrix.T
+        flat = np.concatenate([upright(x).reshape(-1, 3), np.ones((x.size // 3, 1))], axis=1) @ matrix.T
         place = flat[:, :2] / flat[:, 3:]
         share = (place - [window.x0, window.y0]) / [window.width, window.height]
         return np.asarray(pixels * share.reshape(*x.shape[:-1], 2))
@@ -301,35 +301,35 @@ def _projected(axes: Any, pixels: int, window: Any) -> Callable[[Array], Array]:
 
 def _lit(x: Array, angles: tuple[float, float]) -> Array:
     """Brightness (t,) of triangles (t, 3, 3) that are seen from a side."""
-    right, up, eye = _directions(*angles)
+    right, up, eye = directions(*angles)
     light = _LIGHT @ np.stack([right, up, eye])
     n = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
     n *= np.where(n @ eye < 0.0, -1.0, 1.0)[:, None] / np.maximum(np.linalg.norm(n, axis=1), np.finfo(float).tiny)[:, None]
     return np.asarray(0.6 + 0.4 * np.clip(n @ light / np.linalg.norm(light), 0.0, 1.0))
 
 
-def _ends(x: Array) -> Array:
+def ends_of(x: Array) -> Array:
     """Lowest and highest (2, 3) of places (n, 3)."""
     return np.stack([x.min(axis=0), x.max(axis=0)])
 
 
-def _upright(x: Array) -> Array:
+def upright(x: Array) -> Array:
     """Positions (…, 3) for axes whose third one stands upright: that is y here."""
     return x[..., [0, 2, 1]] * np.array([1.0, -1.0, 1.0])
 
 
-def _frame(axes: Any, box: Array, problem: Problem, angles: tuple[float, float]) -> None:
+def frame(axes: Any, box: Array, problem: Problem, angles: tuple[float, float]) -> None:
     """Limits (2, 3) with equal scales, names of the axes, numbers as far apart as each axis is seen long, and the view."""
     from matplotlib.ticker import MaxNLocator
 
-    ends = np.sort(_upright(box), axis=0)
+    ends = np.sort(upright(box), axis=0)
     axes.set(xlim=ends[:, 0], ylim=ends[:, 1], zlim=ends[:, 2])
     axes.set_box_aspect(ends[1] - ends[0])
     unit = style.length_unit(problem)
     axes.set(xlabel=f"x ({unit})", ylabel=f"z ({unit})", zlabel=f"y ({unit})")
     axes.yaxis.set_major_formatter(lambda value, _: f"{-value + 0.0:g}")
     axes.grid(False)
-    _, _, eye = _upright(_directions(*angles))
+    _, _, eye = upright(directions(*angles))
     seen = (ends[1] - ends[0]) * np.sqrt(1.0 - np.minimum(eye**2, 1.0))
     for axis, along, length in zip((axes.xaxis, axes.yaxis, axes.zaxis), eye, seen / seen.max()):
         axis.set_pane_color((1.0, 1.0, 1.0, 0.0))

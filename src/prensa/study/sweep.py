@@ -12,6 +12,7 @@ from typing import Any
 from prensa import __version__
 from prensa.errors import CaseError, PrensaError, shown, take
 from prensa.measures.columns import columns
+from prensa.model.plausibility import friction_of_none
 from prensa.model.problem import Case, Output, Problem
 from prensa.output.files import file_name, write_text
 from prensa.output.history import HISTORY
@@ -124,7 +125,11 @@ class Source:
         from prensa.model.schema import load, loads
 
         changes = [*next(self._always.points()).changes, *changes]
-        return load(self._path, changes) if self._path else loads(self._text, overrides=changes, bounded=False)
+        case = load(self._path, changes) if self._path else loads(self._text, overrides=changes, bounded=False)
+        idle = next((change for change in changes if change.partition("=")[0].partition(".")[0] == "friction"), "")
+        if idle and (words := friction_of_none(case.problem)):
+            raise PrensaError(f"--set {idle}: {words}")  # all cases would be the same
+        return case
 
 
 class Execution:

@@ -23,6 +23,8 @@ from prensa.types import Array, Flags, Index
 
 SMOOTH, CREASE, BORDER = 0, 1, 2
 """What edges are."""
+CORNER_TURN = 0.01
+"""Angle by which the outline of a plane turns at a corner; what mesh generators put on a straight line turns by less."""
 SIDE_CORNERS = np.array([[0, 1], [1, 2], [0, 2]])
 """Corners at the ends of the sides of a triangle."""
 
@@ -139,7 +141,33 @@ class Facets:
         # Where both did there would be no bend.
         out = np.zeros((len(s.edges), 2), dtype=bool)
         out[edge] = np.isfinite(off) & (off <= off[:, ::-1])
-        return out
+        # A plane of many corners is none of the facets beside it, however its own triangles lie in it.
+        many, smooth = self._polygons[ends], np.zeros(len(ends), dtype=bool)
+        smooth[edge] = True
+        plane = smooth[:, None] & many & ~many[:, ::-1]
+        return np.where(plane.any(axis=1, keepdims=True), plane, out)
+
+    @cached_property
+    def _polygons(self) -> Flags:
+        """Which of the planes (r,) have outlines of more than four corners: no facets of a curved surface, which have three.
+
+        Or four, two triangles of a cylinder, cone or torus. Points in the middle of straight stretches are no corners.
+        """
+        s, region = self.surface, self._regions
+        ends = np.where(s.sides >= 0, region[s.sides], -1)
+        edge, side = np.nonzero((ends[:, :1] != ends[:, 1:]) & (ends >= 0))
+        # Each stretch of an outline at both of its ends, its direction away from there.
+        owner = np.concatenate([ends[edge, side]] * 2)
+        point = np.concatenate([s.edges[edge, 0], s.edges[edge, 1]])
+        d = np.tile(s.points[s.edges[edge, 1]] - s.points[s.edges[edge, 0]], (2, 1))
+        d[len(edge) :] *= -1.0
+        order = np.lexsort((point, owner))
+        owner, point, d = owner[order], point[order], d[order]
+        _, first, count = np.unique(owner * len(s.points) + point, return_index=True, return_counts=True)
+        a, b = d[first], d[np.minimum(first + 1, len(d) - 1)]
+        turn = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), -np.einsum("ki,ki->k", a, b))
+        corner = (count != 2) | (turn > CORNER_TURN)
+        return np.bincount(owner[first][corner], minlength=region.max() + 1) > 4
 
     @cached_property
     def flats(self) -> Flags:
@@ -180,7 +208,11 @@ class Facets:
         ends = np.unique(ends, axis=0)  # both sides of a smooth edge say the same
         d = s.points[s.edges[ends[:, 2], 1]] - s.points[s.edges[ends[:, 2], 0]]
         d /= np.linalg.norm(d, axis=1)[:, None]
-        normals, m, straight = self._held(normals) if not held.all() else (normals, normals, held)
+        if not held.all():
+            across, m, straight = self._held(normals)
+            normals, straight = np.where(held[:, None], normals, across), straight & ~held
+        else:
+            m, straight = normals, ~held
         t = _tangents(normals)
         t[straight, 1] = np.cross(normals, m)[straight]
         t[straight, 0] = 0.0

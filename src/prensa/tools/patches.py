@@ -30,6 +30,13 @@ def _dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _triple(a, b, c):
+    return (
+        (a[1] * b[2] - a[2] * b[1]) * c[0] + (a[2] * b[0] - a[0] * b[2]) * c[1] + (a[0] * b[1] - a[1] * b[0]) * c[2]
+    )
+
+
 @njit(cache=True, error_model="numpy")
 def _at(X, C, e, z, x, xe, xz):
     """Place x (3,) and its derivatives by e and z of the patch of corners X (3, 3) and coefficients C (3, 3)."""
@@ -272,8 +279,9 @@ def closest(P, C, curved, kinds, means, least, xi, triangle, where, at, g, n, H)
         e, z = _place(w, at[k])
         if kinds[m, w] != CREASE:
             e_foot, z_foot, there = _foot(P[m], C[m], p, e, z, x, xe, xz)
-            # A curved patch is not followed farther than by its own size.
-            if there and (not curved[m] or (abs(e_foot - 0.5) <= 1.5 and abs(z_foot - 0.5) <= 1.5)):
+            # A curved patch is not followed farther than by its own size, nor where it has turned over.
+            near = not curved[m] or (abs(e_foot - 0.5) <= 1.5 and abs(z_foot - 0.5) <= 1.5)
+            if there and near and _triple(xe, xz, means[m, 0]) > 0.0:
                 g[k] = _of_patch(C[m], xe, xz, x, p, n[k], H[k])
                 continue
         _at(P[m], C[m], e, z, x, xe, xz)

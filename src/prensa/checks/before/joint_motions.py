@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.checks.before.overlap import unjoined
 from prensa.checks.before.rigid_motions import contact_rows, loaded
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.contact.pairing import Pairs
@@ -75,6 +76,8 @@ def joint_motions(system: System) -> Iterator[Finding]:
         for body, frame in frames.items():
             if body not in reported and (way := _flight(system, body, frame, stage.plan)) is not None:
                 reported.add(body)
+                if len(frames) > 1 and body in unjoined(system):
+                    continue
                 yield Finding(
                     f"bodies.{body}",
                     f"it is free to move along {_axis(way)}, away from the tools of step {stage.plan.name!r}: hold its other "

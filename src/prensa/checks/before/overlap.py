@@ -152,6 +152,11 @@ def within_faces(x: Array, points: Array, faces: Index) -> Flags:
     return np.asarray(angle > 2.0 * np.pi)
 
 
+def unjoined(system: System) -> set[str]:
+    """Bodies that lie in another or on another without a tie or contact: that they are free to move follows of it."""
+    return {body for o in (*overlaps(system), *neighbours(system)) for body in (o.first, o.second)}
+
+
 def overlapping_bodies(system: System) -> Iterator[Finding]:
     """Bodies that lie in one another, or on one another without a tie."""
     for o in overlaps(system):

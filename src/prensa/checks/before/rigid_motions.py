@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
+from prensa.checks.before.overlap import unjoined
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.contact.masters import Seen
 from prensa.contact.surface import Surface
@@ -41,6 +42,11 @@ def rigid_motions(system: System) -> Iterator[Finding]:
                 if not words or name in reported or (not fatal and number):
                     continue
                 reported.add(name)
+                if not fatal and len(frames) > 1 and name in unjoined(system):
+                    continue
+                if not fatal and (lacking := list(_symmetry(system, name, frame, held))):
+                    yield from lacking  # what is free then goes with the planes that are named
+                    continue
                 step = f"in step {plan.name!r} " if number else ""
                 remedy = (
                     f"hold it there with 'fixed'{_example(system, name, frame, plan, rows)}, or by friction"
@@ -64,7 +70,7 @@ def rigid_motions(system: System) -> Iterator[Finding]:
                     "undefined; hold a point of it ('fixed'), or let a tool touch it there",
                 )
             if not number and name not in reported and system.dofs.dimension == 3:
-                yield from _symmetry(system, name, frame, plan, held)
+                yield from _symmetry(system, name, frame, held)
         values = at_start.copy()
         values[plan.fixed] = plan.values(plan.t1)
         at_start = values
@@ -99,29 +105,43 @@ def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
     return rubs and any(-sign not in bearing for sign in driven)
 
 
-def _symmetry(system: System, body: str, frame: Frame, plan: StepPlan, held: Array) -> Iterator[Finding]:
-    """Flat sides that only friction holds along their normal and in whose plane a tool stands: planes of symmetry, it seems.
+def _symmetry(system: System, body: str, frame: Frame, held: Array) -> Iterator[Finding]:
+    """Flat sides that contact alone holds along their normal and in whose plane a tool stands: planes of symmetry, it seems.
 
-    The reference points of planes say nothing of where they stand.
+    What half of a ball, or of any tool, presses on is pushed aside: contact holds a body along a direction where its normals
+    point both ways, and friction as far as it goes. The reference points of planes say nothing of where they stand.
     """
-    normal = contact_rows(system, body, frame, plan, touching=False, rubs=False)
-    left = free_motions(system, np.concatenate([held, normal]))
-    tools = [system.tool_masters[s.against].tool for s in system.tool_contacts if s.body == body]
-    at = [tool.at for tool in tools if not tool.shape.half_space]
-    mesh = system.meshes[body]
+    left = free_motions(system, held)
+    if system.dofs.dimension == 2 or not len(left):
+        return
+    u = system.initial().u
+    x, mine = system.positions(u), [s for s in system.tool_contacts if s.body == body]
+    masters = [system.tool_masters[s.against] for s in mine]
+    normals = np.concatenate([left[:0, :3], *(m.seen(x[s.points.nodes], u).n for s, m in zip(mine, masters))])
+    at = [m.tool.at for m in masters if not m.tool.shape.half_space]
+    mesh, lacking = system.meshes[body], dict[tuple[int, float], str]()
     for side, faces in mesh.edges.items():
         x = mesh.points[np.unique(faces)]
         axis = int(np.argmin(np.ptp(x, axis=0)))
-        free = left[:, :3] @ np.eye(3)[axis] if len(left) else np.zeros(0)
-        level = float(x[0, axis])
+        level, along = float(x[0, axis]), normals[:, axis]
         here = any(abs(float(p[axis]) - level) < NO_DIFFERENCE * frame.size for p in at)
-        if here and np.ptp(x[:, axis]) < NO_DIFFERENCE * frame.size and (np.abs(free) > NO_DIFFERENCE).any():
-            name, plane = "xyz"[axis], f"'{body}.{side}'"
-            yield Finding(
-                f"bodies.{body}",
-                f"only friction holds it along {name}, and a tool stands in the plane {name} = {level:.4g} of its side {plane}: "
-                f"if that is a plane of symmetry, 'fixed' lacks '{body}.{side}: {name}'",
-            )
+        flat = np.ptp(x[:, axis]) < NO_DIFFERENCE * frame.size
+        both_ways = (along > NO_DIFFERENCE).any() and (along < -NO_DIFFERENCE).any()
+        if here and flat and not both_ways and (np.abs(left[:, axis]) > NO_DIFFERENCE).any():
+            lacking.setdefault((axis, level), side)
+    if lacking:
+        names = " and ".join("xyz"[axis] for axis, _ in lacking)
+        planes = ", ".join(
+            f"{'xyz'[axis]} = {level:.4g} of its side '{body}.{side}'" for (axis, level), side in lacking.items()
+        )
+        missing = ", ".join(f"{body}.{side}: {'xyz'[axis]}" for (axis, _), side in lacking.items())
+        several = len(lacking) > 1
+        pushed = any((np.abs(normals[:, axis]) > NO_DIFFERENCE).any() for axis, _ in lacking)
+        yield Finding(
+            f"bodies.{body}",
+            f"only {'contact' if pushed else 'friction'} holds it along {names}, and a tool stands in the plane{'s' * several} "
+            f"{planes}: if {'those are planes' if several else 'that is a plane'} of symmetry, 'fixed' lacks '{missing}'",
+        )
 
 
 def _example(system: System, body: str, frame: Frame, plan: StepPlan, rows: Array) -> str:

@@ -99,7 +99,11 @@ def _inside(system: System, s: Surface, pairs: Pairs, depth: Array) -> Finding:
             + _to_touch(system, s, int(nodes[k]))
         )
         + (tool.description.hint() if depth[k] > SUNK else "")
-        + f"; if the overlap is meant, say so in contact {s.name!r}: 'interference: geometry'",
+        + (
+            ""
+            if system.dofs.dimension == 3
+            else f"; if the overlap is meant, say so in contact {s.name!r}: 'interference: geometry'"
+        ),
         Severity.REFUSE if plastic and depth[k] > SUNK else Severity.WARN,
     )
 

@@ -9,18 +9,25 @@ import numpy as np
 from prensa.checks.before.held_nodes import Pressed, deepest, held, overconstrained
 from prensa.checks.during.penetration import Watch, inside, watches
 from prensa.checks.thresholds import ALONG, NO_DIFFERENCE
+from prensa.contact.faces import FacePoints
+from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity, coordinates
 from prensa.linear.rigid_modes import CLOSED
-from prensa.model.interference import interfering
+from prensa.model.interference import interference_of
 from prensa.system.moments import Moment, contact_path, driven, moments
 from prensa.system.system import System
 from prensa.types import Array, Flags
+
+AT_MIDDLES = ", and contact is at the middle of the sides of its faces alone: shorten the elements there, or "
+"""What is said of a tool that touches a corner of quadratic faces."""
 
 
 def tool_paths(system: System) -> Iterator[Finding]:
     """Tools that never touch, that press what cannot yield, that cross each other, or go into what has no contact with them."""
     watched = watches(system)
-    nearest = np.full(len(system.tool_contacts), np.inf)
+    nearest, farthest = np.full(len(system.tool_contacts), np.inf), np.full(len(system.tool_contacts), -np.inf)
+    driven_tools = np.zeros(len(system.tools), dtype=bool)
+    at_first = system.initial().u
     known = np.ones(len(system.tool_contacts), dtype=bool)
     moved = {name for name, body in system.problem.bodies.items() if driven(system, name)}
     moved |= {body for s in system.surfaces if s.opposite is not None for body in s.bodies}  # one may move the other
@@ -28,18 +35,23 @@ def tool_paths(system: System) -> Iterator[Finding]:
     reported: dict[str, Finding] = {}
     for m in moments(system):
         x = system.positions(m.u)
+        for t in range(len(system.tools)):
+            own = system.dofs.tool.dofs(t)
+            driven_tools[t] |= bool((m.u[own] != at_first[own]).any())
         for i, s in enumerate(system.tool_contacts):
             known[i] &= m.known[system.tool_masters[s.against].number]
             if not m.known[system.tool_masters[s.against].number]:
                 continue
             pairs = system.nodes_seen(s, m.u)
-            nearest[i] = min(nearest[i], float(pairs.g.min()))
+            nearest[i], farthest[i] = min(nearest[i], float(pairs.g.min())), max(farthest[i], float(pairs.g.min()))
             held(system, s, i, m, x, pressed)
         for notice in _crossing(system, m, x):
             reported.setdefault(notice.path, notice)
         at_rest = set(system.problem.bodies) - moved - _touched(system, nearest, known)
         for notice in _entered(system, watched, m, at_rest):
             reported.setdefault(notice.path, notice)
+    if system.problem.start is None:  # tools of an earlier run may have pressed before
+        yield from _never_pressing(system, nearest, farthest, known, moved, driven_tools)
     for i, s in enumerate(system.tool_contacts):
         if nearest[i] <= 0 or not known[i]:
             # A tool that reached a body, or whose place is not known, may have moved it: nothing is known of it from then on.
@@ -47,7 +59,6 @@ def tool_paths(system: System) -> Iterator[Finding]:
     reached = {
         s.against for i, s in enumerate(system.tool_contacts) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]
     }
-    yield from _only_leaves(system, nearest, known)
     for i, s in enumerate(system.tool_contacts):
         if s.against in reached and s.description.surface == (s.body,):
             continue  # a tool is against all bodies where nothing else is said, not meant to meet them all
@@ -55,8 +66,9 @@ def tool_paths(system: System) -> Iterator[Finding]:
             gap = f"never comes nearer than {nearest[i]:.4g}" if np.isfinite(nearest[i]) else "is never opposite to it"
             yield Finding(
                 contact_path(system, i),
-                f"tool {s.against!r} never touches {'+'.join(s.description.surface)!r} in any step: it {gap}; "
-                "check where it is placed, the sign and the size of its motion",
+                f"tool {s.against!r} never touches {'+'.join(s.description.surface)!r} in any step: it {gap}"
+                + (AT_MIDDLES if _coarse(s, nearest[i]) else "; ")
+                + "check where it is placed, the sign and the size of its motion",
             )
     yield from reported.values()
     worst = deepest(pressed)
@@ -69,22 +81,35 @@ def tool_paths(system: System) -> Iterator[Finding]:
         yield overconstrained(system, s, i, most, candidate=k >= 0)
 
 
-def _only_leaves(system: System, nearest: Array, known: Flags) -> Iterator[Finding]:
-    """Tools that touch a body from the start and never press it, where nothing else moves or presses it either."""
-    p = system.problem
+def _coarse(s: Surface, gap: float) -> bool:
+    """Whether a tool misses points of a surface of quadratic faces by less than an element."""
+    return isinstance(s.points, FacePoints) and s.points.faces.shape[1] == 6 and gap < float(s.points.depth.min())
+
+
+def _never_pressing(
+    system: System, nearest: Array, farthest: Array, known: Flags, moved: set[str], driven_tools: Flags
+) -> Iterator[Finding]:
+    """Tools that touch a body that nothing presses or moves, and stay, or are moved along it or away from it.
+
+    ``nearest``, ``farthest``: their least gaps, by contact; ``driven_tools``: which are moved.
+    """
     near = np.array([CLOSED * s.points.depth.min() for s in system.tool_contacts])
-    pressed = {other for i, s in enumerate(system.tool_contacts) if nearest[i] < -near[i] or not known[i]
-               for other in system.tied_bodies(s.body)}  # fmt: skip
-    pressed |= {other for name in p.bodies if driven(system, name) for other in system.tied_bodies(name)}
-    pressed |= {body for s in system.surfaces if s.opposite is not None for body in s.bodies}
-    if p.start is not None or interfering(p):
-        return
+    pressing = {
+        other
+        for s, least, close, sure in zip(system.tool_contacts, nearest, near, known)
+        if least < -close or not sure or interference_of(s.description) is not None
+        for other in system.tied_bodies(s.body)
+    }
+    moved = {other for body in moved for other in system.tied_bodies(body)}
     for i, s in enumerate(system.tool_contacts):
-        if s.body not in pressed and abs(nearest[i]) <= near[i]:
+        if abs(nearest[i]) <= near[i] and s.body not in pressing | moved:
+            way = f"goes away from it, by up to {farthest[i]:.4g}" if farthest[i] > near[i] else "goes along it"
+            if not driven_tools[system.tool_masters[s.against].number]:
+                way = "stays there"
             yield Finding(
                 contact_path(system, i),
-                f"tool {s.against!r} touches {'+'.join(s.description.surface)!r} at most, and no step moves it into the body: "
-                "forces are zero; check the sign of its motion",
+                f"tool {s.against!r} touches {'+'.join(s.description.surface)!r} at first and only {way}: it never presses; "
+                "check the sign and the axis of its motion",
             )
 
 

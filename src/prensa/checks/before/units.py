@@ -31,14 +31,19 @@ PAST_BODIES = 3.0
 
 def lengths(system: System) -> Iterator[Finding]:
     """Lengths that belong to another unit than the rest, or angles to degrees."""
-    unit = system.problem.units.length
+    unit, strange = system.problem.units.length, False
     for name, mesh in system.meshes.items():
         size = float(mesh.extent.max())
         metre = factor(f"1 {unit}", "m", "N", (0, 1))
         # Who writes a case in micrometres means small bodies: what is less than one of a unit that small is still no body.
-        if size * metre > LARGEST_BODY or (size * metre < SMALLEST_BODY and not (metre < SMALLEST_BODY and size >= 1.0)):
+        if size * metre > LARGEST_BODY or (
+            size * metre < SMALLEST_BODY and not (metre < SMALLEST_BODY and size >= 1.0)
+        ):
+            strange = True
             yield Finding(f"bodies.{name}.mesh", f"the body measures {size:.4g} {unit}; is the unit right?")
     yield from _long_bodies(system)
+    if strange:
+        return  # what else is out of proportion is so beside that body
     size = system.length
     for name, tool in system.problem.tools.items():
         sizes = ("radius", "width", "outer", "fillet")

@@ -94,8 +94,10 @@ class Stl(ToolShape):
         return surface.points, surface.triangles
 
     def hint(self) -> str:
-        """Which way the normals look, and units."""
-        return "; or its normals look the wrong way ('reverse: true' turns them round), or its 'unit' is another one"
+        """Units, and of an open surface which way the normals look: of a closed one that is known."""
+        turned = "its normals look the wrong way ('reverse: true' turns them round), or "
+        unsure = self.reverse is not None or not stl.read(self.file, self.digest or "").closed
+        return f"; or {turned * unsure}its 'unit' is another one"
 
     def details(self, shape: Tool, direction: Array) -> str:
         """How large and how coarse it is."""

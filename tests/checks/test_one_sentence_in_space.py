@@ -1,0 +1,98 @@
+"""One mistake in a case in space, one sentence: what follows from it is not said besides."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from prensa.cli import app
+
+CASE = """\
+name: coining
+space: solid
+bodies:
+  block:
+    mesh: {type: box, size: [10, 5, 10], n: [4, 3, 4]}
+    material: {type: j2, E: 210e3, nu: 0.3, flow: {type: swift, K: 600, e0: 0.01, n: 0.2}}
+tools:
+  ball: {type: sphere, radius: 20, touching: block.top, at: [0, 0, 0]}
+contacts:
+  - {surface: block.top, against: ball, friction: {mu: 0.1}}
+fixed: {block.bottom: y, block.left: x, block.back: z}
+steps:
+  - {name: press, move: {ball: {y: -0.3}}, increments: 3}
+"""
+SECOND = """\
+bodies:
+  base:
+    mesh: {type: box, size: [10, 5, 10], n: [3, 2, 3], origin: [0, HEIGHT, 0]}
+    material: {type: elastic, E: 210e3, nu: 0.3}
+"""
+
+
+def said(tmp_path: Path, text: str, *command: str) -> tuple[int, list[str], str]:
+    """Exit code, sentences and what else a command says of a case."""
+    path = tmp_path / "case.yaml"
+    path.write_text(text)
+    done = CliRunner().invoke(app, [*(command or ("check",)), str(path)])
+    return done.exit_code, [line for line in done.stderr.splitlines() if line.strip()], done.stdout
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("size: [10, 5, 10]", "size: [0.01, 0.005, 0.01]", "the body measures 0.01 mm; is the unit right?"),
+        ("K: 600", "K: 600e6", "check the units of both"),
+        ("block.left: x, ", "", "if that is a plane of symmetry, 'fixed' lacks 'block.left: x'"),
+        ("block.left: x, block.back: z", "block.left: z, block.back: x", "'fixed' lacks 'block.left: x, block.back: z'"),
+        ("type: sphere, radius: 20, touching: block.top, at: [0, 0, 0]", "type: plane, touching: block.top", ""),
+        ("y: -0.3", "y: 0.3", "only goes away from it, by up to 0.3: it never presses"),
+        (
+            "type: box, size: [10, 5, 10], n: [4, 3, 4]", "type: rectangle, size: [10, 5], n: [4, 3]",
+            "take it as the 'section' of an 'extruded' or a 'revolved' one",
+        ),
+        ("bodies:\n", SECOND.replace("HEIGHT", "-4"), "it overlaps body 'base', by 1 mm"),
+        ("bodies:\n", SECOND.replace("HEIGHT", "-5"), "join them with 'ties', or make one a tool"),
+    ],
+    ids=["metres", "flow stress", "plane of symmetry", "planes exchanged", "none", "sign", "plane mesh", "overlap", "untied"],
+)
+def test_one_sentence_for_one_mistake(tmp_path: Path, old: str, new: str, words: str) -> None:
+    """With its place and a remedy; nothing of a case that is in order."""
+    text = CASE.replace(old, new)
+    if "base" in new:
+        text = text.replace("block.bottom: y", "base.bottom: y, base.left: x, base.back: z")
+    _, lines, _ = said(tmp_path, text)
+    assert len(lines) == (1 if words else 0), lines
+    assert not words or words in lines[0]
+
+
+def test_a_tool_that_slides_where_another_one_presses_is_no_mistake(tmp_path: Path) -> None:
+    """Nor one that is lifted from what an earlier step has pressed."""
+    plate = "  plate: {type: plane, touching: block.right}\ncontacts:\n  - {surface: block.right, against: plate}\n"
+    two = CASE.replace("contacts:\n", plate)
+    for motion in ("{ball: {y: -0.3}, plate: {y: -0.1}}", "{ball: {y: -0.3}}"):
+        assert said(tmp_path, two.replace("{ball: {y: -0.3}}", motion))[:2] == (0, [])
+    lifted = CASE + "  - {name: lift, by: {ball: {y: 1}}, increments: 1}\n"
+    assert said(tmp_path, lifted)[:2] == (0, [])
+
+
+def test_forces_are_said_for_the_whole_part(tmp_path: Path) -> None:
+    """Of a quarter: what is pushed with 20 kN is a quarter of 80 kN; along the mirrors nothing is multiplied."""
+    text = CASE.replace("move: {ball: {y: -0.3}}", "push: {ball: {y: -20 kN, x: 1 kN}}, until: {force: {ball: {y: 10 kN}}}")
+    _, _, out = said(tmp_path, text + "output: {mirror: [left, back]}\n")
+    assert "step press: push y of ball is -20 kN on what is modelled, -80 kN on the whole part" in out
+    assert "step press: until.force y of ball is 10 kN on what is modelled, 40 kN on the whole part" in out
+    assert "push x of ball is 1 kN on what is modelled, 2 kN on the whole part" in out
+    assert "whole part" not in said(tmp_path, text)[2]
+
+
+def test_of_a_run_in_which_nothing_happens_no_energy_is_missed(tmp_path: Path) -> None:
+    """Round-off has no balance."""
+    text = CASE.replace("y: -0.3", "y: 0.3") + "output: {pictures: false, report: false}\n"
+    code, lines, _ = said(tmp_path, text, "run", "-q", "--out", str(tmp_path / "out"))
+    assert code == 0 and not [line for line in lines if "energy" in line] and [line for line in lines if "never touched" in line]
+    with (tmp_path / "out" / "history.csv").open() as file:
+        assert all(float(row["ball.fy"]) == 0.0 for row in csv.DictReader(file))
