@@ -15,7 +15,7 @@ from prensa.system.system import System
 FOR_ENERGY = {2: "q4_bbar", 3: "h8_bbar"}
 """By the dimension of space: elements whose forces are the derivative of the energy stored and dissipated."""
 BENDS = "it is elastic and may bend"
-ENERGY = "energies are balanced"
+BALANCED = "energies are balanced"
 
 
 def with_chosen_elements(system: System, like: model.Problem | None) -> System:
@@ -57,4 +57,4 @@ def _for_energies(system: System) -> Iterator[tuple[str, tuple[str, str]]]:
     for name, b in p.bodies.items():
         mesh = system.meshes[name]
         if b.element is None and b.material.plastic and mesh.cells.shape[1] == (8 if isinstance(mesh, BrickMesh) else 4):
-            yield name, (FOR_ENERGY[system.dofs.dimension], ENERGY)
+            yield name, (FOR_ENERGY[system.dofs.dimension], BALANCED)

@@ -31,7 +31,7 @@ FINER_BY = 1.5  # bricks of the second mesh for each of the first along an axis
 SAME_ON_FINER = 0.06  # of the two, under a plate
 SAME_TURNED = 1e-5  # of a problem that is turned about the upright axis
 ONE_IN = 10  # problems of which one is solved on a second mesh
-MET = 1e-6  # of the height of a body
+BROUGHT_TOGETHER = 1e-6  # of the height of a body
 OF_TETRAHEDRA = 0.25  # of the bodies, the rest are of bricks
 FORCES_XYZ = ("fx", "fy", "fz")
 
@@ -170,7 +170,7 @@ def _stands(body: Body, tool: Placed) -> bool:
     """Whether a tool stands on nodes on all sides of its reference point, so that it may be left to tilt."""
     top = mesh_of(body.filled).points[contact_nodes(body.filled, "top")]
     rest = top[np.abs(tool.outline(top - np.asarray(tool.at))[0]) < 1e-9 * body.high][:, [0, 2]]
-    if len(rest) < 3 or (narrow := float(np.ptp(rest, axis=0).min())) < MET * body.high:
+    if len(rest) < 3 or (narrow := float(np.ptp(rest, axis=0).min())) < BROUGHT_TOGETHER * body.high:
         return False  # on a line, but for round-off: there it may turn
     return within(rest, np.zeros(2)) > NEARLY * narrow
 
@@ -259,7 +259,7 @@ def _hovering(body: Body, tool: Placed, depth: float) -> float:
 
     if nearest(depth) < 0.0:
         return 0.0
-    while (near := nearest(way)) > MET * body.high and way < body.high:
+    while (near := nearest(way)) > BROUGHT_TOGETHER * body.high and way < body.high:
         way += near
     return way
 
