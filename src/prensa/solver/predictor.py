@@ -74,7 +74,7 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
     plastic moduli hold nothing in place. So does the middle of an elastic way to a part; that of the way found with it does not
     (midpoint rule in two passes, with secant moduli).
     """
-    guess = _moved(eq, start, values, lam)
+    guess = _moved(eq, start, values, lam, 0.0)
     for solved in (2, 3):
         if not _flows(eq, guess):
             break
@@ -98,7 +98,7 @@ def _flows(eq: Equilibrium, guess: Guess) -> bool:
     return eq.flow_direction_unreliable(eq.norm(e) / e.scale, first=False)
 
 
-def _moved(eq: Equilibrium, start: Array, values: Array, lam: Array, secant: float = 0.0) -> Guess:
+def _moved(eq: Equilibrium, start: Array, values: Array, lam: Array, secant: float) -> Guess:
     """Dofs ``start`` (ndof,) moved by the system linearised there, with a matrix that goes as far as ``secant``.
 
     That has the tools where they end, so that it closes all points that they would overlap; those that were closed stay so
