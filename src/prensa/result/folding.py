@@ -126,7 +126,7 @@ class _Pairs(NamedTuple):
 def folding(system: System, u: Array, start: Array, below: float = UNFOLDED) -> dict[str, Folding]:
     """Re-entrant corners and folds of the bodies at degrees of freedom u (ndof,), of what has moved since ``start`` (ndof,).
 
-    ``below``: of places with an opening below this; with `CLOSING` of folds alone, which takes half the time.
+    ``below``: of places with an opening below this; with `CLOSING` of folds alone, without corners, which takes half the time.
     """
     if system.dofs.dimension != 2:
         return {}
@@ -139,7 +139,8 @@ def folding(system: System, u: Array, start: Array, below: float = UNFOLDED) -> 
         angle, found = STRAIGHT_ANGLE, list[Fold]()
         for nodes in whole.loops:
             loop = _Loop(whole, nodes, *(whole.placed(nodes, p[own]) for p in (now, then, system.X)))
-            angle = min(angle, _least_angle(system, u, loop))
+            if below > CLOSING:
+                angle = min(angle, _least_angle(system, u, loop))
             folds = [_closed(nodes, rim, o) for rim, o in met if np.isin(rim[:1], nodes).any()]
             folds += _at_lines(loop, NEGLIGIBLE * system.length, [f.arc for f in folds])
             folds += _of_loop(system, u, loop, below, [f.arc for f in folds])
