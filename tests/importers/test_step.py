@@ -100,8 +100,8 @@ def test_a_rounded_punch_of_a_step_file_has_a_flat_end(tmp_path: Path) -> None:
 
     part = drawn(tmp_path / "punch.step", punch)
     assert called(str(part), "--out", str(tmp_path / "punch.stl")).exit_code == 0
-    shape = pr.Stl(str(tmp_path / "punch.stl")).shape(np.array([0.0, -1.0, 0.0]))
-    exact = pr.Revolved(pr.Stamp(width=10.0, fillet=1.5), at=(0.0, 0.0, 0.0)).shape(np.array([0.0, -1.0, 0.0]))
+    shape = pr.Stl(str(tmp_path / "punch.stl")).shape(np.array([0.0, -1.0, 0.0]), 0.0)
+    exact = pr.Revolved(pr.Stamp(width=10.0, fillet=1.5), at=(0.0, 0.0, 0.0)).shape(np.array([0.0, -1.0, 0.0]), 0.0)
     rng = np.random.default_rng(0)
     x = rng.uniform([-6.0, -6.0, -6.0], [6.0, 1.0, 6.0], (6000, 3))
     ours, stamp = shape.closest(x), exact.closest(x)

@@ -298,7 +298,15 @@ def test_an_unknown_side_is_answered_with_those_there_are_and_where_they_come_fr
         mesh.nodes("curve-33")
 
 
-@pytest.mark.parametrize("ending", [".xdmf", ".unv", ".med", ".stl"])
+def test_a_surface_is_not_the_mesh_of_a_body(tmp_path: Path) -> None:
+    """An STL file has no volume, whatever it is converted to: it is a tool."""
+    path = tmp_path / "plate.stl"
+    path.write_text("other\n")
+    with pytest.raises(pr.CaseError, match=r"is an STL file, a surface: for tools \(type: stl\); a body needs elements"):
+        pr.File(str(path))
+
+
+@pytest.mark.parametrize("ending", [".xdmf", ".unv", ".med"])
 def test_other_formats_are_refused_with_how_to_convert_them(tmp_path: Path, ending: str) -> None:
     """The ending decides before anything is read; what the remedy makes is read."""
     path = tmp_path / f"plate{ending}"

@@ -129,7 +129,8 @@ def test_sides_of_faces_are_those_of_their_outline(corners):
     from prensa.output.cells import around, covered
 
     faces = np.arange(corners)[None]
-    sides = {frozenset(np.delete(t, k)) for t, drawn in zip(covered(faces), spatial._outer(faces)) for k in range(3) if drawn[k]}
+    outer = zip(covered(faces), spatial.outer_sides(faces))
+    sides = {frozenset(np.delete(t, k)) for t, drawn in outer for k in range(3) if drawn[k]}
     ring = around(faces)[0]
     assert sides == {frozenset(pair) for pair in zip(ring, np.roll(ring, -1))}
 

@@ -184,7 +184,7 @@ def test_a_file_that_is_cut_off_is_named_with_what_is_missing(folder):
     with pytest.raises(pr.CaseError, match=r"'cut\.stl' is cut off: its header says 1280 triangles, and 50 are in it"):
         loads(CASE.replace("die.stl", "cut.stl"), folder=folder)
     (folder / "notes.stl").write_text("no triangles here\n" * 9)
-    with pytest.raises(pr.CaseError, match=r"'notes\.stl' is no STL file that can be read, neither as text nor") as said:
+    with pytest.raises(pr.CaseError, match=r"'notes\.stl' is not an STL file that can be read, neither as text nor") as said:
         loads(CASE.replace("die.stl", "notes.stl"), folder=folder)
     assert "Error" not in str(said.value)
 
@@ -216,7 +216,7 @@ def test_a_flat_within_fillets_is_flat_whatever_its_triangles(folder, middle):
         triangles += [np.stack([a, b, c], 1), np.stack([b, d, c], 1)]
     points = np.concatenate([*rings, [[0.0, 0.0, 0.0]]])
     flat = np.stack([j, i, np.full(n, len(points) - 1)], 1) if middle else np.stack([i[2:], i[1:-1], np.zeros(n - 2, int)], 1)
-    shape = pr.Stl(write(folder / f"end{middle}.stl", points, np.concatenate([*triangles, flat]))).shape(DOWN)
+    shape = pr.Stl(write(folder / f"end{middle}.stl", points, np.concatenate([*triangles, flat]))).shape(DOWN, 0.0)
     x = np.stack([*rng.uniform(-2.4, 2.4, (2, 300)), np.zeros(300)], axis=1)[:, [0, 2, 1]]
     x[:, 1] = rng.uniform(-0.1, 0.1, 300)
     seen = shape.closest(x)

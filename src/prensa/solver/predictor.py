@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from prensa.precision import NEGLIGIBLE
 from prensa.solver.contact_lcp import contact_step, few
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.projection import contact_corrected, project_prediction
@@ -72,16 +73,18 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
 
     The first takes metal for elastic: that gives way to pressure as metal that flows cannot, and under stresses of elastic size
     plastic moduli hold nothing in place. So does the middle of an elastic way to a part; that of the way found with it does not
-    (midpoint rule in two passes, with secant moduli).
+    (midpoint rule in two passes, with secant moduli). A pass from which the residual does not fall is the last, and discarded.
     """
     guess = _moved(eq, start, values, lam, 0.0)
     for solved in (2, 3):
         if not _flows(eq, guess):
             break
+        assert guess.evaluation is not None
+        before = eq.norm(guess.evaluation)
         guess.evaluation = None  # a large system has no room for two matrices
         middle = _moved(eq, 0.5 * (start + guess.u), values, lam, eq.secant)
         e = middle.evaluation
-        if e is None or e.failed or not middle.decided:
+        if e is None or e.failed or not middle.decided or eq.norm(e) > (1.0 - NEGLIGIBLE) * before:
             return replace(guess, solved=solved)
         guess = replace(middle, solved=solved)
     return guess
