@@ -102,7 +102,8 @@ def test_random_punches_are_right_or_said_to_be_off(number):
     assert found == ("reported" if number in OFF else "right"), (error, said)
 
 
-@pytest.mark.parametrize("number", [24, pytest.param(59, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [24, 59])
 def test_forces_that_are_too_large_are_reported_too(number):
     """A node on the fillet of a tilted block presses for edges beside it that the block does not reach."""
     found, error, said = verdict(draw(4242, number))

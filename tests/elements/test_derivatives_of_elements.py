@@ -128,7 +128,7 @@ def combinations() -> Iterator[Any]:
     functions of their own, which all combinations share. A kernel of each combination takes a second to be compiled.
     """
     for k, kind in enumerate(NODES):
-        curves = CURVES if kind in BARS else CURVES[:2]
+        curves = CURVES if kind == "q4_fbar" else CURVES[:2]
         for i, (space, cauchy) in enumerate(SPACES if kind in BARS else SPACES[:2]):
             for j, curve in enumerate(curves):
                 if curve is None and (not cauchy or (kind not in BARS and i == k % 2)):

@@ -268,6 +268,7 @@ def test_clicks_on_plots_choose_a_moment_and_a_point(page):
     assert complaints(page) == []
 
 
+@pytest.mark.slow
 @needs_browser
 def test_a_large_run_is_painted_once_a_step(browser, tmp_path):
     """10 000 elements and 50 increments: 12 MB at most, and each facet is filled once when the slider moves.

@@ -107,6 +107,7 @@ def continued(problem, share, folder, condense) -> None:
     assert all_same(solved(case.problem, state, condense), states[k + 1 :])
 
 
+@pytest.mark.slow
 @HYPOTHESIS
 @given(problem=problems(), seed=st.integers(0, 2**32 - 1))
 def test_increments_rejected_and_retried_change_nothing(problem, seed):

@@ -84,6 +84,7 @@ def test_the_panel_runs_and_what_is_off_is_off():
         assert other.status == RUN_ENDED and table.difference(on, other) <= table.SAME_FORCES
 
 
+@pytest.mark.slow
 def test_runs_are_kept_and_not_made_again(tmp_path, capsys):
     """A second call runs nothing, and its table is that of the first; records of another source do not count."""
     file = tmp_path / "panel.jsonl"

@@ -20,7 +20,7 @@ def determinant_and_negatives(eq, result, contacts):
     return np.linalg.slogdet(K)[0], np.count_nonzero((values.real < 0) & (values.imag == 0))
 
 
-@pytest.mark.parametrize("number", [0, 9])
+@pytest.mark.parametrize("number", [0, pytest.param(9, marks=pytest.mark.slow)])
 def test_an_ironing_that_friction_ends_is_a_limit_point_with_its_eigenvalue(number, monkeypatch):
     """Newton goes to and fro between sets of sticking and slipping points; one tangent alone has a negative eigenvalue."""
     asked, found = [], stability.eigenvalue_across_sets
