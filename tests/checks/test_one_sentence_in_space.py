@@ -87,6 +87,9 @@ def test_forces_are_said_for_the_whole_part(tmp_path: Path) -> None:
     assert "step press: until.force y of ball is 10 kN on what is modelled, 40 kN on the whole part" in out
     assert "push x of ball is 1 kN on what is modelled, 2 kN on the whole part" in out
     assert "whole part" not in said(tmp_path, text)[2]
+    press = text.replace("push: {ball: {y: -20 kN, x: 1 kN}}", "move: {ball: {y: -0.3}}")
+    press = press.replace("at: [0, 0, 0]}", "at: [0, 0, 0], press: {capacity: 400 kN, mirror: [left, back]}}")
+    assert "until.force y of ball is 10 kN on what is modelled, 40 kN on the whole part" in said(tmp_path, press)[2]
 
 
 def test_of_a_run_in_which_nothing_happens_no_energy_is_missed(tmp_path: Path) -> None:

@@ -60,13 +60,13 @@ def lines_of(system: System) -> Iterator[str]:
 def lines_of_whole(case: Case) -> Iterator[str]:
     """Lines about forces that are given for the part which is modelled, where mirror images show the rest of it."""
     from prensa.measures.units import force_unit
-    from prensa.output.answer import shown, times_of_whole
+    from prensa.output.answer import mirrors_of, shown, times_of_whole
 
     unit = force_unit(case.problem)
     for step in case.problem.steps:
         for kind, given in (("push", step.push), ("until.force", step.until.force if step.until else {})):
             for tool, of, axis in ((tool, of, axis) for tool, of in given.items() for axis in "xyz"):
-                value, times = getattr(of, axis), times_of_whole(case.output.mirror, axis)
+                value, times = getattr(of, axis), times_of_whole(mirrors_of(case, tool), axis)
                 if isinstance(value, float) and value and times and times > 1:
                     own, all_of_it = (shown(v, unit, both=False) or shown(v, unit) for v in (value, times * value))
                     yield f"step {step.name}: {kind} {axis} of {tool} is {own} on what is modelled, {all_of_it} on the whole part"

@@ -337,7 +337,7 @@ def _peak(table: Table, case: Case, tool: str, way: str, moment: bool) -> Peak |
     return Peak(
         tool, "moment" if moment else "force", axis, float(values[k]), moment_unit(problem) if moment else force_unit(problem),
         travel, "rad" if turned else length_unit(problem), str(table["step"][k]), int(table["increment"][k]),
-        float(table["time"][k]), None if axis == "rz" and d == 2 else times_of_whole(_mirrors(case, tool), axis),
+        float(table["time"][k]), None if axis == "rz" and d == 2 else times_of_whole(mirrors_of(case, tool), axis),
     )  # fmt: skip
 
 
@@ -350,7 +350,7 @@ def _size(table: Table, tool: str, columns: Iterable[str]) -> NDArray[Any]:
     return np.asarray(np.linalg.norm([table[f"{tool}.{c}"] for c in columns], axis=0))
 
 
-def _mirrors(case: Case, tool: str) -> set[str]:
+def mirrors_of(case: Case, tool: str) -> set[str]:
     """Sides across which the image of what a tool forms lies, by the output or by the press of the tool."""
     press = case.problem.tools[tool].press
     return {*case.output.mirror, *(press.mirror or () if press is not None else ())}
