@@ -10,6 +10,7 @@ from scipy.sparse import csc_matrix
 
 import prensa as pr
 from blocks_of_bricks import block_of, bricks, respond
+from compressed import stiffnesses
 from prensa.system.planning import plan_step
 from prensa.system.state import State
 from prensa.system.system import System
@@ -74,14 +75,7 @@ def test_forces_of_bricks_are_the_derivative_of_the_energy(material: pr.Material
 def test_there_is_no_hourglass_in_large_compression(material: pr.Material, space: str) -> None:
     """A 3 × 3 block pressed homogeneously to 70 % keeps a positive definite symmetric part and a uniform stress."""
     drive = Drive(pr.Body(pr.Rectangle(size=(1, 1), n=(3, 3)), material, "q4_bbar"), space, "finite")
-    bottom, top = (np.flatnonzero(drive.X[:, 1] == y) for y in (0.0, 1.0))
-    left = np.flatnonzero(drive.X[:, 0] == 0.0)
-    dofs = np.concatenate([2 * left, 2 * bottom + 1, 2 * top + 1])
-    free = np.setdiff1d(np.arange(drive.system.ndof), dofs)
-    for k in range(1, 15):
-        values = np.concatenate([np.zeros(len(left) + len(bottom)), np.full(len(top), -0.05 * k)])
-        e = drive.to(0.01 * k, dofs, values)
-        K = matrix(drive.system, e.data)[np.ix_(free, free)]
+    for K in stiffnesses(drive, 14):
         assert np.linalg.eigvalsh(0.5 * (K + K.T))[0] > 0.001 * material.E
     stress = drive.cauchy()
     assert np.abs(stress - stress.mean(axis=0)).max() <= 1e-7 * np.abs(stress).max()

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
-
 import pytest
 
 import prensa as pr
-from prensa.linear.reduction import Reduced
-from prensa.policy import Policy
+from equilibria import of_first_increment
 from prensa.solver import predictor
-from prensa.solver.equilibrium import Equilibrium, Reporter
 from prensa.solver.predictor import initial_guess
-from prensa.system.planning import plan_step
 
 METAL = pr.J2(128e3, 0.34, pr.Linear(190.0, 570.0))
 UPSET = 0.06
@@ -30,15 +25,10 @@ def bricks(mu: float) -> pr.Problem:
 
 def widened(problem: pr.Problem) -> float:
     """Stretch along x of a block without friction in the first guess of its increment."""
-    system = pr.discretise(problem)
-    state = system.initial()
-    plan = plan_step(system, 0, state.step_start)
-    report = Reporter(lambda *_: None, lambda _: nullcontext())
-    reduced = Reduced.of(system, plan.fixed, pr.Numerics(), policy=Policy())
-    context = system.context(state, plan, 1.0)
-    eq = Equilibrium(system, context, reduced, pr.Numerics(), Policy(), report, may_go_far=True)
-    guess = initial_guess(eq, state.u, system.initial_multipliers(state))
-    return float(system.positions(guess.u)[:, 0].max()) / 12.0
+    eq = of_first_increment(problem, may_go_far=True)
+    state = eq.context.state
+    guess = initial_guess(eq, state.u, eq.system.initial_multipliers(state))
+    return float(eq.system.positions(guess.u)[:, 0].max()) / 12.0
 
 
 def test_volume_stays_in_the_first_guess(monkeypatch):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,9 +10,9 @@ import pytest
 from scipy.sparse import csc_matrix
 
 import prensa as pr
-from prensa.linear.reduction import Reduced
+from equilibria import of_first_increment
 from prensa.policy import Policy
-from prensa.solver.equilibrium import Equilibrium, Reporter, reversed_slip
+from prensa.solver.equilibrium import Equilibrium, reversed_slip
 from prensa.solver.newton import _shortened, init, newton, observe, step, terminate
 from prensa.solver.predictor import Guess, initial_guess
 from prensa.solver.projection import linear_gaps
@@ -30,13 +29,7 @@ def pressed(policy: Policy | None = None) -> Equilibrium:
         stroke(-0.05, increments=1), tools={"t": pr.Circle(radius=2.0, touching="b.top")}, size=(2, 1),
         friction=pr.Coulomb(0.3),
     )  # fmt: skip
-    system = pr.discretise(problem)
-    state = system.initial()
-    plan = plan_step(system, 0, state.step_start)
-    report = Reporter(lambda *_: None, lambda _: nullcontext())
-    policy = policy or Policy()
-    reduced = Reduced.of(system, plan.fixed, pr.Numerics(), policy=policy)
-    return Equilibrium(system, system.context(state, plan, 1.0), reduced, pr.Numerics(), policy, report)
+    return of_first_increment(problem, policy)
 
 
 def start(eq: Equilibrium) -> tuple[np.ndarray, NewtonResult]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -10,13 +9,12 @@ import pytest
 from scipy.sparse import csc_matrix
 
 import prensa as pr
+from equilibria import of_first_increment
 from prensa.analysis import solve
-from prensa.linear.reduction import Reduced
 from prensa.model.schema import loads
 from prensa.policy import Policy
-from prensa.solver.equilibrium import Equilibrium, Reporter
+from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.nonlinear_elimination import Coupled, _evaluating, eliminated
-from prensa.system.planning import plan_step
 
 SOFT = pr.J2(1000.0, 0.3, pr.Linear(2.0, 5.0))
 
@@ -39,16 +37,6 @@ contacts: [{surface: sheet.top, against: die}]
 fixed: {sheet.bottom: y}
 steps: [{name: draw, fixed: {sheet.right: {x: 0.6}}}]
 """
-
-
-def held(problem: pr.Problem) -> Equilibrium:
-    """A block that is pressed, at the end of its first increment."""
-    system = pr.discretise(problem)
-    state = system.initial()
-    plan = plan_step(system, 0, state.step_start)
-    report = Reporter(lambda *_: None, lambda _: nullcontext())
-    reduced = Reduced.of(system, plan.fixed, pr.Numerics(), policy=Policy())
-    return Equilibrium(system, system.context(state, plan, 1.0), reduced, pr.Numerics(), Policy(), report)
 
 
 def block(material: pr.Material = SOFT, element: str = "q4_fbar") -> pr.Problem:
@@ -85,7 +73,7 @@ def test_residuals_and_matrix_of_a_few_nodes_are_those_of_the_whole(element):
         fixed={"b.bottom": "y", "b.left": "x", "a.bottom": "xy"},
         steps=(pr.Step("press", move={"die": pr.Motion(y=-0.24)}, fixed={"a.top": pr.Fixed(y=-0.24)}, increments=1),),
     )  # fmt: skip
-    eq = held(problem)
+    eq = of_first_increment(problem)
     lam = eq.system.initial_multipliers(eq.context.state)
     u, back = np.random.default_rng(3).uniform(-0.02, 0.02, (2, eq.system.ndof))
     before = eq.evaluate(0.1 * back, lam)
@@ -107,7 +95,7 @@ def test_residuals_and_matrix_of_a_few_nodes_are_those_of_the_whole(element):
 @pytest.mark.parametrize("element", ["q4_fbar", "q4_bbar", "q4_enhanced", "q4_sheet"])
 def test_a_node_that_was_moved_comes_back_and_no_far_one_moves(element):
     """One node in equilibrium is displaced: it and those beside it go back, the others keep their places bit for bit."""
-    eq = held(block(element=element))
+    eq = of_first_increment(block(element=element))
     u = uniform(eq)
     lam = eq.system.initial_multipliers(eq.context.state)
     node = int(np.argmin(np.hypot(*(eq.system.X - [12.0, 12.0]).T)))
@@ -126,14 +114,15 @@ def test_a_node_that_was_moved_comes_back_and_no_far_one_moves(element):
 
 def test_where_it_is_not_asked_for():
     """In equilibrium, where all nodes miss it, in bodies that cannot flow, without what helps an iteration: nothing is done."""
-    eq = held(block())
+    eq = of_first_increment(block())
     lam, u = eq.system.initial_multipliers(eq.context.state), uniform(eq)
     assert eliminated(eq, u, lam, eq.evaluate(u, lam), 0.0) is None
     shaken = u + 1e-3 * np.random.default_rng(1).normal(size=len(u)) * np.isin(np.arange(len(u)), eq.reduced.free)
     assert eliminated(eq, shaken, lam, eq.evaluate(shaken, lam), 0.0) is None
     alone = replace(eq, numerics=replace(eq.numerics, line_search=False))
     assert not alone.globalised
-    for eq in (alone, held(block(pr.NeoHooke(1000.0, 0.3))), held(block(pr.NeoHooke(1000.0, 0.3), "q4_enhanced"))):
+    elastic = (block(pr.NeoHooke(1000.0, 0.3), element) for element in ("q4_fbar", "q4_enhanced"))
+    for eq in (alone, *map(of_first_increment, elastic)):
         lam, bent = eq.system.initial_multipliers(eq.context.state), eq.context.state.u.copy()
         eq.system.displacement(bent)[80] += 0.05
         assert eliminated(eq, bent, lam, eq.evaluate(bent, lam), 0.0) is None

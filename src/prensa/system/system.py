@@ -226,6 +226,11 @@ class System:
         """Global numbers (n,) of the nodes of a body."""
         return self.offsets[body] + np.arange(len(self.meshes[body].points))
 
+    def has(self, body: str, nodes: Index) -> Flags:
+        """Which nodes (n,) are those of a body."""
+        own = self.span(body)
+        return (nodes >= own.start) & (nodes < own.stop)
+
     def body_of(self, node: int) -> str:
         """The body that a node belongs to."""
         return next(b for b in reversed(list(self.offsets)) if self.offsets[b] <= node)

@@ -29,10 +29,9 @@ NOT_PRESSED = Pressed(0.0, 0.0, 0, 0)
 
 def held(system: System, s: Surface, i: int, m: Moment, x: Array, pressed: dict[tuple[int, int], Pressed]) -> None:
     """Nodes of the body that are held along the normal of a tool which reaches into them."""
-    span = system.span(s.body)
     field = system.dofs.displacement
     nodes, axis = field.split(m.plan.fixed[field.owns(m.plan.fixed)])
-    mine = (nodes >= span.start) & (nodes < span.stop)
+    mine = system.has(s.body, nodes)
     nodes, axis = nodes[mine], axis[mine]
     if not len(nodes):
         return

@@ -72,11 +72,10 @@ def few_passages(system: System, moments: Iterable[tuple[StepPlan, Array]]) -> I
 
 def _lead(system: System, body: str, plan: StepPlan, before: Array, after: Array) -> Array:
     """Motion (2,) in which supports lead a body; not a number along an axis in which none holds it."""
-    own = system.span(body)
     field = system.dofs.displacement
     dofs = plan.fixed[field.owns(plan.fixed)]
     nodes, axis = field.split(dofs)
-    mine = (nodes >= own.start) & (nodes < own.stop)
+    mine = system.has(body, nodes)
     out = np.full(2, np.nan)
     for a in range(2):
         step = (after - before)[dofs[mine & (axis == a)]]

@@ -56,8 +56,7 @@ def _reach(system: System, s: Surface, plan: StepPlan, u: Array, way: Array) -> 
     if not depth > 0 or abs(pairs.n[k, axis]) < ALONG:
         return None
     nodes, along = system.dofs.displacement.split(plan.fixed[system.dofs.displacement.owns(plan.fixed)])
-    own = system.span(s.body)
-    mine = (along == axis) & (nodes >= own.start) & (nodes < own.stop)
+    mine = (along == axis) & system.has(s.body, nodes)
     x = system.positions(u)
     far = float(np.linalg.norm(x[nodes[mine]] - x[s.points.nodes[k]], axis=1).min()) if mine.any() else 0.0
     return (depth, far) if far > float(s.points.depth.min()) else None
