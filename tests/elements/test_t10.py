@@ -158,7 +158,7 @@ def test_tetrahedra_upset_as_bricks_do():
     from prensa.output.spatial import contact_pressures
 
     problem = under_plane(material=SWIFT, friction=pr.Coulomb(0.2), travel=-0.1, increments=4, enforcement=pr.Penalty())
-    assert problem.bodies["b"].element_in("solid") == "t10"
+    assert problem.element_name("b") == "t10"
     increments = list(pr.solve(problem))
     last = increments[-1]
     half = State.from_arrays(increments[1].state.arrays())

@@ -193,11 +193,7 @@ REFUSED = {
     ),
     "element": (
         {"bodies": {"billet": pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(2, 2)), ALUMINIUM, "q8")}},
-        "'q8' is not suited to plastic flow; use 'element: t6'",
-    ),
-    "default element": (
-        {"bodies": {"billet": pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(2, 2)), ALUMINIUM)}},
-        "use 'element: t6'",
+        "new meshes are of 't6', triangles; 'q8' is not: leave the element out",
     ),
     "ties": (
         {"ties": (pr.Tie("billet.top", "other.bottom"),),

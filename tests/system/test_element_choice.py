@@ -43,7 +43,7 @@ def billet(
 def test_metal_under_a_given_energy_has_an_element_that_keeps_it(problem: pr.Problem, element: str) -> None:
     """Where bodies that flow name none, and `check` says why; the blocks have it."""
     system = pr.discretise(problem)
-    assert system.problem.bodies["billet"].element_in(problem.space) == element == system.blocks[0].element.type
+    assert system.problem.element_name("billet") == element == system.blocks[0].element.type
     assert (system.chosen == {"billet": "energies are balanced"}) == (element in ("q4_bbar", "h8_bbar"))
     assert any(f"elements {element}" in line for line in lines_of(system))
 
@@ -53,7 +53,27 @@ def test_a_case_that_starts_from_a_run_has_its_element(tmp_path: Path) -> None:
     pressed = replace(billet(None), steps=[pr.Step("press", by={"punch": pr.Motion(y=-1.0)})])
     run(pr.Case(pressed, output=pr.Output(pictures=False, report=False, fields=0)), tmp_path / "first", quiet=True)
     blow = pr.discretise(replace(billet(BLOW), start=pr.Start(str(tmp_path / "first"))))
-    assert blow.problem.bodies["billet"].element_in("axisymmetric") == "q4_fbar"
+    assert blow.problem.element_name("billet") == "q4_fbar"
+
+
+def test_bodies_that_are_remeshed_are_of_triangles(tmp_path: Path) -> None:
+    """Where they name no element; a case that goes on from one without remeshing names it."""
+    remeshed = replace(billet(None), remesh="auto")
+    system = pr.discretise(remeshed)
+    assert system.blocks[0].element.type == "t6" and system.chosen == {"billet": "new meshes are of triangles"}
+    assert pr.discretise(billet(None)).blocks[0].element.type == "q4_fbar"
+    short = replace(remeshed, steps=[pr.Step("press", by={"punch": pr.Motion(y=-0.01)}, increments=1)])
+    run(pr.Case(short, output=pr.Output(pictures=False, report=False, fields=0)), tmp_path / "first", quiet=True)
+    with pytest.raises(pr.PrensaError, match="'billet' has element 't6' in the earlier run; write 'element: t6' here"):
+        pr.discretise(replace(billet(None), start=pr.Start(str(tmp_path / "first"))))
+
+
+def test_an_outline_is_of_triangles() -> None:
+    """As its mesher makes them."""
+    mesh = pr.Outline(points=[(0, 0), (4, 0), (0, 3)], sides=["bottom", "slope", "left"], size=1.0)
+    problem = pr.Problem("outline", space="plane stress", bodies={"wedge": pr.Body(mesh, pr.Elastic(E=1e3, nu=0.3))},
+                         fixed={"wedge.bottom": "xy"}, steps=[pr.Step("rest")])
+    assert pr.discretise(problem).blocks[0].element.type == "t6"
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.2, 0.4])

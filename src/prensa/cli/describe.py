@@ -27,7 +27,7 @@ def lines_of(system: System) -> Iterator[str]:
         mesh = system.meshes[name]
         ranges = zip("xyz", mesh.points.min(axis=0), mesh.points.max(axis=0))
         why = f" ({system.chosen[name]})" if name in system.chosen else ""
-        yield f"body {name}: {len(mesh.cells)} elements {body.element_in(p.space)}{why}, {len(mesh.points)} nodes"
+        yield f"body {name}: {len(mesh.cells)} elements {p.element_name(name)}{why}, {len(mesh.points)} nodes"
         material = replace(body.material, of=None) if name in metals else body.material
         yield f"  {', '.join(f'{c} {low:g} … {high:g}' for c, low, high in ranges)}; {brief(material)}"
         if name in metals:
@@ -98,7 +98,7 @@ def summary_of(system: System) -> dict[str, Any]:
 
     p = system.problem
     bodies = {
-        name: {"elements": len(mesh.cells), "nodes": len(mesh.points), "element": p.bodies[name].element_in(p.space)}
+        name: {"elements": len(mesh.cells), "nodes": len(mesh.points), "element": p.element_name(name)}
         for name, mesh in system.meshes.items()
     }
     return {

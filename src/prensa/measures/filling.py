@@ -85,7 +85,7 @@ def walls(problem: Problem, step: int = 0) -> list[Wall]:
 
 def _mesh(problem: Problem, body: str) -> Any:
     description = problem.bodies[body]
-    return mesh_of(description.mesh, description.element_in(problem.space), problem.units.length)
+    return mesh_of(description.mesh, problem.element_name(body), problem.units.length)
 
 
 def shapely() -> Any:

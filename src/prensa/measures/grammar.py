@@ -185,7 +185,7 @@ def _boundaries(problem: Problem, body: str) -> tuple[list[str], list[str]]:
 def _mesh(problem: Problem, body: str) -> Mesh:
     description = problem.bodies[body]
     dimension = 3 if problem.space == "solid" else 2
-    return mesh_of(description.mesh, description.element_in(problem.space), problem.units.length, dimension=dimension)
+    return mesh_of(description.mesh, problem.element_name(body), problem.units.length, dimension=dimension)
 
 
 @dataclass(frozen=True)

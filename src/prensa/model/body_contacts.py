@@ -44,7 +44,7 @@ def _findings_of(p: Any, c: Any, path: tuple[str | int, ...], boundary: Boundary
     if owners[0] == owners[1]:
         yield Finding((*path, "master"), "it joins two bodies; contact of a body with itself is not available yet")
     kinds: Any = DOORS["element"]
-    quadratic = [b for b in owners if b in p.bodies and kinds.find(p.bodies[b].element_in(p.space)).quadratic]
+    quadratic = [b for b in owners if b in p.bodies and kinds.find(p.element_name(b)).quadratic]
     if quadratic:
         yield Finding(path, f"sides of {quadratic[0]!r} have quadratic edges; contact between bodies needs straight ones")
     if c.enforcement.type != "penalty":

@@ -157,10 +157,10 @@ def _remeshing(p: Any) -> Iterator[Finding]:
     if len(bodies) == len(p.bodies) and not flowing:
         yield _not_remeshed("no body flows plastically, and meshes of elastic ones do not become distorted; leave it out")
     for name, body in flowing.items():
-        element = body.element_in(p.space)
-        if element != "t6" and p.space != "solid":  # refused in space by its table
-            path: tuple[str | int, ...] = ("bodies", name, *(["element"] if body.element is not None else []))
-            yield Finding(path, f"'remesh' makes triangles, and {element!r} is not suited to plastic flow; use 'element: t6'")
+        if body.element not in (None, "t6") and p.space != "solid":  # refused in space by its table
+            yield Finding(
+                ("bodies", name, "element"), f"new meshes are of 't6', triangles; {body.element!r} is not: leave the element out"
+            )
     for k, contact in enumerate(p.contacts):
         if contact is None or contact.surface[0].partition(".")[0] not in flowing:
             continue
@@ -301,7 +301,7 @@ def _contacts(p: Any) -> Iterator[Finding]:
         rule: Any = DOORS["integration rule"].find(c.integration)
         if not rule.quadratic_edges:
             for name in bodies:
-                element = p.bodies[name].element_in(p.space) if p.bodies.get(name) is not None else ""
+                element = p.element_name(name) if p.bodies.get(name) is not None else ""
                 if element and DOORS["element"].find(element).quadratic:  # type: ignore[attr-defined]
                     yield Finding(
                         (*path, "integration"),

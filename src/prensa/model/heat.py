@@ -60,10 +60,10 @@ def findings(p: Any) -> Iterator[Finding]:
     """What of a problem with heat cannot be, or is not there yet."""
     if p.heat is None:
         return
-    for name, body in p.bodies.items():
+    for name in p.bodies:
         if name not in p.heat.conductors:
             yield Finding(("heat", "conductors"), f"body {name!r} has no conductor; give its conductivity and capacity")
-        element: Any = DOORS["element"].find(body.element_in(p.space))
+        element: Any = DOORS["element"].find(p.element_name(name))
         if element.quadratic:
             yield Finding(("heat",), f"conduction is so far available only in linear elements, and {name!r} has {element.type!r}")
     for name in p.heat.conductors:

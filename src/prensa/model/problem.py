@@ -61,7 +61,7 @@ from prensa.model.meshes import (
 from prensa.model.names import Finding
 from prensa.model.press import Press
 from prensa.model.python_alone import WHOLE
-from prensa.model.remeshing import Remesh, RemeshValue, Sizes, When
+from prensa.model.remeshing import Remesh, RemeshValue, Sizes, When, remeshing_of
 from prensa.model.units import (
     Displacement,
     ForceUnit,
@@ -137,7 +137,8 @@ class Body:
     Without ``element``, or with ``auto``: ``q4_fbar``, and ``q4`` in plane stress, where nothing locks in volume and F-bar has no
     meaning;
     ``q4_enhanced`` for elastic bodies whose layers would err by 5 % in bending and that nothing presses across their thickness;
-    ``q4_bbar`` for bodies that flow where a tool works with a given energy.
+    ``q4_bbar`` for bodies that flow where a tool works with a given energy; ``t6`` for bodies that flow and are remeshed, and for
+    outlines, whose meshes are of triangles.
     In space: ``h8_fbar``, for such elastic bodies ``h8_enhanced``; ``h8_bbar`` as in the plane; ``h8`` is the textbook brick.
     Tetrahedra are ``t10``.
     ``damage``: a damage law or a list of several, evaluated along with plastic flow; the mechanics do not depend on it.
@@ -148,15 +149,6 @@ class Body:
     element: Annotated[ElementName | None, BeforeValidator(_chosen)] = None
     damage: Annotated[tuple[Damage, ...], OneOrMore] = ()
 
-    def element_in(self, space: str) -> str:
-        """Name of the element in a problem of that ``space``, the default filled in."""
-        solid = "t10" if self.mesh.type == "tetrahedra" else "h8_fbar"
-        return self.element or {"plane stress": "q4", "solid": solid}.get(space, "q4_fbar")
-
-    def has_quadratic_edges(self, space: str) -> bool:
-        """Whether edges of its elements, in a problem of that ``space``, have nodes in their middles."""
-        element: Any = DOORS["element"].find(self.element_in(space))
-        return bool(element.quadratic)
 
 
 # ---------------------------------------------------------------------------------------------------------- friction
@@ -539,6 +531,22 @@ class Problem:
     def driven(self, step: Step) -> dict[str, Motion | Feed]:
         """Boundaries that a step moves ``by`` a way, what it says of no tool, and those that it feeds."""
         return {name: motion for name, motion in step.by.items() if name not in self.tools} | dict(step.feed)
+
+    def element_name(self, body: str) -> str:
+        """Name of the element of a body, the default filled in."""
+        b = self.bodies[body]
+        if b.element is not None:
+            return b.element
+        if self.space == "solid":
+            return "t10" if b.mesh.type == "tetrahedra" else "h8_fbar"
+        if b.mesh.type == "outline" or (b.material.plastic and remeshing_of(self) is not None):
+            return "t6"
+        return "q4" if self.space == "plane stress" else "q4_fbar"
+
+    def has_quadratic_edges(self, body: str) -> bool:
+        """Whether edges of a body's elements have nodes in their middles."""
+        element: Any = DOORS["element"].find(self.element_name(body))
+        return bool(element.quadratic)
 
     def with_elements(self, chosen: Mapping[str, str]) -> Problem:
         """The same problem with elements ``chosen`` for bodies that name none; what was written in it stays known."""

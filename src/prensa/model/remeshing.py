@@ -69,7 +69,7 @@ class When:
 
 @described
 class Remesh:
-    """Bodies that flow plastically get new meshes while they deform; they need ``element: t6``.
+    """Bodies that flow plastically get new meshes while they deform; their element is ``t6``.
 
     ``size``: of the elements; ``when`` a new mesh is made; ``at_most``: so many in a run, after which it ends.
     """

@@ -55,7 +55,7 @@ def profile(increment: Increment, problem: Problem, line: str) -> Profile:
     body = increment.bodies[outline.body]
     description = problem.bodies[outline.body]
     dimension = 3 if problem.space == "solid" else 2
-    mesh = mesh_of(description.mesh, description.element_in(problem.space), problem.units.length, dimension=dimension)
+    mesh = mesh_of(description.mesh, problem.element_name(outline.body), problem.units.length, dimension=dimension)
     if len(mesh.points) != len(body.x):
         raise PrensaError(f"{line!r}: {outline.body!r} was remeshed, and sides of later meshes are not stored; ask before that")
     shape = undeformed(mesh)

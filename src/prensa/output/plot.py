@@ -345,8 +345,7 @@ def _stresses_into(axes: Axes, s: Array, stress: Array, smooth: Array | None) ->
 
 def on_quadratic_edges(contact: ContactState, problem: Problem) -> bool:
     """Whether the edges of a contact's body have nodes in their middles."""
-    body = problem.bodies.get(contact.body)
-    return body is not None and body.has_quadratic_edges(problem.space or "")
+    return contact.body in problem.bodies and problem.has_quadratic_edges(contact.body)
 
 
 def contact_at(increment: Increment, contact: str, problem: Problem, mirror: Sequence[str] = ()) -> Figure:

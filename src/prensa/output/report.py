@@ -235,7 +235,7 @@ def _facts(case: Case, summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
     for name, body in p.bodies.items():
         size = summary["bodies"].get(name, {})
         mesh = "a mesh by its points and cells" if body.mesh.type == "points" else brief(body.mesh)
-        element = size.get("element", body.element_in(p.space))  # of older runs it was not written
+        element = size.get("element", p.element_name(name))  # of older runs it was not written
         yield f"Body {name}", f"{size.get('elements', '?')} elements {element}, {mesh}; {brief(body.material)}"
     for name, tool in p.tools.items():
         yield f"Tool {name}", brief(tool)

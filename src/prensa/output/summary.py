@@ -54,7 +54,6 @@ def summarise(directory: Path, system: System, case: Case, state: State | None, 
     """
     problem, text = case.problem, known["text"]
     meshes = system.meshes if state is None or state.remeshed is None else state.remeshed.meshes
-    bodies = system.problem.bodies  # with the elements that were chosen
     about, tables = known["about"], _read(directory)
     made = {
         "name": problem.name,
@@ -67,7 +66,7 @@ def summarise(directory: Path, system: System, case: Case, state: State | None, 
         **_from_tables(directory, case, tables, known["status"] == COMPLETED, known["timings"]),
         "units": history.units_of(problem),
         "bodies": {
-            b: {"nodes": len(m.points), "elements": len(m.cells), "element": bodies[b].element_in(problem.space)}
+            b: {"nodes": len(m.points), "elements": len(m.cells), "element": system.problem.element_name(b)}
             for b, m in meshes.items()
         },
         "metals": {b: plain(metal) for b, metal in metals_of(problem)},

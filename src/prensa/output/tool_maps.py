@@ -128,7 +128,7 @@ class _Faces:
         key = contact.body, contact.surface
         if key not in self._known:
             p, body = self._problem, self._problem.bodies[contact.body]
-            mesh = mesh_of(body.mesh, body.element_in(p.space), p.units.length, dimension=3)
+            mesh = mesh_of(body.mesh, p.element_name(contact.body), p.units.length, dimension=3)
             sides = [name.removeprefix(f"{contact.body}.") for name in contact.surface.split("+")]
             faces = np.unique(np.concatenate([mesh.edges[side] for side in sides]), axis=0)
             row = np.full(len(mesh.points), -1, dtype=np.int64)

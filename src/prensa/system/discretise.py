@@ -232,7 +232,7 @@ def meshes_of(problem: model.Problem, beside: Mapping[str, Mesh]) -> dict[str, M
     meshes: dict[str, Mesh] = {}
     for name, body in problem.bodies.items():
         try:
-            element = element_of(body.element_in(problem.space))
+            element = element_of(problem.element_name(name))
             mesh = mesh_of(body.mesh, element.nodes, problem.units.length, beside.get(name), element.layout.dimension)
             if body.element is not None and isinstance(mesh, BrickMesh) and mesh.cells.shape[1] != element.nodes:
                 words = "has bricks; use 'h8_fbar'" if element.nodes == 10 else "has tetrahedra; use 't10'"
@@ -267,7 +267,7 @@ def _candidates(
     edges = contact_edges(problem, contact, meshes)
     if isinstance(mesh, BrickMesh):
         cells = mesh.cells + offsets[owner]
-        volume, _ = element_of(problem.bodies[owner].element_in(problem.space)).volumes(X[cells], _mode(problem))
+        volume, _ = element_of(problem.element_name(owner)).volumes(X[cells], _mode(problem))
         # it answers as points on edges do, but for what there is in the plane alone
         return cast(Points, face_points(X, cells, edges + offsets[owner], volume.sum(axis=1)))
     depth = depth_of(edges, mesh.cells, mesh.points)
@@ -428,7 +428,7 @@ def _joined_alike(system: System, cells: Mapping[str, Index], surfaces: Sequence
 def _block(problem: model.Problem, name: str, cells: Index, X: Array, slot: Slots) -> Block:
     """The elements of a body."""
     body, mode = problem.bodies[name], _mode(problem)
-    element = element_of(body.element_in(problem.space))
+    element = element_of(problem.element_name(name))
     volume, folded = element.volumes(X[cells], mode)
     if folded.any():
         e = int(np.argmax(folded))

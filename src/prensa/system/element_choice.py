@@ -15,6 +15,7 @@ FOR_ENERGY = {2: "q4_bbar", 3: "h8_bbar"}
 """By the dimension of space: elements whose forces are the derivative of the energy stored and dissipated."""
 BENDS = "it is elastic and may bend"
 BALANCED = "energies are balanced"
+REMESHED = "new meshes are of triangles"
 AS_BEFORE = "as before"
 
 
@@ -32,7 +33,7 @@ def with_chosen_elements(system: System, like: model.Problem | None) -> System:
     """
     p = system.problem
     if like is None:
-        chosen = _for_energies(system) | _for_bending(system)
+        chosen = _for_energies(system) | _for_bending(system) | _for_new_meshes(p)
     else:
         before = {n: like.bodies[n].element for n, b in p.bodies.items() if b.element is None and n in like.bodies}
         chosen = {n: Choice(element, AS_BEFORE) for n, element in before.items() if element is not None}
@@ -48,6 +49,12 @@ def _for_bending(system: System) -> dict[str, Choice]:
     elastic = [name for name, b in system.problem.bodies.items() if b.element is None and not b.material.plastic]
     choice = Choice(FOR_BENDING[system.dofs.dimension], BENDS)
     return {name: choice for name, bending in bendings(system, elastic).items() if not bending.pressed}
+
+
+def _for_new_meshes(p: model.Problem) -> dict[str, Choice]:
+    """The triangles that bodies have which name no element and are remeshed; their first mesh is made of them already."""
+    left = [name for name, b in p.bodies.items() if b.element is None and b.material.plastic]
+    return {name: Choice("t6", REMESHED) for name in left if p.element_name(name) == "t6"}
 
 
 def _for_energies(system: System) -> dict[str, Choice]:

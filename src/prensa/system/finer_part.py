@@ -169,7 +169,7 @@ def _problem(
         return None
     tools = {contact.against: _placed(system.tool_masters[contact.against].tool) for contact in made}
     mesh = model.Points(tuple(map(tuple, x.tolist())), tuple(map(tuple, cells.tolist())), names)
-    own = replace(p.bodies[body], mesh=mesh, element=p.bodies[body].element_in(p.space), damage=())
+    own = replace(p.bodies[body], mesh=mesh, element=p.element_name(body), damage=())
     steps = [replace(step, name=f"part {k}", move={n: step.move[n] for n in tools}) for k, step in enumerate(steps)]
     return replace(
         p, name="part", bodies={body: own}, steps=tuple(steps), tools=tools, contacts=tuple(made), no_contact=(), ties=(),

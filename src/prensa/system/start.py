@@ -229,7 +229,7 @@ def earlier_run(
     for name in bodies:
         new, old = problem.bodies[name], system.problem.bodies[name]
         # an element that is left open is that of the earlier run, whatever it was chosen for there
-        if new.material != old.material or new.element not in (before.bodies[name].element, old.element_in(before.space)):
+        if new.material != old.material or new.element not in (before.bodies[name].element, system.problem.element_name(name)):
             raise StartError(
                 f"start: body {name!r} has another material or element in the earlier run; make them equal"
             )
@@ -238,6 +238,9 @@ def earlier_run(
                 f"start: body {name!r} has other damage laws in the earlier run; make them equal, except for their limits"
             )
         a, b = meshes[name], (system.first or system).meshes[name]
+        if new.element is None and a.cells.shape[1] != b.cells.shape[1]:  # the default depends on whether it is remeshed
+            element = system.problem.element_name(name)
+            raise StartError(f"start: body {name!r} has element {element!r} in the earlier run; write 'element: {element}' here")
         if not (np.array_equal(a.points, b.points) and np.array_equal(a.cells, b.cells)):
             raise StartError(
                 f"start: body {name!r} has another mesh in the earlier run; give the mesh that it began with"

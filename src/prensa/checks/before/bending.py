@@ -14,7 +14,7 @@ def stiff_in_bending(system: System) -> Iterator[Finding]:
     open_ = (n for n, b in system.problem.bodies.items() if b.material.plastic and (b.element is None or n in system.chosen))
     for body, b in bendings(system, open_).items():
         if b.bent and not b.pressed:
-            default = system.problem.bodies[body].element_in(system.problem.space)
+            default = system.problem.element_name(body)
             way = "stiff" if b.error > 0 else "soft"
             remedy = "'element: q4_enhanced', or 'q4_sheet' for springback"
             if system.dofs.dimension == 3:
