@@ -141,3 +141,37 @@ def test_ticks_of_logarithmic_axes_are_powers_of_ten(tmp_path):
     plot.save(figure, tmp_path / "a.png")
     format = axes.yaxis.get_major_formatter()
     assert [format(x) for x in (1e-13, 1e-5, 1.0, 100.0)] == ["10⁻¹³", "10⁻⁵", "10⁰", "10²"]
+
+
+def test_tools_end_at_the_axis():
+    """A profile that begins on the axis goes on beyond it, where its mirror image stands: it does not cover the other wall."""
+    corners, sides = [(0, 0), (10, 0), (10, 12), (6, 12), (6, 4), (0, 4)], ["bottom", "right", "rim", "in", "top", "left"]
+    can = pr.Outline(points=corners, sides=sides, size=2.0)
+    punch = pr.Profile(points=[(0, 4), (5, 4), (5, 20)], at=(0, 0))
+    problem = pr.Problem(
+        "can", space="axisymmetric", bodies={"can": pr.Body(can, pr.Elastic(1e3, 0.3))}, tools={"punch": punch},
+        contacts=[pr.Contact("can.top", "punch")], fixed={"can.bottom": "y"},
+        steps=[pr.Step("press", move={"punch": {"y": -0.01}}, increments=1)], kinematics="small",
+    )  # fmt: skip
+    (increment,) = pr.solve(problem)
+    figure = plot.deformed(increment, problem, "displacement", mesh=False)
+    figure.canvas.draw()
+    pixels, axes = np.asarray(figure.canvas.buffer_rgba()), figure.axes[0]
+
+    def grey(x: float, y: float) -> bool:
+        column, row = axes.transData.transform((x, y))
+        r, g, b, _ = pixels[len(pixels) - int(row), int(column)].tolist()
+        return max(r, g, b) - min(r, g, b) < 25
+
+    assert grey(2.0, 8.0) and grey(-2.0, 8.0)
+    assert not (grey(8.0, 8.0) or grey(-8.0, 8.0))
+
+
+def test_a_tool_of_one_straight_side_needs_no_more_room_than_the_body():
+    """It has no end: where its points lie along the line does not matter."""
+    problem = synthetic.problem()
+    wall = dataclasses.replace(problem, tools={"cylinder": pr.Profile(points=[(80, 500), (80, 0)], at=(0, 0))}, contacts=())
+    increment = synthetic.increment(n=(4, 2))
+    state = dataclasses.replace(increment.tools["cylinder"], at=np.zeros(2), place=Place(0.0, 0.0, 0.0))
+    low, high = plot.limits(dataclasses.replace(increment, tools={"cylinder": state}), wall)[2:]
+    assert low > -60.0 and high < 20.0

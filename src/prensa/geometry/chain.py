@@ -410,12 +410,13 @@ def signed_area(chain: Sequence[Piece]) -> float:
 
 
 def drawn(chain: Sequence[Piece], reach: float, degrees: float = 2.0) -> list[Point]:
-    """Points along a chain, arcs in steps of ``degrees``, endless ends cut at ``reach``."""
+    """Points of a chain, arcs in steps of ``degrees``, endless ends cut at ``reach``, a line alone that far from (0, 0) too."""
     out: list[Point] = []
     for p in chain:
         lo, hi = (p.lo if isfinite(p.lo) else p.hi - reach), (p.hi if isfinite(p.hi) else p.lo + reach)
         if not isfinite(p.lo) and not isfinite(p.hi):
-            lo, hi = -reach, reach
+            far = reach + hypot(*p.origin)
+            lo, hi = -far, far
         n = 1 if not p.radius else max(1, round((hi - lo) / p.radius / (degrees * pi / 180)))
         out += [p.at(lo + (hi - lo) * k / n) for k in range(n + (p is chain[-1]))]
     return out

@@ -11,6 +11,8 @@ from prensa.geometry.plane import cross
 from prensa.precision import SMALLEST
 from prensa.types import Array
 
+POINTS_OF_A_SIDE = 100
+
 
 def of_chain(pieces: Sequence[Piece], closed: bool, depth: float) -> Array:
     """Outline of a chain; the ends of an open one are closed far inside the tool."""
@@ -34,6 +36,14 @@ def around(hole: Array, depth: float) -> Array:
     if cross(hole, after).sum() > 0:
         square = square[[0, 3, 2, 1]]
     return np.vstack([hole, hole[:1], square, square[:1]])
+
+
+def nearest_to_box(polygon: Array, low: Array, high: Array) -> Array:
+    """The place (2,) on the sides of a polygon (n, 2), of points close together on them, that is nearest to a box."""
+    share = np.linspace(0.0, 1.0, POINTS_OF_A_SIDE, endpoint=False)[:, None, None]
+    points = ((1.0 - share) * polygon + share * np.roll(polygon, -1, axis=0)).reshape(-1, 2)
+    away = points - np.clip(points, low, high)
+    return np.asarray(points[np.argmin(np.hypot(*away.T))])
 
 
 def block(left: float, right: float, depth: float, fillet: float) -> Array:

@@ -26,6 +26,18 @@ class Image(NamedTuple):
             out[:, axis] = 2.0 * at - out[:, axis]
         return out
 
+    def part(self, box: tuple[float, ...], lines: Sequence[tuple[int, float]], middle: Array) -> tuple[float, ...]:
+        """The part of a box (x from, to, y from, to) that lies on the copy's side of all ``lines`` of symmetry.
+
+        ``middle`` (d,): a place on the side of the section itself. Outlines of tools that have no end go on beyond a line, where
+        the mirror image stands.
+        """
+        out = list(box)
+        for axis, at in lines:
+            above = bool(middle[axis] > at) != ((axis, at) in self.lines)
+            out[2 * axis + (0 if above else 1)] = at
+        return tuple(out)
+
     def sign(self, field: str, problem: Problem) -> float:
         """What a field's values are multiplied by; a radial component has no sign to lose."""
         axes = [axis for axis, _ in self.lines if not (axis == 0 and problem.space == "axisymmetric")]

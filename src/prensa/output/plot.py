@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
+from prensa.geometry.outline import nearest_to_box
 from prensa.measures import damage, parse_all
 from prensa.measures.columns import directions, place_columns
 from prensa.model.names import suggest
@@ -144,7 +145,7 @@ def _deformed_in_plane(
             for body, value in zip(increment.bodies.values(), values):
                 mappable = _coloured(axes, image.of(body.x), body.cells, sign * value, ends, field_map(field))
                 _edges(axes, body, image, mesh, lines, box)
-            _draw_tools(axes, increment, problem, box, image)
+            _draw_tools(axes, increment, problem, box, image, lines)
         for axis, at in lines:
             (axes.axhline if axis else axes.axvline)(at, color=style.BLACK, linewidth=0.6, dashes=(10, 3, 2, 3))
         finish_section(axes, problem, box)
@@ -175,7 +176,7 @@ def section(increment: Increment, problem: Problem, draw: Callable[[Axes, BodySt
             for body in increment.bodies.values():
                 draw(axes, body, image)
                 _edges(axes, body, image, mesh=False, lines=lines, box=box)
-            _draw_tools(axes, increment, problem, box, image)
+            _draw_tools(axes, increment, problem, box, image, lines)
         finish_section(axes, problem, box)
         axes.set_title(_moment(increment))
     return figure
@@ -193,7 +194,7 @@ def new_meshes(pairs: Sequence[tuple[Increment, Increment]], problem: Problem) -
                 for image in images(lines):
                     for body in increment.bodies.values():
                         _edges(axes, body, image, mesh=True, lines=lines, box=box)
-                    _draw_tools(axes, increment, problem, box, image)
+                    _draw_tools(axes, increment, problem, box, image, lines)
                 finish_section(axes, problem, box)
                 axes.set_title(_moment(increment))
     return figure
@@ -679,14 +680,14 @@ def limits(increment: Increment, problem: Problem, mirror: Sequence[str] = ()) -
     low, high = x.min(axis=0), x.max(axis=0)
     if problem.space == "solid":
         return tuple(np.stack([low, high], axis=1).ravel().tolist())
-    margin = 0.1 * float((high - low).max())
+    size = float((high - low).max())
+    margin = 0.1 * size
     box = np.vstack([low - 0.4 * margin, high + 0.4 * margin])
     for name, tool in problem.tools.items():
-        for polygon in outlines(tool, increment.tools[name], margin, problem.space == "axisymmetric"):
-            inside = np.clip(polygon, low, high)
-            nearest = int(np.argmin(np.hypot(*(polygon - inside).T)))
-            behind = polygon[nearest] + np.clip(polygon.mean(axis=0) - polygon[nearest], -margin, margin)
-            box = np.vstack([box, *(image.of(np.vstack([polygon[nearest], behind])) for image in copies)])
+        for polygon in outlines(tool, increment.tools[name], 3.0 * size, problem.space == "axisymmetric"):
+            nearest = nearest_to_box(polygon, low, high)
+            behind = nearest + np.clip(polygon.mean(axis=0) - nearest, -margin, margin)
+            box = np.vstack([box, *(image.of(np.vstack([nearest, behind])) for image in copies)])
     low, high = box.min(axis=0), box.max(axis=0)
     return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
@@ -709,13 +710,20 @@ def _moment(increment: Increment) -> str:
     return f"{increment.step}, time {increment.time:.4g} (increment {increment.number})"
 
 
-def _draw_tools(axes: Axes, increment: Increment, problem: Problem, box: tuple[float, ...], image: Image) -> None:
-    from matplotlib.patches import Polygon
+def _draw_tools(
+    axes: Axes, increment: Increment, problem: Problem, box: tuple[float, ...], image: Image, lines: Sequence[tuple[int, float]]
+) -> None:  # fmt: skip
+    """Tools of a copy of the section: of each the part that lies on the copy's side of the lines of symmetry."""
+    from matplotlib.patches import Polygon, Rectangle
 
     depth = 3 * max(box[1] - box[0], box[3] - box[2])
+    left, right, bottom, top = image.part(box, lines, np.vstack([b.x for b in increment.bodies.values()]).mean(axis=0))
+    own = Rectangle((left, bottom), right - left, top - bottom, transform=axes.transData)
     for name, tool in problem.tools.items():
         for polygon in outlines(tool, increment.tools[name], depth):
-            axes.add_patch(Polygon(image.of(polygon), closed=True, zorder=2.5, **style.TOOL))
+            patch = axes.add_patch(Polygon(image.of(polygon), closed=True, zorder=2.5, **style.TOOL))
+            if lines:
+                patch.set_clip_path(own)
 
 
 def finish_section(axes: Axes, problem: Problem, box: tuple[float, ...]) -> None:

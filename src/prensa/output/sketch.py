@@ -11,6 +11,7 @@ from prensa.mesh.mesh import Mesh
 from prensa.model.problem import Problem
 from prensa.output import style
 from prensa.output.cells import around, outline
+from prensa.output.mirrors import Image
 from prensa.output.outline import outlines
 from prensa.output.plot import figure_of_section, finish_section
 from prensa.output.sketch_in_space import sketch_in_space
@@ -55,7 +56,8 @@ def sketch(problem: Problem, meshes: Mapping[str, Mesh], system: System | None =
         figure, axes = figure_of_section(box)
         for name, mesh in meshes.items():
             _draw_body(axes, name, mesh, max(box[1] - box[0], box[3] - box[2]))
-        _draw_tools(axes, tools(3 * max(box[1] - box[0], box[3] - box[2])), box)
+        part = Image().part(box, [(0, 0.0)], x.mean(axis=0)) if problem.space == "axisymmetric" else box
+        _draw_tools(axes, tools(3 * max(box[1] - box[0], box[3] - box[2])), part)
         finish_section(axes, problem, box)
         axes.set_title("before the first step" if system is not None else "bodies alone: see the message")
     return figure
@@ -132,12 +134,14 @@ def _label(axes: Axes, words: str, at: Array, away: Array, colour: str, small: b
     )  # fmt: skip
 
 
-def _draw_tools(axes: Axes, tools: Iterable[tuple[str, Array]], box: tuple[float, float, float, float]) -> None:
-    from matplotlib.patches import Polygon
+def _draw_tools(axes: Axes, tools: Iterable[tuple[str, Array]], part: tuple[float, ...]) -> None:
+    """Tools in a part of the plane (x from, to, y from, to)."""
+    from matplotlib.patches import Polygon, Rectangle
 
-    low, high = np.array([box[0], box[2]]), np.array([box[1], box[3]])
+    low, high = np.array(part[::2]), np.array(part[1::2])
+    own = Rectangle(tuple(low), *(high - low).tolist(), transform=axes.transData)
     for name, polygon in tools:
-        axes.add_patch(Polygon(polygon, closed=True, zorder=2.5, **style.TOOL))
+        axes.add_patch(Polygon(polygon, closed=True, zorder=2.5, **style.TOOL)).set_clip_path(own)
         inside = polygon[(polygon >= low).all(axis=1) & (polygon <= high).all(axis=1)]
         x0, y0 = np.clip((inside if len(inside) else np.clip(polygon, low, high)).mean(axis=0), low, high).tolist()
         axes.text(x0, y0, name, ha="center", va="center", zorder=7, bbox=PAPER)

@@ -193,6 +193,22 @@ function toolsNow() {
   return out;
 }
 
+function ownSide(outline, lines, bodies) {  // the part of a tool on the bodies' side of the lines, beyond which its mirror image stands
+  for (const [axis, at] of lines) {
+    const c = outline[axis], low = Math.min(...c), high = Math.max(...c);
+    if (Math.abs(low + high - 2 * at) < 1e-6 * (high - low)) continue;  // its own mirror image: no cut is seen in it
+    const own = bodies.flatMap(b => Array.from(axis ? b.y : b.x)), side = own.reduce((s, v) => s + v - at, 0) < 0 ? -1 : 1;
+    const kept = [[], []];
+    c.forEach((v, k) => {  // Sutherland and Hodgman (1974)
+      const next = (k + 1) % c.length, here = side * (v - at), there = side * (c[next] - at);
+      if (here >= 0) for (const i of [0, 1]) kept[i].push(outline[i][k]);
+      if (here * there < 0) for (const i of [0, 1]) kept[i].push(outline[i][k] + here / (here - there) * (outline[i][next] - outline[i][k]));
+    });
+    outline = kept;
+  }
+  return outline;
+}
+
 async function picture() {
   if (!frames.length) return;
   const select = $("field");
@@ -270,7 +286,8 @@ async function picture() {
     if ($("range").value === "now") { low = v.reduce((a, b) => Math.min(a, b), Infinity); high = v.reduce((a, b) => Math.max(a, b), -Infinity); }
     if (field.map !== "viridis") { high = Math.max(Math.abs(low), Math.abs(high)); low = -high; }
     if (!(high > low)) high = low + 1;
-    const tools = $("tools").checked ? copies.flatMap(lines => toolsNow().map(([x, y]) => [flip(x, lines, 0), flip(y, lines, 1)])) : [];
+    const own = $("tools").checked ? toolsNow().map(outline => ownSide(outline, copies[copies.length - 1], bodies)) : [];
+    const tools = copies.flatMap(lines => own.map(([x, y]) => [flip(x, lines, 0), flip(y, lines, 1)]));
     mapper.setv({palette: scene.palettes[field.map], low, high});
     if (field !== named) {  // words of a bar and of a hover are laid out anew when they are set: not at every frame
       named = field;
