@@ -9,7 +9,7 @@ from typing import Any
 from prensa.errors import Mistake, shown
 from prensa.model.checks import FindingsError
 from prensa.model.names import Finding, meant, of_a_slip, of_the_trade, suggest, suggest_key
-from prensa.model.places import Place, Root, bare, expected, fields_of, follow, is_names, offered
+from prensa.model.places import Place, Root, bare, expected, fields_of, follow, having, is_names, offered
 from prensa.model.units import ANGLE
 
 MOST = 200  # errors that are explained: a table in the wrong place has thousands
@@ -84,6 +84,8 @@ def explain(error: Any, place: Place) -> Mistake:
             remedy = f"; it takes {' and '.join(map(repr, fields))} alone"
         if above.parent is not None and meant(str(key), options) is None and key in fields_of(Root):
             remedy = f"; {key!r} is a key of the case, at its outermost level"
+        if above.parent is None and (things := having(str(key))):
+            remedy = f"; {key!r} is a key of {' or of '.join(things)}"
         if key in ("z", "r") and "y" in fields_of(above.kind, above.node):
             remedy += " In axisymmetry x is the radius and y the axis"
         return Mistake(place.mark(at_key=True), f"unknown key {key!r}{where}{remedy}")

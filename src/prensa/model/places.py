@@ -22,6 +22,8 @@ from prensa.model.text import Node
 from prensa.model.units import Dimension
 
 SECTIONS = ("numerics", "output")
+LISTS: dict[str, str | int] = {"bodies": "", "tools": "", "contacts": 0, "steps": 0}
+"""Things of which a case has several, with a key of one."""
 _ONE = {
     "bodies": "body",
     "damage": "damage law",
@@ -204,6 +206,12 @@ def _owner(place: Place, key: str | int, kind: Any, node: Node | None) -> str:
     kinds = chosen(kind, node)
     tag = type_name(kinds[0]) if len(kinds) == 1 and len(members(kind)) > 1 else None
     return f"{noun} ({tag})" if tag else noun
+
+
+def having(key: str) -> list[str]:
+    """What of a case may have a key: 'a tool', 'a step'."""
+    kinds = ((f"a {_ONE[section]}", below(below(Root, section, None), one, None)) for section, one in LISTS.items())
+    return [words for words, kind in kinds if kind is not None and key in fields_of(kind)]
 
 
 def root(node: Node) -> Place:
