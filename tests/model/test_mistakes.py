@@ -43,7 +43,7 @@ MISTAKES = [
     ("nu: 0.33", "poisson: 0.33", "7:37", ["unknown key 'poisson'", "did you mean 'nu'?"]),
     ("y: -7.5", "angle: 3 deg", "18:20", ["unknown key 'angle'", "did you mean 'rz'?"]),
     ("    radius:", "    thickness: 2\n    radius:", "11:5", ["unknown key 'thickness' in tool 'punch'", "a key of the case"]),
-    ("fixed: {billet.bottom: y}", "fixed: {billet.bottom: y}\nuntil: {force: 3}", "16:1", ["unknown key 'until'; 'until' is a key of a step"]),
+    (FIXED, f"{FIXED}\nuntil: {{force: 3}}", "16:1", ["unknown key 'until'; 'until' is a key of a step"]),
     ("    type: circle\n", "", "9:3", ["tool 'punch' needs a 'type'", "'circle'"]),
     ("coulomb", "colomb", "14:76", ["unknown friction 'colomb'", "did you mean 'coulomb'?"]),
     ("voce", "vocce", "7:60", ["unknown flow 'vocce'", "did you mean 'voce'?"]),
