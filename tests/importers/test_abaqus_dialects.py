@@ -646,3 +646,80 @@ def test_names_with_points_and_a_comma_too_many_are_read(tmp_path):
     text = PRESSED.replace("E1", "BODY.1").replace("*MATERIAL, NAME=M\n", "*MATERIAL, NAME=M,\n")
     problem, _ = read(tmp_path, text)
     assert list(problem.bodies) == ["1"] and problem.bodies["1"].material.E == 1000.0
+
+
+# --------------------------------------------------------------------------------------------------- several files
+def in_files(folder: Path, files: dict[str, str]) -> Path:
+    for name, text in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+    return folder / "job.inp"
+
+
+def imported(folder: Path, *options: str):
+    out = folder / "out" / "case.yaml"
+    out.parent.mkdir(exist_ok=True)
+    done = CliRunner().invoke(app, ["import", str(folder / "job.inp"), "--out", str(out), *options])
+    return done, out
+
+
+@pytest.mark.parametrize("dialect", ["*INCLUDE, INPUT=mesh/all.inp", '*include,\n input="mesh\\all.inp"', "*Include, Input = mesh/all.inp"])
+def test_included_files_are_read_in_their_places(tmp_path, dialect):
+    """Nodes as data lines of *NODE by INPUT=, a file that includes another: the same problem and bits as in one deck."""
+    nodes, elements = mesh().split("*ELEMENT")
+    rows = "".join(f"*ELEMENT{elements}{SETS}")
+    deck = in_files(tmp_path, {
+        "job.inp": f"*HEADING\nin files\n{dialect}\n" + PRESSED.removeprefix(BLOCK) .replace("*STEP", "*INCLUDE, INPUT=law.inp\n*STEP"),
+        "mesh/all.inp": f"** the mesh\n*NODE, INPUT=mesh/nodes.txt\n{rows}", "mesh/nodes.txt": nodes.removeprefix("*NODE\n"),
+        "law.inp": ELASTIC,
+    })  # fmt: skip
+    done, out = imported(tmp_path)
+    assert done.exit_code == 0, done.output
+    assert sorted(f.name for f in out.parent.iterdir()) == ["case.yaml", "job-whole.inp"]
+    ours, whole = load(out).problem, read(tmp_path, PRESSED)[0]
+    assert ours.name == "in files"
+    assert np.array_equal(end(ours).bodies["E1"].x, end(whole).bodies["E1"].x)
+    done = CliRunner().invoke(app, ["import", str(deck)])
+    assert done.exit_code == 2 and "give --out" in done.output
+
+
+@pytest.mark.parametrize(
+    ("files", "message"),
+    [
+        ({"job.inp": "*INCLUDE, INPUT=a.inp\n"}, "line 1: there is no file 'a.inp' in .*; paths are relative to the deck"),
+        ({"job.inp": "*NODE\n*INCLUDE\n"}, r"line 2: \*INCLUDE names no file"),
+        ({"job.inp": "**\n*INCLUDE, INPUT=a.inp\n", "a.inp": "**\n**\n*INCLUDE, INPUT=job.inp\n"},
+         "line 3 of a.inp: 'job.inp' includes itself"),
+        ({"job.inp": "*INCLUDE, INPUT=a.inp\n", "a.inp": "*NODE\n1, 0., 0.\n2, zero, 1.\n"},
+         "line 3 of a.inp: 'zero, 1.' is not coordinates"),
+        ({"job.inp": "*INCLUDE, INPUT=m.inp\n*INCLUDE, INPUT=b/a.inp\n" + STEP, "m.inp": BLOCK, "b/a.inp": "*SPRING\n"},
+         r"line 1 of b/a.inp: \*SPRING is not read"),
+        ({"job.inp": "*INCLUDE, INPUT=m.inp\n*FRICTIONS\n" + STEP, "m.inp": BLOCK}, r"line 2: \*FRICTIONS is not known"),
+        ({"job.inp": "*INCLUDE, INPUT=/dev/zero\n"}, "line 1: there is no file '/dev/zero'"),
+    ],
+)  # fmt: skip
+def test_included_files_are_refused_with_file_and_line(tmp_path, files, message):
+    """A missing file, a loop, wrong content: file and line where it stands, with lines of the deck counted as they are there."""
+    in_files(tmp_path, files)
+    done, _ = imported(tmp_path)
+    assert done.exit_code == 2 and re.search(rf"job\.inp: {message}", done.output), done.output
+
+
+def test_files_that_include_one_another_many_times_are_refused(tmp_path):
+    """Twenty files, each of which includes the next one many times."""
+    files = {f"{n}.inp": f"*INCLUDE, INPUT={n + 1}.inp\n" * 64 for n in range(20)} | {"20.inp": "**" + "x" * 10_000 + "\n"}
+    in_files(tmp_path, files | {"job.inp": "*INCLUDE, INPUT=0.inp\n"})
+    done, _ = imported(tmp_path)
+    assert done.exit_code == 2 and "larger than 256 MiB" in done.output
+
+
+def test_sides_of_two_files_have_names_of_their_own(tmp_path):
+    """Pressures in the same line of two files: two sides, both loaded."""
+    load_ = "*DLOAD\n{}, P3, {}\n"
+    in_files(tmp_path, {
+        "job.inp": BLOCK + STEP + "*BOUNDARY\nBOT, 1, 2\n*INCLUDE, INPUT=a.inp\n*INCLUDE, INPUT=b.inp\n*END STEP\n",
+        "a.inp": load_.format(5, 1.0), "b.inp": load_.format(6, 3.0),
+    })  # fmt: skip
+    done, out = imported(tmp_path)
+    assert done.exit_code == 0, done.output
+    assert reaction(end(load(out).problem), "E1")[1] == pytest.approx(4.0 * W / NX, rel=1e-3)

@@ -7,7 +7,7 @@ is refused, because the mesh would be incomplete without it.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -37,7 +37,7 @@ class Assembly:
 
     """
 
-    def __init__(self, text: str, solid: bool = False) -> None:
+    def __init__(self, text: str, solid: bool = False, origins: Sequence[int] | None = None) -> None:
         self.solid = solid
         self.solids: dict[int, tuple[SolidKind, tuple[int, ...]]] = {}
         self.solid_lines: dict[int, int] = {}
@@ -51,7 +51,7 @@ class Assembly:
         parts: dict[str, tuple[str, list[Keyword]]] = {}
         part: list[Keyword] | None = None
         here = self.top
-        for k in keywords(text):
+        for k in keywords(text, origins):
             if k.name in ("PART", "INSTANCE"):
                 refuse_unknown_parameters(k.name, k.parameters, k.line)
             if k.name == "PART":
@@ -93,8 +93,11 @@ class Assembly:
 
     def _take(self, k: Keyword, scope: Scope) -> None:
         if k.name in GENERATING or "INPUT" in k.parameters:
-            what = f"*{k.name}" if k.name in GENERATING else "INPUT of another file"
-            raise FileError.at(k.line, f"{what} is not read; write the nodes and elements themselves into the file")
+            if k.name not in GENERATING or k.name == "INCLUDE":
+                what = "*INCLUDE" if k.name == "INCLUDE" else "INPUT of another file"
+                raise FileError.at(k.line, f"{what} is not read in meshes; name the file with the mesh instead, or convert the whole "
+                                   "deck: prensa import … --out …")  # fmt: skip
+            raise FileError.at(k.line, f"*{k.name} is not read; write the nodes and elements themselves into the file")
         if k.name not in KNOWN and (near := nearest(k.name, GENERATING.union(_MESH))):
             raise FileError.at(k.line, f"*{k.name} is not a keyword; did you mean *{near}?")
         self.order.append((k, scope))

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from prensa.importers.abaqus import Assembly
+from prensa.importers.abaqus_includes import Whole
 from prensa.importers.abaqus_keywords import Keyword, Scope, keywords
 from prensa.importers.abaqus_loads import Loads, even_traction
 from prensa.importers.abaqus_names import DeckNames, Section
@@ -69,9 +70,10 @@ class _Reader:
     ``without``: what the user leaves out, names of `LEFT_OUT` and keywords that are unknown here.
     """
 
-    def __init__(self, text: str, path: str, without: frozenset[str], files: dict[str, str] | None = None) -> None:
-        self.solid = any(k.name == "ELEMENT" and k.parameters.get("TYPE", "").upper().startswith("C3D") for k in keywords(text))
-        self.path, self.all, self.without, self.files = path, Assembly(text, self.solid), without, files
+    def __init__(self, deck: Whole, path: str, without: frozenset[str], files: dict[str, str] | None = None) -> None:
+        found = keywords(deck.text, deck.origins)
+        self.solid = any(k.name == "ELEMENT" and k.parameters.get("TYPE", "").upper().startswith("C3D") for k in found)
+        self.path, self.all, self.without, self.files = path, Assembly(deck.text, self.solid, deck.origins), without, files
         self.deck = self.all.deck()
         self.names = DeckNames(self.all, self.deck)
         self.paired: set[tuple[str, str]] = set()
@@ -686,7 +688,7 @@ METHOD_OF = {
 }  # fmt: skip
 
 def case_of(
-    text: str, path: str, without: frozenset[str] = frozenset(), files: dict[str, str] | None = None
+    text: str | Whole, path: str, without: frozenset[str] = frozenset(), files: dict[str, str] | None = None
 ) -> tuple[dict[str, Any], list[str]]:  # fmt: skip
     """The case that a deck describes, as a case file has it, and remarks about what was passed over.
 
@@ -700,7 +702,7 @@ def case_of(
 
     """
     without = frozenset(squeezed(w) if w.lower() not in LEFT_OUT else w.lower() for w in without)
-    reader = _Reader(text, path, without, files)
+    reader = _Reader(text if isinstance(text, Whole) else Whole(text), path, without, files)
     unknown = {squeezed(k.name) for k, _ in reader.all.order if k.name not in KNOWN}
     if wrong := sorted(without - LEFT_OUT.keys() - unknown):
         raise FileError(f"--without {wrong[0].lower()!r}: this cannot be left out; what can is: {may_be_left_out()}")
