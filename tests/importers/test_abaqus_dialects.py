@@ -437,10 +437,46 @@ def test_a_side_that_follows_a_prescribed_node_moves_with_it(tmp_path, how):
         refused(tmp_path, opening + moved.replace("900, 6, 6\n", ""), "does not turn: hold its rotation")
 
 
+SUMS = {
+    "difference of two reference nodes": ("3\nTOP, 2, 1., 900, 2, -1., 901, 2, 1.", lambda a, b: a - b),
+    "mean": ("3\nTOP, 2, -2., 900, 2, 1., 901, 2, 1.", lambda a, b: 0.5 * (a + b)),
+    "difference of two sides": ("3\nTOP, 2, 1., BOT, 2, -1., 901, 2, -1.", lambda a, b: b),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", list(SUMS))
+@pytest.mark.parametrize("how", ["number", "amplitude", "two steps"])
+def test_a_side_that_follows_several_prescribed_nodes_moves_by_their_sum(tmp_path, kind, how):
+    """Periodic differences and means of prescribed nodes: the motion at every increment is the sum, in step time, by hand."""
+    rows, total = SUMS[kind]
+    table = "*AMPLITUDE, NAME=A\n0., 0., 0.5, 1.5, 1., 1.\n" if how == "amplitude" else ""
+    opening = BLOCK + f"*NODE\n900, 0., 9.\n901, 0., 9.\n*EQUATION\n{rows}\n{table}" + STEP.replace("0.5, 1.", "0.25, 1.")
+    opening = opening.replace("*STATIC", "*STATIC, DIRECT")
+    first = "*BOUNDARY\nBOT, 1, 2\n" + ("900, 2, 2, 0.1\n" if "900" in rows else "")
+    last = f"*BOUNDARY{', AMPLITUDE=A' if table else ''}\n901, 2, 2, 0.04\n*END STEP\n"
+    between = "901, 2, 2, 0.\n*END STEP\n*STEP, NLGEOM\n*STATIC, DIRECT\n0.25, 1.\n" if how == "two steps" else ""
+    problem, _ = read(tmp_path, opening + first + between + last)
+    seen = [(inc.time, inc.bodies["E1"].x[12, 1] - H) for inc in pr.solve(problem)]
+    for t, moved in seen:
+        a = 0.1 * min(t, 1.0)
+        b = 0.04 * (max(t - 1.0, 0.0) if between else np.interp(t, [0, 0.5, 1], [0, 1.5, 1]) if table else t)
+        assert moved == pytest.approx(total(a, b), abs=1e-12), t
+    assert len(seen) >= 4 and abs(seen[-1][1]) > 0.03
+
+
 def test_equations_of_another_kind_are_refused(tmp_path):
-    """Three terms, or two components."""
-    for rows in ("3\n11, 2, 1., 12, 2, -1., 13, 2, -1.", "2\n11, 1, 1., 12, 2, -1."):
-        refused(tmp_path, BLOCK + f"*EQUATION\n{rows}\n" + STEP + "*END STEP\n", "only equations of two terms")
+    """Terms that nothing prescribes (a node that hangs between two others), two components, a node that is released."""
+    along = "only equations along one component"
+    held = STEP + "*BOUNDARY\nBOT, 1, 2\n*END STEP\n"
+    for rows, message in (
+        ("3\n11, 2, 1., 12, 2, -0.5, 13, 2, -0.5", "'11' follows node 12: read where that has a prescribed motion along y"),
+        ("3\nTOP, 2, 1., BOT, 2, -1., 900, 2, -1.", "'TOP' follows node 900: read where that has a prescribed motion along y"),
+        ("2\n11, 1, 1., 12, 2, -1.", along), ("1\nTOP, 2, 1.", along),
+    ):
+        refused(tmp_path, BLOCK + f"*NODE\n900, 0., 9.\n*EQUATION\n{rows}\n" + held, message)
+    again = BLOCK + "*NODE\n900, 0., 9.\n*EQUATION\n2\nTOP, 2, 1., 900, 2, -1.\n" + STEP
+    again += f"*BOUNDARY\nBOT, 1, 2\n900, 2, 2, 0.1\n*END STEP\n{STEP}*BOUNDARY, OP=NEW\nBOT, 1, 2\n*END STEP\n"
+    refused(tmp_path, again, "what these nodes follow is released in a later step")
     beams = "*ELEMENT, TYPE=B21, ELSET=WIRE\n77, 1, 2\n*BEAM SECTION, ELSET=WIRE, MATERIAL=M, SECTION=RECT\n1., 1.\n"
     refused(tmp_path, BLOCK + beams + STEP + "*END STEP\n", r"\*BEAM SECTION: lines have no stiffness here")
 
@@ -663,15 +699,17 @@ def imported(folder: Path, *options: str):
     return done, out
 
 
-@pytest.mark.parametrize("dialect", ["*INCLUDE, INPUT=mesh/all.inp", '*include,\n input="mesh\\all.inp"', "*Include, Input = mesh/all.inp"])
+@pytest.mark.parametrize(
+    "dialect", ["*INCLUDE, INPUT=mesh/all.inp", '*include,\n input="mesh\\all.inp"', "*Include, Input = mesh/all.inp"]
+)
 def test_included_files_are_read_in_their_places(tmp_path, dialect):
     """Nodes as data lines of *NODE by INPUT=, a file that includes another: the same problem and bits as in one deck."""
     nodes, elements = mesh().split("*ELEMENT")
-    rows = "".join(f"*ELEMENT{elements}{SETS}")
+    rest = PRESSED.removeprefix(BLOCK).replace("*STEP", "*INCLUDE, INPUT=law.inp\n*STEP")
     deck = in_files(tmp_path, {
-        "job.inp": f"*HEADING\nin files\n{dialect}\n" + PRESSED.removeprefix(BLOCK) .replace("*STEP", "*INCLUDE, INPUT=law.inp\n*STEP"),
-        "mesh/all.inp": f"** the mesh\n*NODE, INPUT=mesh/nodes.txt\n{rows}", "mesh/nodes.txt": nodes.removeprefix("*NODE\n"),
-        "law.inp": ELASTIC,
+        "job.inp": f"*HEADING\nin files\n{dialect}\n{rest}",
+        "mesh/all.inp": f"** the mesh\n*NODE, INPUT=mesh/nodes.txt\n*ELEMENT{elements}{SETS}",
+        "mesh/nodes.txt": nodes.removeprefix("*NODE\n"), "law.inp": ELASTIC,
     })  # fmt: skip
     done, out = imported(tmp_path)
     assert done.exit_code == 0, done.output

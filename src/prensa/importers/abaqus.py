@@ -95,8 +95,8 @@ class Assembly:
         if k.name in GENERATING or "INPUT" in k.parameters:
             if k.name not in GENERATING or k.name == "INCLUDE":
                 what = "*INCLUDE" if k.name == "INCLUDE" else "INPUT of another file"
-                raise FileError.at(k.line, f"{what} is not read in meshes; name the file with the mesh instead, or convert the whole "
-                                   "deck: prensa import … --out …")  # fmt: skip
+                raise FileError.at(k.line, f"{what} is not read in meshes; name the file with the mesh instead, or convert the "
+                                   "whole deck: prensa import … --out …")  # fmt: skip
             raise FileError.at(k.line, f"*{k.name} is not read; write the nodes and elements themselves into the file")
         if k.name not in KNOWN and (near := nearest(k.name, GENERATING.union(_MESH))):
             raise FileError.at(k.line, f"*{k.name} is not a keyword; did you mean *{near}?")

@@ -29,7 +29,7 @@ class Origin(int):
 
 @dataclass(frozen=True)
 class Whole:
-    """A deck with its included files in place: its text, and the origin of each line; ``origins`` is None where there are none."""
+    """A deck with its included files in place: text, and the origin of each line (None where nothing is included)."""
 
     text: str
     origins: tuple[Origin, ...] | None = None
