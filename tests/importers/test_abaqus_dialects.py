@@ -127,7 +127,7 @@ def test_blanks_and_case_of_keywords_say_nothing(tmp_path, written):
         (("*END STEP", "*TEMPERATURE\nBOT, 300.\n*END STEP"), r"\*TEMPERATURE is not read.*--without temperature"),
         (("*END STEP", "*SPRING\nBOT, 300.\n*END STEP"), r"\*SPRING is not read.*leaves out: adjust, damage, inertia"),
         (("*STEP, NLGEOM", "*STEP\n*STATIC\n*END STEP\n*STEP, NLGEOM"), "NLGEOM begins in a later step"),
-        (("*NODE\n", "*NODE, INPUT=nodes.txt\n"), "INPUT of another file is not read"),
+        (("*NODE\n", "*NODE, INPUT=nodes.txt\n"), "there is no file 'nodes.txt' in .*; paths are relative to the deck"),
         (("900, 2, 2, -0.1\n", "900, 2, 2, -0.1\nTOP, 11, 11, 300.\n"), "degree of freedom 11 is not a displacement"),
         (("\n2, 2, 3, 8, 7\n", "\n1, 2, 3, 8, 7\n"), "element 1 stands before with other nodes"),
         (("*ELEMENT", "*NODE\n3, 4.5, 0.\n*ELEMENT"), "node 3 stands before at another place"),

@@ -271,11 +271,11 @@ def _joined(segments: Sequence[Segment], ends: _Ends, gap: float) -> list[tuple[
 
 
 def nearest_gap(found: Sequence[Chain]) -> Gap | None:
-    """The narrowest gap between ends of open chains, or of one."""
-    ends = [x for c in found if not c.closed and not c.branch for x in (c.segments[0].start, c.segments[-1].end)]
-    if len(ends) > 200:  # a drawing of many loose lines: none of its gaps is the one that matters
+    """The narrowest gap between ends of different open chains."""
+    ends = [(c.segments[0].start, c.segments[-1].end) for c in found if not c.closed and not c.branch]
+    if len(ends) > 100:  # a drawing of many loose lines: none of its gaps is the one that matters
         return None
-    gaps = (Gap(a, b) for a, b in combinations(ends, 2))
+    gaps = (Gap(a, b) for one, other in combinations(ends, 2) for a in one for b in other)
     return min(gaps, key=lambda g: g.width, default=None)
 
 
