@@ -16,6 +16,7 @@ from prensa.importers.abaqus_places import Places, Side, sides_of
 from prensa.importers.abaqus_words import GENERATING, KNOWN, nearest, refuse_unknown_parameters
 from prensa.importers.deck import LABELS, Deck, FileError, is_label
 from prensa.importers.solids import MIDDLES, OF_ABAQUS, SolidKind
+from prensa.model.names import nearest as nearest_of
 
 # Membranes, shells and rigid surfaces are cells of a plane mesh too: converters write flat triangles as S3, M3D3 or R3D3.
 _CELL = re.compile(r"(?:CPEG|CPE|CPS|CGAX|CAX|AC2D|ACAX|DC2D|DCAX|M3D|SFM3D|R3D|STRI|S)([3468])")
@@ -157,7 +158,7 @@ class Assembly:
 
     def _nodes(self, k: Keyword, scope: Scope, key: str) -> None:
         if k.parameters.get("SYSTEM", "R").upper() != "R":
-            raise FileError.at(k.line, "coordinates of another system than the rectangular one are not read")
+            raise FileError.at(k.line, "coordinates of another system than the rectangular one are not read; write x, y, z")
         for line, words in k.data:
             try:
                 label = int(words[0]) + scope.offset
@@ -316,7 +317,9 @@ class Assembly:
             return where.element_sets[name]
         if is_label(name):
             return [int(name) + where.offset]
-        raise FileError.at(line, f"unknown element set {who[:60]!r} ")
+        near = nearest_of(name, [where.spelling[k] for k in where.element_sets])
+        hint = f"did you mean {near!r}?" if near else "sets are defined before they are used"
+        raise FileError.at(line, f"unknown element set {who[:60]!r}; {hint}")
 
     def seen_from(self, line: int, who: str, scope: Scope) -> tuple[Scope, str]:
         """Where a name leads: the scope that defines it, and the name in capitals; the assembly's sets count everywhere.

@@ -166,7 +166,7 @@ class _Reader:
 
     def elastic(self, k: Keyword, scope: Scope) -> None:
         if not k.parameters.get("TYPE", "ISOTROPIC").upper().startswith("ISO"):
-            raise FileError.at(k.line, "only isotropic elasticity is read")
+            raise FileError.at(k.line, "only isotropic elasticity is read; write *ELASTIC with E and nu")
         values = [(k.number(row, 0), k.number(row, 1)) for row in k.rows]
         if len(set(values)) > 1:
             raise FileError.at(k.line, "an elasticity that depends on temperature or fields is not read; keep one row")
@@ -179,7 +179,7 @@ class _Reader:
 
     def plastic(self, k: Keyword, scope: Scope) -> None:
         if k.parameters.get("HARDENING", "ISOTROPIC").upper() != "ISOTROPIC" or "RATE" in k.parameters:
-            raise FileError.at(k.line, "only isotropic hardening without rate or temperature is read")
+            raise FileError.at(k.line, "only isotropic hardening without rate or temperature is read; write HARDENING=ISOTROPIC")
         data = k.rows
         if len({tuple(row[2:]) for row in data}) > 1:
             raise FileError.at(k.line, "flow curves at several temperatures are not read; keep one")
@@ -419,7 +419,8 @@ class _Reader:
         kind = k.parameters.get("TYPE", "").upper()
         if kind != "TEMPERATURE":
             raise FileError.at(
-                k.line, f"initial conditions of type {kind or 'unknown'} are not read; bodies start at rest, without stress"
+                k.line,
+                f"initial conditions of type {kind or 'unknown'} are not read; bodies start at rest, without stress: take it out",
             )
         self.remarks.append(f"line {k.line}: temperatures are not read; there is no heat here")
 

@@ -13,6 +13,7 @@ from prensa.importers.abaqus_places import Side, ends, equations, outline, point
 from prensa.importers.abaqus_steps import Follower, still
 from prensa.importers.abaqus_tools import RigidTool
 from prensa.importers.deck import LABELS, Deck, FileError, is_label
+from prensa.model.names import nearest
 from prensa.precision import DRAWN
 
 
@@ -112,7 +113,9 @@ class DeckNames:
         where, name = self.all.seen_from(line, who, scope)
         known = where.boundary_of.get(name)
         if known is None:
-            raise FileError.at(line, f"{who!r} is not a set of nodes or surface of this deck")
+            near = nearest(name, [where.spelling[k] for k in where.boundary_of])
+            hint = f"did you mean {near!r}?" if near else "define it by *NSET or *SURFACE"
+            raise FileError.at(line, f"{who!r} is not a set of nodes or surface of this deck; {hint}")
         nodes = {n for side in where.surfaces.get(name, []) for n in side}
         return known, frozenset(nodes or where.node_sets.get(name, []))
 
