@@ -20,6 +20,7 @@ from prensa.output import vtk
 from prensa.output.interrupt import Interruptible, Terminated
 from prensa.output.report import write_report
 from prensa.output.run import resume, run
+from prensa.study.work import RECORD
 from problems import stroke, upset_block
 from stopped import stopped_after as stopped_at
 
@@ -154,13 +155,14 @@ def test_a_folder_that_holds_only_the_beginning_of_a_run_says_so(tmp_path):
 def test_sigterm_ends_a_sweep_with_what_is_computed_kept(tmp_path):
     """As Ctrl-C does: exit code of the signal, a sentence, and the same command computes the rest alone."""
     case, folder = tmp_path / "small.yaml", tmp_path / "swept"
-    case.write_text(dump(small(10)))
+    case.write_text(dump(small(40)))
     command = [sys.executable, "-m", "prensa", "sweep", str(case), "--set", "friction.mu=lin(0,0.3,8)", "--measure", "punch.fy"]
     command += ["--jobs", "1", "--out", str(folder)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
-        while "1 of 8" not in process.stderr.readline():
+        while not list(folder.glob(f"cases/*/{RECORD}")):
             assert process.poll() is None
+            time.sleep(0.01)
         process.send_signal(signal.SIGTERM)
         assert "interrupted; what is computed is kept; the same command continues" in process.stderr.read()
     assert process.returncode == TERMINATED

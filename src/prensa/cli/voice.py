@@ -206,10 +206,14 @@ def left_on_disk(folder: Path | None) -> str:
 
 def refuse_unknown(voice: Voice, kind: str, names: Iterable[str], known: Iterable[str]) -> None:
     """Leave with a word where a name is not a known one."""
+    from prensa.model.names import nearest
+
     known = list(known)
     for name in names:
         if name not in known:
-            voice.complain(f"unknown {kind} {name!r}; known: {', '.join(known)}")
+            similar = nearest(name, known)
+            hint = f"did you mean {similar!r}? " if similar is not None else ""
+            voice.complain(f"unknown {kind} {name!r}; {hint}known: {', '.join(known)}")
             raise typer.Exit(BAD_INPUT)
 
 

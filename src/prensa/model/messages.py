@@ -185,4 +185,6 @@ def _wrong(error: Any, place: Place) -> str:
         remedy = "; put it in quotes"
     if wanted == "a list" and isinstance(error["input"], dict):
         remedy = "; begin each entry with '- '"
+    if "table" in offered(place.kind) and str(error["input"]).lower().endswith((".csv", ".txt")):
+        remedy = f"; a curve from a file is {{type: table, points: {error['input']}}}"
     return f"{place.label} is {_shown(error, place)}; {wanted} is expected{remedy}"
