@@ -140,6 +140,10 @@ SEEDED = {
         Seeded("negative friction", (("mu: 0.1", "mu: -0.1"),), "10:85", ("at least 0",)),
         Seeded("softening friction without an end", (("mu: 0.1", "mu: {mu0: 0.3, slope: -1}"),), "10:81", ("'limit'",)),
         Seeded("friction as a number", (("{type: coulomb, mu: 0.1}", "0.1"),), "10:65", ("0.1 is not a valid friction", "{type: coulomb, …}")),
+        Seeded(
+            "metal of the library, and a tool without a place", ((ELASTIC[0], "type: j2, of: AA6061-O"), (", touching: strip.top", "")), "8:3",
+            ("tool 'die' has no position", "'touching'"),
+        ),
         Seeded("file of a flow curve alone", ((FLOW, "curve.csv"),), "6:50", ("a curve from a file is {type: table, points: curve.csv}",)),
         Seeded("flow stress as a number", ((FLOW, "60"),), "6:50", ("is 60; a mapping with 'type'", "voce")),
         Seeded("shear factor on an elastic body", (ELASTIC, ("coulomb, mu: 0.1", "shear, m: 0.5")), "10:55", ("give 'k'",)),
