@@ -185,3 +185,22 @@ def test_sizes_that_a_run_judges_are_no_warnings_of_it(caplog):
     list(pr.solve(narrow))
     assert not [w for w in caplog.messages if "less than two elements" in w]
     assert [w for w in caplog.messages if "by an estimated" in w]
+
+
+def test_an_edge_that_goes_in_between_nodes_is_not_said_to_go_away():
+    """A block pushed into a ramp: the gaps of all nodes grow, and geometry sees that it presses: one finding, of the edge."""
+    for travel, words in ((-1.8, "between nodes"), (1.8, "never touches")):
+        problem = replace(ramp(0.1), steps=(pr.Step("slide", move={"block": {"x": travel}}, increments=18),))
+        said = [str(finding) for finding in preflight(pr.discretise(problem)) if "block" in str(finding)]
+        assert len(said) == 1 and words in said[0], said
+
+
+def test_tools_at_rest_are_not_named_where_the_moved_one_goes_away():
+    """A punch that is pulled off a billet on an anvil: the punch's sign is wrong, nothing is of the anvil."""
+    problem = pr.Problem(
+        "upset", {"billet": pr.Body(pr.Rectangle((15.0, 40.0), (4, 8)), pr.Elastic(1000.0, 0.3))}, space="axisymmetric",
+        tools={"punch": pr.Plane(touching="billet.top"), "anvil": pr.Plane(touching="billet.bottom", normal=(0, 1))},
+        steps=[pr.Step("press", move={"punch": {"y": 20.0}})],
+    )  # fmt: skip
+    (said,) = [str(finding) for finding in preflight(pr.discretise(problem)) if "never presses" in str(finding)]
+    assert "tools.punch: tool 'punch' touches 'billet' at first and only goes away" in said

@@ -108,7 +108,7 @@ def test_a_side_that_an_amplitude_moves_is_read(tmp_path):
         (("TOP, PUNCH", "TOP, DIE"), "'DIE' is not an analytical rigid surface"),
         (("*FRICTION\n", "*FRICTION, TAUMAK=50.\n"), r"TAUMAK of \*FRICTION is not read; did you mean TAUMAX\?"),
         (("LINE, 0., 15.", "PARAB, 0., 15., 1., 2."), "is not START x, y; LINE x, y or CIRCL"),
-        (("BOTTOM, 2, 2", "BOTOM, 2, 2"), "'BOTOM' is not a set of nodes or surface"),
+        (("BOTTOM, 2, 2", "BOTOM, 2, 2"), "'BOTOM' is not a set of nodes or surface of this deck; did you mean 'BOTTOM'"),
         (("MATERIAL=ALU", "MATERIAL=STEEL"), "material 'STEEL' has no"),
         (("120., 0.1", "120., 0."), "plastic strains of a flow curve must increase: 0 after 0"),
         (("*END STEP\n", "*END STEP\n*STEP, NAME=press\n*END STEP\n"), r"two steps are called 'press', the other in line \d+"),

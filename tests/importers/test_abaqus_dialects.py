@@ -127,7 +127,7 @@ def test_blanks_and_case_of_keywords_say_nothing(tmp_path, written):
         (("*END STEP", "*TEMPERATURE\nBOT, 300.\n*END STEP"), r"\*TEMPERATURE is not read.*--without temperature"),
         (("*END STEP", "*SPRING\nBOT, 300.\n*END STEP"), r"\*SPRING is not read.*leaves out: adjust, damage, inertia"),
         (("*STEP, NLGEOM", "*STEP\n*STATIC\n*END STEP\n*STEP, NLGEOM"), "NLGEOM begins in a later step"),
-        (("*NODE\n", "*NODE, INPUT=nodes.txt\n"), "INPUT of another file is not read"),
+        (("*NODE\n", "*NODE, INPUT=nodes.txt\n"), "there is no file 'nodes.txt' in .*; paths are relative to the deck"),
         (("900, 2, 2, -0.1\n", "900, 2, 2, -0.1\nTOP, 11, 11, 300.\n"), "degree of freedom 11 is not a displacement"),
         (("\n2, 2, 3, 8, 7\n", "\n1, 2, 3, 8, 7\n"), "element 1 stands before with other nodes"),
         (("*ELEMENT", "*NODE\n3, 4.5, 0.\n*ELEMENT"), "node 3 stands before at another place"),
@@ -437,10 +437,46 @@ def test_a_side_that_follows_a_prescribed_node_moves_with_it(tmp_path, how):
         refused(tmp_path, opening + moved.replace("900, 6, 6\n", ""), "does not turn: hold its rotation")
 
 
+SUMS = {
+    "difference of two reference nodes": ("3\nTOP, 2, 1., 900, 2, -1., 901, 2, 1.", lambda a, b: a - b),
+    "mean": ("3\nTOP, 2, -2., 900, 2, 1., 901, 2, 1.", lambda a, b: 0.5 * (a + b)),
+    "difference of two sides": ("3\nTOP, 2, 1., BOT, 2, -1., 901, 2, -1.", lambda a, b: b),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", list(SUMS))
+@pytest.mark.parametrize("how", ["number", "amplitude", "two steps"])
+def test_a_side_that_follows_several_prescribed_nodes_moves_by_their_sum(tmp_path, kind, how):
+    """Periodic differences and means of prescribed nodes: the motion at every increment is the sum, in step time, by hand."""
+    rows, total = SUMS[kind]
+    table = "*AMPLITUDE, NAME=A\n0., 0., 0.5, 1.5, 1., 1.\n" if how == "amplitude" else ""
+    opening = BLOCK + f"*NODE\n900, 0., 9.\n901, 0., 9.\n*EQUATION\n{rows}\n{table}" + STEP.replace("0.5, 1.", "0.25, 1.")
+    opening = opening.replace("*STATIC", "*STATIC, DIRECT")
+    first = "*BOUNDARY\nBOT, 1, 2\n" + ("900, 2, 2, 0.1\n" if "900" in rows else "")
+    last = f"*BOUNDARY{', AMPLITUDE=A' if table else ''}\n901, 2, 2, 0.04\n*END STEP\n"
+    between = "901, 2, 2, 0.\n*END STEP\n*STEP, NLGEOM\n*STATIC, DIRECT\n0.25, 1.\n" if how == "two steps" else ""
+    problem, _ = read(tmp_path, opening + first + between + last)
+    seen = [(inc.time, inc.bodies["E1"].x[12, 1] - H) for inc in pr.solve(problem)]
+    for t, moved in seen:
+        a = 0.1 * min(t, 1.0)
+        b = 0.04 * (max(t - 1.0, 0.0) if between else np.interp(t, [0, 0.5, 1], [0, 1.5, 1]) if table else t)
+        assert moved == pytest.approx(total(a, b), abs=1e-12), t
+    assert len(seen) >= 4 and abs(seen[-1][1]) > 0.03
+
+
 def test_equations_of_another_kind_are_refused(tmp_path):
-    """Three terms, or two components."""
-    for rows in ("3\n11, 2, 1., 12, 2, -1., 13, 2, -1.", "2\n11, 1, 1., 12, 2, -1."):
-        refused(tmp_path, BLOCK + f"*EQUATION\n{rows}\n" + STEP + "*END STEP\n", "only equations of two terms")
+    """Terms that nothing prescribes (a node that hangs between two others), two components, a node that is released."""
+    along = "only equations along one component"
+    held = STEP + "*BOUNDARY\nBOT, 1, 2\n*END STEP\n"
+    for rows, message in (
+        ("3\n11, 2, 1., 12, 2, -0.5, 13, 2, -0.5", "'11' follows node 12: read where that has a prescribed motion along y"),
+        ("3\nTOP, 2, 1., BOT, 2, -1., 900, 2, -1.", "'TOP' follows node 900: read where that has a prescribed motion along y"),
+        ("2\n11, 1, 1., 12, 2, -1.", along), ("1\nTOP, 2, 1.", along),
+    ):
+        refused(tmp_path, BLOCK + f"*NODE\n900, 0., 9.\n*EQUATION\n{rows}\n" + held, message)
+    again = BLOCK + "*NODE\n900, 0., 9.\n*EQUATION\n2\nTOP, 2, 1., 900, 2, -1.\n" + STEP
+    again += f"*BOUNDARY\nBOT, 1, 2\n900, 2, 2, 0.1\n*END STEP\n{STEP}*BOUNDARY, OP=NEW\nBOT, 1, 2\n*END STEP\n"
+    refused(tmp_path, again, "what these nodes follow is released in a later step")
     beams = "*ELEMENT, TYPE=B21, ELSET=WIRE\n77, 1, 2\n*BEAM SECTION, ELSET=WIRE, MATERIAL=M, SECTION=RECT\n1., 1.\n"
     refused(tmp_path, BLOCK + beams + STEP + "*END STEP\n", r"\*BEAM SECTION: lines have no stiffness here")
 
@@ -646,3 +682,82 @@ def test_names_with_points_and_a_comma_too_many_are_read(tmp_path):
     text = PRESSED.replace("E1", "BODY.1").replace("*MATERIAL, NAME=M\n", "*MATERIAL, NAME=M,\n")
     problem, _ = read(tmp_path, text)
     assert list(problem.bodies) == ["1"] and problem.bodies["1"].material.E == 1000.0
+
+
+# --------------------------------------------------------------------------------------------------- several files
+def in_files(folder: Path, files: dict[str, str]) -> Path:
+    for name, text in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+    return folder / "job.inp"
+
+
+def imported(folder: Path, *options: str):
+    out = folder / "out" / "case.yaml"
+    out.parent.mkdir(exist_ok=True)
+    done = CliRunner().invoke(app, ["import", str(folder / "job.inp"), "--out", str(out), *options])
+    return done, out
+
+
+@pytest.mark.parametrize(
+    "dialect", ["*INCLUDE, INPUT=mesh/all.inp", '*include,\n input="mesh\\all.inp"', "*Include, Input = mesh/all.inp"]
+)
+def test_included_files_are_read_in_their_places(tmp_path, dialect):
+    """Nodes as data lines of *NODE by INPUT=, a file that includes another: the same problem and bits as in one deck."""
+    nodes, elements = mesh().split("*ELEMENT")
+    rest = PRESSED.removeprefix(BLOCK).replace("*STEP", "*INCLUDE, INPUT=law.inp\n*STEP")
+    deck = in_files(tmp_path, {
+        "job.inp": f"*HEADING\nin files\n{dialect}\n{rest}",
+        "mesh/all.inp": f"** the mesh\n*NODE, INPUT=mesh/nodes.txt\n*ELEMENT{elements}{SETS}",
+        "mesh/nodes.txt": nodes.removeprefix("*NODE\n"), "law.inp": ELASTIC,
+    })  # fmt: skip
+    done, out = imported(tmp_path)
+    assert done.exit_code == 0, done.output
+    assert sorted(f.name for f in out.parent.iterdir()) == ["case.yaml", "job-whole.inp"]
+    ours, whole = load(out).problem, read(tmp_path, PRESSED)[0]
+    assert ours.name == "in files"
+    assert np.array_equal(end(ours).bodies["E1"].x, end(whole).bodies["E1"].x)
+    done = CliRunner().invoke(app, ["import", str(deck)])
+    assert done.exit_code == 2 and "give --out" in done.output
+
+
+@pytest.mark.parametrize(
+    ("files", "message"),
+    [
+        ({"job.inp": "*INCLUDE, INPUT=a.inp\n"}, "line 1: there is no file 'a.inp' in .*; paths are relative to the deck"),
+        ({"job.inp": "*NODE\n*INCLUDE\n"}, r"line 2: \*INCLUDE names no file"),
+        ({"job.inp": "**\n*INCLUDE, INPUT=a.inp\n", "a.inp": "**\n**\n*INCLUDE, INPUT=job.inp\n"},
+         "line 3 of a.inp: 'job.inp' includes itself"),
+        ({"job.inp": "*INCLUDE, INPUT=a.inp\n", "a.inp": "*NODE\n1, 0., 0.\n2, zero, 1.\n"},
+         "line 3 of a.inp: 'zero, 1.' is not coordinates"),
+        ({"job.inp": "*INCLUDE, INPUT=m.inp\n*INCLUDE, INPUT=b/a.inp\n" + STEP, "m.inp": BLOCK, "b/a.inp": "*SPRING\n"},
+         r"line 1 of b/a.inp: \*SPRING is not read"),
+        ({"job.inp": "*INCLUDE, INPUT=m.inp\n*FRICTIONS\n" + STEP, "m.inp": BLOCK}, r"line 2: \*FRICTIONS is not known"),
+        ({"job.inp": "*INCLUDE, INPUT=/dev/zero\n"}, "line 1: there is no file '/dev/zero'"),
+    ],
+)  # fmt: skip
+def test_included_files_are_refused_with_file_and_line(tmp_path, files, message):
+    """A missing file, a loop, wrong content: file and line where it stands, with lines of the deck counted as they are there."""
+    in_files(tmp_path, files)
+    done, _ = imported(tmp_path)
+    assert done.exit_code == 2 and re.search(rf"job\.inp: {message}", done.output), done.output
+
+
+def test_files_that_include_one_another_many_times_are_refused(tmp_path):
+    """Twenty files, each of which includes the next one many times."""
+    files = {f"{n}.inp": f"*INCLUDE, INPUT={n + 1}.inp\n" * 64 for n in range(20)} | {"20.inp": "**" + "x" * 10_000 + "\n"}
+    in_files(tmp_path, files | {"job.inp": "*INCLUDE, INPUT=0.inp\n"})
+    done, _ = imported(tmp_path)
+    assert done.exit_code == 2 and "larger than 256 MiB" in done.output
+
+
+def test_sides_of_two_files_have_names_of_their_own(tmp_path):
+    """Pressures in the same line of two files: two sides, both loaded."""
+    load_ = "*DLOAD\n{}, P3, {}\n"
+    in_files(tmp_path, {
+        "job.inp": BLOCK + STEP + "*BOUNDARY\nBOT, 1, 2\n*INCLUDE, INPUT=a.inp\n*INCLUDE, INPUT=b.inp\n*END STEP\n",
+        "a.inp": load_.format(5, 1.0), "b.inp": load_.format(6, 3.0),
+    })  # fmt: skip
+    done, out = imported(tmp_path)
+    assert done.exit_code == 0, done.output
+    assert reaction(end(load(out).problem), "E1")[1] == pytest.approx(4.0 * W / NX, rel=1e-3)

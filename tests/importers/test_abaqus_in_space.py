@@ -255,7 +255,7 @@ C3D4 = "*ELEMENT, TYPE=C3D4\n90, 1, 2, 3, 5\n*SOLID"
     ("*STEP", "*SURFACE, TYPE=CYLINDER, NAME=Q\n0., 0., 0.\nSTART, 0., 0.\nLINE, 1., 0.\n*STEP", "is given by points"),
     ("*STEP", ROLL.replace("1., 2.5, 0.\n", "2., 2.5, 1.\n") + "*STEP", "which has to be across its x axis"),
     ("*STEP", SPHERE.replace("9001, 1., 2.5", "9001, 1.5, 2.5") + "*STEP", "is off the axis of revolution: put it there"),
-    ("*STEP", "*EQUATION\n3\n1, 1, 1., 2, 1, 1., 3, 1, 1.\n*STEP", "only equations of two terms along one component are read"),
+    ("*STEP", "*EQUATION\n3\n1, 1, 1., 2, 1, 1., 3, 2, 1.\n*STEP", "only equations along one component are read"),
 ])  # fmt: skip
 def test_what_changes_the_answer_is_refused(old: str, new: str, words: str) -> None:
     """With its line and what to do."""

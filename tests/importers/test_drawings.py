@@ -465,3 +465,30 @@ def test_points_of_a_drawing_are_points_like_others(tmp_path: Path) -> None:
         assert again == U and again.warnings == read.points.warnings
     tool = pr.Profile(points=pr.Drawing(file=str(tmp_path / "a.dxf")), fillet=0, at=(0, 500))
     assert tool.points == U and "drawn twice" in tool.points.warnings[0]
+
+
+def test_a_chain_is_not_asked_to_be_joined_with_itself(tmp_path):
+    """A closed frame around one open tool: no two ends of different chains; of two open ones the nearest ends are named."""
+    drawing = ezdxf.new()
+    space = drawing.modelspace()
+    space.add_lwpolyline([(-50, -50), (50, -50), (50, 50), (-50, 50)], close=True)
+    space.add_lwpolyline([(0, 0), (5, 0), (6, 2)])
+    drawing.saveas(tmp_path / "a.dxf")
+    with pytest.raises(CaseError) as one:
+        Read(tmp_path)
+    assert "has several chains" in str(one.value) and "nearest ends" not in str(one.value)
+    space.add_line((6.5, 2), (20, 2))
+    drawing.saveas(tmp_path / "a.dxf")
+    with pytest.raises(CaseError, match=r"the nearest ends, \(6, 2\) and \(6.5, 2\), are 0.5 apart"):
+        Read(tmp_path)
+
+
+@pytest.mark.parametrize(("draw", "remedy"), [("add_mline", "1 mline: explode or convert"), ("", "draw the outline there")])
+def test_a_drawing_without_lines_says_what_to_do(tmp_path, draw, remedy):
+    """Of kinds that are not read, or empty."""
+    drawing = ezdxf.new()
+    if draw:
+        getattr(drawing.modelspace(), draw)([(0, 0), (5, 0), (6, 3)])
+    drawing.saveas(tmp_path / "a.dxf")
+    with pytest.raises(CaseError, match=remedy):
+        Read(tmp_path)

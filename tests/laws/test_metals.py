@@ -187,6 +187,8 @@ def test_unknown_metals_are_refused_in_one_line(tmp_path):
     assert str(refused.value).startswith("case.yaml:4:")
     assert "unknown metal 'AISI4136'; the closest names are 'AISI4135'" in str(refused.value)
     assert "\n" not in str(refused.value)
+    with pytest.raises(pr.CaseError, match=r"the closest names are 'AISI1045-hot'"):  # before those of a like number
+        loads(case("{type: j2, of: aisi1045}"), "case.yaml")
     with pytest.raises(pr.CaseError, match=r"J2: unknown metal 'steel'; .*prensa materials"):
         pr.J2(of="steel")
     with pytest.raises(pr.CaseError, match=r"there is no file 'none.yaml'; paths are relative to the case file"):

@@ -17,8 +17,10 @@ from prensa.errors import PrensaError
 from prensa.model.schema import dump
 from prensa.output import run as module
 from prensa.output import vtk
+from prensa.output.interrupt import Interruptible, Terminated
 from prensa.output.report import write_report
 from prensa.output.run import resume, run
+from prensa.study.work import RECORD
 from problems import stroke, upset_block
 from stopped import stopped_after as stopped_at
 
@@ -147,3 +149,35 @@ def test_a_folder_that_holds_only_the_beginning_of_a_run_says_so(tmp_path):
     for ask in (pr.results, write_report):
         with pytest.raises(PrensaError, match="killed: no increment was completed; there is nothing to show"):
             ask(tmp_path)
+
+
+@pytest.mark.slow
+def test_sigterm_ends_a_sweep_with_what_is_computed_kept(tmp_path):
+    """As Ctrl-C does: exit code of the signal, a sentence, and the same command computes the rest alone."""
+    case, folder = tmp_path / "small.yaml", tmp_path / "swept"
+    case.write_text(dump(small(40)))
+    command = [sys.executable, "-m", "prensa", "sweep", str(case), "--set", "friction.mu=lin(0,0.3,8)", "--measure", "punch.fy"]
+    command += ["--jobs", "1", "--out", str(folder)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        while not list(folder.glob(f"cases/*/{RECORD}")):
+            assert process.poll() is None
+            time.sleep(0.01)
+        process.send_signal(signal.SIGTERM)
+        assert "interrupted; what is computed is kept; the same command continues" in process.stderr.read()
+    assert process.returncode == TERMINATED
+    again = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert again.returncode == 0 and "8 cases, 8 completed" in again.stdout
+    assert int(again.stderr.partition(" to compute")[0].rpartition(" ")[2]) < 8
+
+
+def test_guards_around_one_another_put_the_handlers_back():
+    """The inner one holds SIGTERM back while a file is written; then the outer one has it again, and at last the system."""
+    seen = []
+    with Interruptible():
+        outer = signal.getsignal(signal.SIGTERM)
+        with pytest.raises(Terminated), Interruptible() as guard, guard.postponed():
+            os.kill(os.getpid(), signal.SIGTERM)
+            seen.append("written")
+        assert signal.getsignal(signal.SIGTERM) == outer
+    assert seen == ["written"] and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL

@@ -128,6 +128,9 @@ SEEDED = {
             "contact given twice", (("fixed:", "  - {surface: [strip.top, strip.right], against: die}\nfixed:"),), "11:5",
             ("appears twice", "keep one"),
         ),
+        Seeded("decimal comma in a list", (("[4, 2]", "[4,5, 2]"),), "5:29", ("has 3 values", "numbers have a decimal point")),
+        Seeded("steps without dashes", (("  - {name: press, move", "  press: {move"),), "12:1", ("a list is expected", "begin each entry with '- '")),
+        Seeded("time of a step", (("increments: 4", "time: 4"),), "13:43", ("unknown key 'time'", "did you mean 'duration'?")),
         Seeded("negative size", (("[4, 2]", "[4, -2]"),), "5:39", ("is -2", "greater than 0")),
         Seeded("no elements", (("[8, 4]", "[8, 0]"),), "5:50", ("is 0", "at least 1")),
         Seeded("not a number", (("70e3", ".nan"),), "6:29", (".nan is not a finite number",)),
@@ -137,6 +140,11 @@ SEEDED = {
         Seeded("negative friction", (("mu: 0.1", "mu: -0.1"),), "10:85", ("at least 0",)),
         Seeded("softening friction without an end", (("mu: 0.1", "mu: {mu0: 0.3, slope: -1}"),), "10:81", ("'limit'",)),
         Seeded("friction as a number", (("{type: coulomb, mu: 0.1}", "0.1"),), "10:65", ("0.1 is not a valid friction", "{type: coulomb, …}")),
+        Seeded(
+            "metal of the library, and a tool without a place", ((ELASTIC[0], "type: j2, of: AA6061-O"), (", touching: strip.top", "")), "8:3",
+            ("tool 'die' has no position", "'touching'"),
+        ),
+        Seeded("file of a flow curve alone", ((FLOW, "curve.csv"),), "6:50", ("a curve from a file is {type: table, points: curve.csv}",)),
         Seeded("flow stress as a number", ((FLOW, "60"),), "6:50", ("is 60; a mapping with 'type'", "voce")),
         Seeded("shear factor on an elastic body", (ELASTIC, ("coulomb, mu: 0.1", "shear, m: 0.5")), "10:55", ("give 'k'",)),
         Seeded(

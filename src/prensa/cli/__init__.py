@@ -903,7 +903,8 @@ def import_deck(
         elif out is not None:
             for name, content in files.items():
                 (out.parent / name).write_text(content, encoding="utf-8")
-                voice.confirm(f"{out.parent / name} written, a tool of rigid elements")
+                what = "the deck with its included files" if name.endswith(".inp") else "a tool of rigid elements"
+                voice.confirm(f"{out.parent / name} written, {what}")
             out.write_text(text, encoding="utf-8")
             voice.confirm(f"{out} written; read it, add units if they are not mm and N, then: prensa check {out}")
         voice.give({"case": out, "text": text, "remarks": remarks})

@@ -78,6 +78,7 @@ class Voice:
         self.verbose, self.json, self.source, self.folder, self._interrupted = verbose, json, source, folder, interrupted
         self.quiet = quiet or json
         self._handler: logging.Handler | None = None
+        self._signals: AbstractContextManager[object] = nullcontext()
 
     @property
     def no_bar(self) -> bool:
@@ -139,6 +140,10 @@ class Voice:
 
     # --------------------------------------------------------------------------------------------------------- to end
     def __enter__(self) -> Self:
+        from prensa.output.interrupt import Interruptible
+
+        self._signals = Interruptible()  # studies end at SIGTERM as at Ctrl-C, with what is computed kept
+        self._signals.__enter__()
         if self.verbose:
             self._handler = logging.StreamHandler(sys.stderr)
             self._handler.setFormatter(logging.Formatter("%(message)s"))
@@ -151,6 +156,7 @@ class Voice:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self._signals.__exit__(None, None, None)
         if self._handler is not None:
             log = logging.getLogger("prensa")
             log.removeHandler(self._handler)
@@ -200,10 +206,14 @@ def left_on_disk(folder: Path | None) -> str:
 
 def refuse_unknown(voice: Voice, kind: str, names: Iterable[str], known: Iterable[str]) -> None:
     """Leave with a word where a name is not a known one."""
+    from prensa.model.names import nearest
+
     known = list(known)
     for name in names:
         if name not in known:
-            voice.complain(f"unknown {kind} {name!r}; known: {', '.join(known)}")
+            similar = nearest(name, known)
+            hint = f"did you mean {similar!r}? " if similar is not None else ""
+            voice.complain(f"unknown {kind} {name!r}; {hint}known: {', '.join(known)}")
             raise typer.Exit(BAD_INPUT)
 
 

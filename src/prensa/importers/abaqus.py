@@ -7,7 +7,7 @@ is refused, because the mesh would be incomplete without it.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -16,6 +16,7 @@ from prensa.importers.abaqus_places import Places, Side, sides_of
 from prensa.importers.abaqus_words import GENERATING, KNOWN, nearest, refuse_unknown_parameters
 from prensa.importers.deck import LABELS, Deck, FileError, is_label
 from prensa.importers.solids import MIDDLES, OF_ABAQUS, SolidKind
+from prensa.model.names import nearest as nearest_of
 
 # Membranes, shells and rigid surfaces are cells of a plane mesh too: converters write flat triangles as S3, M3D3 or R3D3.
 _CELL = re.compile(r"(?:CPEG|CPE|CPS|CGAX|CAX|AC2D|ACAX|DC2D|DCAX|M3D|SFM3D|R3D|STRI|S)([3468])")
@@ -37,7 +38,7 @@ class Assembly:
 
     """
 
-    def __init__(self, text: str, solid: bool = False) -> None:
+    def __init__(self, text: str, solid: bool = False, origins: Sequence[int] | None = None) -> None:
         self.solid = solid
         self.solids: dict[int, tuple[SolidKind, tuple[int, ...]]] = {}
         self.solid_lines: dict[int, int] = {}
@@ -51,7 +52,7 @@ class Assembly:
         parts: dict[str, tuple[str, list[Keyword]]] = {}
         part: list[Keyword] | None = None
         here = self.top
-        for k in keywords(text):
+        for k in keywords(text, origins):
             if k.name in ("PART", "INSTANCE"):
                 refuse_unknown_parameters(k.name, k.parameters, k.line)
             if k.name == "PART":
@@ -93,8 +94,11 @@ class Assembly:
 
     def _take(self, k: Keyword, scope: Scope) -> None:
         if k.name in GENERATING or "INPUT" in k.parameters:
-            what = f"*{k.name}" if k.name in GENERATING else "INPUT of another file"
-            raise FileError.at(k.line, f"{what} is not read; write the nodes and elements themselves into the file")
+            if k.name not in GENERATING or k.name == "INCLUDE":
+                what = "*INCLUDE" if k.name == "INCLUDE" else "INPUT of another file"
+                raise FileError.at(k.line, f"{what} is not read in meshes; name the file with the mesh instead, or convert the "
+                                   "whole deck: prensa import … --out …")  # fmt: skip
+            raise FileError.at(k.line, f"*{k.name} is not read; write the nodes and elements themselves into the file")
         if k.name not in KNOWN and (near := nearest(k.name, GENERATING.union(_MESH))):
             raise FileError.at(k.line, f"*{k.name} is not a keyword; did you mean *{near}?")
         self.order.append((k, scope))
@@ -154,7 +158,7 @@ class Assembly:
 
     def _nodes(self, k: Keyword, scope: Scope, key: str) -> None:
         if k.parameters.get("SYSTEM", "R").upper() != "R":
-            raise FileError.at(k.line, "coordinates of another system than the rectangular one are not read")
+            raise FileError.at(k.line, "coordinates of another system than the rectangular one are not read; write x, y, z")
         for line, words in k.data:
             try:
                 label = int(words[0]) + scope.offset
@@ -313,7 +317,9 @@ class Assembly:
             return where.element_sets[name]
         if is_label(name):
             return [int(name) + where.offset]
-        raise FileError.at(line, f"unknown element set {who[:60]!r} ")
+        near = nearest_of(name, [where.spelling[k] for k in where.element_sets])
+        hint = f"did you mean {near!r}?" if near else "sets are defined before they are used"
+        raise FileError.at(line, f"unknown element set {who[:60]!r}; {hint}")
 
     def seen_from(self, line: int, who: str, scope: Scope) -> tuple[Scope, str]:
         """Where a name leads: the scope that defines it, and the name in capitals; the assembly's sets count everywhere.

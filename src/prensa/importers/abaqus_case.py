@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from prensa.importers.abaqus import Assembly
+from prensa.importers.abaqus_includes import Whole
 from prensa.importers.abaqus_keywords import Keyword, Scope, keywords
 from prensa.importers.abaqus_loads import Loads, even_traction
 from prensa.importers.abaqus_names import DeckNames, Section
@@ -69,9 +70,10 @@ class _Reader:
     ``without``: what the user leaves out, names of `LEFT_OUT` and keywords that are unknown here.
     """
 
-    def __init__(self, text: str, path: str, without: frozenset[str], files: dict[str, str] | None = None) -> None:
-        self.solid = any(k.name == "ELEMENT" and k.parameters.get("TYPE", "").upper().startswith("C3D") for k in keywords(text))
-        self.path, self.all, self.without, self.files = path, Assembly(text, self.solid), without, files
+    def __init__(self, deck: Whole, path: str, without: frozenset[str], files: dict[str, str] | None = None) -> None:
+        found = keywords(deck.text, deck.origins)
+        self.solid = any(k.name == "ELEMENT" and k.parameters.get("TYPE", "").upper().startswith("C3D") for k in found)
+        self.path, self.all, self.without, self.files = path, Assembly(deck.text, self.solid, deck.origins), without, files
         self.deck = self.all.deck()
         self.names = DeckNames(self.all, self.deck)
         self.paired: set[tuple[str, str]] = set()
@@ -164,7 +166,7 @@ class _Reader:
 
     def elastic(self, k: Keyword, scope: Scope) -> None:
         if not k.parameters.get("TYPE", "ISOTROPIC").upper().startswith("ISO"):
-            raise FileError.at(k.line, "only isotropic elasticity is read")
+            raise FileError.at(k.line, "only isotropic elasticity is read; write *ELASTIC with E and nu")
         values = [(k.number(row, 0), k.number(row, 1)) for row in k.rows]
         if len(set(values)) > 1:
             raise FileError.at(k.line, "an elasticity that depends on temperature or fields is not read; keep one row")
@@ -177,7 +179,7 @@ class _Reader:
 
     def plastic(self, k: Keyword, scope: Scope) -> None:
         if k.parameters.get("HARDENING", "ISOTROPIC").upper() != "ISOTROPIC" or "RATE" in k.parameters:
-            raise FileError.at(k.line, "only isotropic hardening without rate or temperature is read")
+            raise FileError.at(k.line, "only isotropic hardening without rate or temperature is read; write HARDENING=ISOTROPIC")
         data = k.rows
         if len({tuple(row[2:]) for row in data}) > 1:
             raise FileError.at(k.line, "flow curves at several temperatures are not read; keep one")
@@ -417,7 +419,8 @@ class _Reader:
         kind = k.parameters.get("TYPE", "").upper()
         if kind != "TEMPERATURE":
             raise FileError.at(
-                k.line, f"initial conditions of type {kind or 'unknown'} are not read; bodies start at rest, without stress"
+                k.line,
+                f"initial conditions of type {kind or 'unknown'} are not read; bodies start at rest, without stress: take it out",
             )
         self.remarks.append(f"line {k.line}: temperatures are not read; there is no heat here")
 
@@ -686,7 +689,7 @@ METHOD_OF = {
 }  # fmt: skip
 
 def case_of(
-    text: str, path: str, without: frozenset[str] = frozenset(), files: dict[str, str] | None = None
+    text: str | Whole, path: str, without: frozenset[str] = frozenset(), files: dict[str, str] | None = None
 ) -> tuple[dict[str, Any], list[str]]:  # fmt: skip
     """The case that a deck describes, as a case file has it, and remarks about what was passed over.
 
@@ -700,7 +703,7 @@ def case_of(
 
     """
     without = frozenset(squeezed(w) if w.lower() not in LEFT_OUT else w.lower() for w in without)
-    reader = _Reader(text, path, without, files)
+    reader = _Reader(text if isinstance(text, Whole) else Whole(text), path, without, files)
     unknown = {squeezed(k.name) for k, _ in reader.all.order if k.name not in KNOWN}
     if wrong := sorted(without - LEFT_OUT.keys() - unknown):
         raise FileError(f"--without {wrong[0].lower()!r}: this cannot be left out; what can is: {may_be_left_out()}")

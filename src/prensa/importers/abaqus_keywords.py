@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import count
 from math import cos, hypot, inf, isfinite, radians, sin
 
 import numpy as np
@@ -173,12 +174,16 @@ def _keyword(text: str, line: int) -> Keyword:
     return Keyword(keyword(name), _parameters(rest) if comma else {}, line)
 
 
-def keywords(text: str) -> Iterator[Keyword]:
-    """Keyword lines of a deck with their data lines; comments are left out, lines that go on are joined."""
+def keywords(text: str, origins: Sequence[int] | None = None) -> Iterator[Keyword]:
+    """Keyword lines of a deck with their data lines; comments are left out, lines that go on are joined.
+
+    origins: numbers of the lines, `prensa.importers.abaqus_includes.Origin` in a deck of several files; default: from 1.
+    """
     current: Keyword | None = None
     lines: list[tuple[int, str]] = []
     joined = ""
-    for number, raw in enumerate(text.splitlines(), 1):
+    last: int = 1
+    for number, raw in zip(origins or count(1), text.splitlines()):
         line = raw.strip()
         if not line or line.startswith("**"):
             continue
@@ -186,8 +191,8 @@ def keywords(text: str) -> Iterator[Keyword]:
             if joined and line.startswith("*"):  # a comma too many at the end of a line: the next keyword is one of its own
                 if current is not None:
                     yield current
-                current, joined = _keyword(joined, number - 1), ""
-            joined += line
+                current, joined = _keyword(joined, last), ""
+            joined, last = joined + line, number
             if joined.endswith(","):
                 continue  # a keyword line goes on after a comma
             if current is not None:
@@ -202,3 +207,5 @@ def keywords(text: str) -> Iterator[Keyword]:
             raise FileError.at(number, f"{line[:60]!r} {words}")
     if current is not None:
         yield current
+    if joined:  # a comma too many at the end of the last line
+        yield _keyword(joined, last)

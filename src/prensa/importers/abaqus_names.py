@@ -13,6 +13,7 @@ from prensa.importers.abaqus_places import Side, ends, equations, outline, point
 from prensa.importers.abaqus_steps import Follower, still
 from prensa.importers.abaqus_tools import RigidTool
 from prensa.importers.deck import LABELS, Deck, FileError, is_label
+from prensa.model.names import nearest
 from prensa.precision import DRAWN
 
 
@@ -112,7 +113,9 @@ class DeckNames:
         where, name = self.all.seen_from(line, who, scope)
         known = where.boundary_of.get(name)
         if known is None:
-            raise FileError.at(line, f"{who!r} is not a set of nodes or surface of this deck")
+            near = nearest(name, [where.spelling[k] for k in where.boundary_of])
+            hint = f"did you mean {near!r}?" if near else "define it by *NSET or *SURFACE"
+            raise FileError.at(line, f"{who!r} is not a set of nodes or surface of this deck; {hint}")
         nodes = {n for side in where.surfaces.get(name, []) for n in side}
         return known, frozenset(nodes or where.node_sets.get(name, []))
 
@@ -305,16 +308,17 @@ class DeckNames:
         return sorted(found)
 
     # ---------------------------------------------------------------------------------------------------- followers
-    def followers(self, line: int, who: str, scope: Scope) -> list[Follower]:
-        """What follows the nodes of a set."""
-        return [f for n in self.all.places.nodes(who, scope, line) for f in self.following.get(n, ())]
+    def followers(self, line: int, who: list[str], scope: Scope) -> list[Follower]:
+        """What follows the nodes of sets and numbers; what follows several nodes only where all of them are there."""
+        nodes = dict.fromkeys(n for w in who for n in self.all.places.nodes(w, scope, line))
+        return [f for n in nodes for f in self.following.get(n, ()) if f.members <= nodes.keys()]
 
     def follow(self, node: int, follower: Follower, components: str) -> None:
         """Let boundaries follow a node along components."""
         self.following.setdefault(node, []).extend(replace(follower, c=c) for c in components)
 
     def equation(self, k: Keyword, scope: Scope) -> None:
-        """Two terms along one component: the set of the first follows the node of the second.
+        """Terms along one component: the set of the first follows the others, each a node or nodes that move alike.
 
         Raises
         ------
@@ -323,14 +327,19 @@ class DeckNames:
 
         """
         for line, terms in equations(k):
-            if len(terms) != 2 or terms[0][1] != terms[1][1] or not terms[0][2]:
+            if len(terms) < 2 or len({dof for _, dof, _ in terms}) > 1 or not terms[0][2]:
                 raise FileError.at(
-                    line, "only equations of two terms along one component are read, by which nodes follow a prescribed one; "
-                    "hold or move the nodes by *BOUNDARY instead"
+                    line, "only equations along one component are read, by which the first nodes follow others that are "
+                    "prescribed; hold or move the nodes by *BOUNDARY instead"
                 )  # fmt: skip
-            (who, dof, a), (master, _, b) = terms
-            if c := ({"1": "x", "2": "y", "3": "z"} if self.all.solid else {"1": "x", "2": "y"}).get(dof):
-                self.follow(self.node(line, master, scope), Follower(line, who, scope, c, -b / a), c)
+            (who, dof, a), *others = terms
+            if not (c := ({"1": "x", "2": "y", "3": "z"} if self.all.solid else {"1": "x", "2": "y"}).get(dof)):
+                continue
+            together: list[Follower] = []
+            for master, _, b in others:
+                nodes = frozenset(self.all.places.nodes(master, scope, line)) or frozenset((self.node(line, master, scope),))
+                together.append(Follower(line, who, scope, c, -b / a, members=nodes, terms=together))
+                self.following.setdefault(min(nodes), []).append(together[-1])
 
     def refuse_undriven(self) -> None:
         """Refuse followers of nodes that nothing prescribes: they would be left free.

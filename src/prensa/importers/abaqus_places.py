@@ -139,7 +139,7 @@ class Places:
         if not group:
             return
         if group not in self.groups:
-            self.groups[group] = point(*group) if len(group) == 1 else f"nodes-of-line-{k.line}-{len(self.groups)}"
+            self.groups[group] = point(*group) if len(group) == 1 else f"nodes-of-line-{k.line:d}-{len(self.groups)}"
             self.deck.points[self.groups[group]] = sorted(group)
         # A node of the group that is on no side of it is a point: one that is alone, or the node in the middle of a side.
         on_sides = {n for a in group for side in self.sides_at.get(a, ()) if group.issuperset(side) for n in side}
@@ -150,7 +150,7 @@ class Places:
         sides = self.sides(scope, rows)
         key = frozenset(frozenset(ends(s, self.all.solid)) for s in sides)
         if key not in self.faces:
-            self.faces[key] = f"sides-of-line-{rows[0][0]}"
+            self.faces[key] = f"sides-of-line-{rows[0][0]:d}"
             self.deck.lines[self.faces[key]] = sides
 
     def sides(self, scope: Scope, rows: list[tuple[int, list[str]]]) -> list[Side]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import hypot, nan
 from typing import Any, Protocol
 
@@ -30,7 +30,11 @@ TURNS = "rabc"
 
 @dataclass
 class Follower:
-    """Boundaries (with their ``scope`` and ``who`` in the deck) that follow a node along ``c``, ``factor`` times its motion."""
+    """Boundaries (with their ``scope`` and ``who`` in the deck) that follow a node along ``c``, ``factor`` times its motion.
+
+    ``members``: the nodes that move alike where they follow a set. ``terms``: of an equation, of which it is one; the motion is
+    their sum. ``way``: its own share in the last step that changes it, times of the case and values; ``ramp``: without amplitude.
+    """
 
     line: int
     who: str
@@ -38,6 +42,10 @@ class Follower:
     c: str
     factor: float = 1.0
     driven: bool = False
+    members: frozenset[int] = frozenset()
+    terms: list[Follower] = field(default_factory=list)
+    way: list[tuple[float, float]] = field(default_factory=list)
+    ramp: bool = True
 
 
 class Names(Protocol):
@@ -53,8 +61,8 @@ class Names(Protocol):
         """The boundaries that a set is, of all bodies that have nodes of it; ``rows``: all numbers of a group of nodes."""
         ...
 
-    def followers(self, line: int, who: str, scope: Scope) -> list[Follower]:
-        """What follows the nodes of a set."""
+    def followers(self, line: int, who: list[str], scope: Scope) -> list[Follower]:
+        """What follows the nodes of sets and numbers."""
         ...
 
     def in_body(self, line: int, who: str, scope: Scope) -> bool:
@@ -87,6 +95,7 @@ class Steps:
         self.passed = 0.0  # time of the steps before
         self.duration = 1.0
         self.held: dict[tuple[str, str], float] = {}  # (boundary, component) → displacement
+        self.led: dict[tuple[str, str], int] = {}  # (boundary, component) that follows a node → line of its constraint
         self.places: dict[tuple[str, str], float] = {}  # (tool, component) → displacement
         self.pushed: dict[tuple[str, str], float] = {}
         self.stale: dict[str, set[Any]] = {}  # keyword with OP=NEW → what it has not said again
@@ -140,6 +149,9 @@ class Steps:
         for what in self.stale.pop("BOUNDARY", ()):
             # A support that is released leaves the others of the same boundary held: 'free' would release all.
             name, c = what
+            if what in self.led:
+                raise FileError.at(self.led[what], "what these nodes follow is released in a later step by OP=NEW, which is not "
+                                   "read; write its motion again in that step")  # fmt: skip
             if what in self.held:
                 del self.held[what]
                 entry = step["fixed"].setdefault(name, {})
@@ -251,19 +263,46 @@ class Steps:
         dofs, value = self._components(k, line, words, False)
         if self._velocity(k, line, value) and value:
             raise FileError.at(line, "velocities are read of reference nodes of rigid bodies; write displacements of sides")
-        following = [f for who in group for f in self.names_of.followers(line, who, scope)]
+        following = self.names_of.followers(line, group, scope)
         for f in following:
             if f.c in dofs:
                 f.driven = True
                 if f.c in TURNS and value:
                     raise FileError.at(line, "sides that turn with a node are not read; press them with a rigid body")
+                whole, table = self._sum(k, line, f, value)
                 for name in self.names_of.support(f.line, f.who, f.scope, [f.who]) if f.c not in TURNS else ():
-                    self._side(k, name, f.c, f.factor * value)
+                    self.led[name, f.c] = f.line
+                    self._side(k, name, f.c, whole, table)
         moved = [c for c in dofs if c not in TURNS]
         if moved and (not following or any(self.names_of.in_body(line, who, scope) for who in group)):
             for name in self.names_of.support(line, words[0], scope, group):
                 for c in moved:
-                    self._side(k, name, c, value)
+                    self._side(k, name, c, value, self._table(k, value))
+
+    def _sum(self, k: Keyword, line: int, f: Follower, value: float) -> tuple[float, list[list[float]] | None]:
+        """What follows a node moves by: value at the end of the step, and its table; of several terms their sum.
+
+        Raises
+        ------
+        FileError
+            If one of several terms is held or moved in a way that has no sum here.
+
+        """
+        mine = f.factor * value
+        if len(f.terms) < 2:
+            return mine, self._table(k, mine)
+        if "FIXED" in k.parameters or k.parameters.get("OP", "MOD").upper() == "NEW" or (self._step is None and value):
+            raise FileError.at(line, "a node of an equation of several terms is moved in steps, without FIXED and OP=NEW; "
+                               "write its displacement")  # fmt: skip
+        start = len(self.steps) - 1.0
+        before = f.way[0 if f.way[0][0] == start else -1][1] if f.way else 0.0
+        table = self._table(k, mine)
+        f.way, f.ramp = [(t, v) for t, v in table] if table else [(start, before), (start + 1.0, mine)], table is None
+        moving = [g for g in f.terms if g.way and g.way[0][0] == start]
+        times = sorted({t for g in moving for t, _ in g.way})
+        # Between two times all shares are straight; a sum of ramps over the whole step is one.
+        rows = [[t, sum(_at(g.way, t)[1] for g in f.terms if g.way)] for t in times]
+        return rows[-1][1], None if all(g.ramp for g in moving) else rows
 
     def _components(self, k: Keyword, line: int, words: list[str], turning: bool) -> tuple[str, float]:
         """Components x, y and r (rotation in the plane), or those of space, of a row of *BOUNDARY, and its value."""
@@ -305,11 +344,10 @@ class Steps:
             self._step["move"].setdefault(tool, {})[KEY_OF[c]] = table or value
         self.places[tool, c] = table[-1][1] if table else value
 
-    def _side(self, k: Keyword, name: str, c: str, value: float) -> None:
+    def _side(self, k: Keyword, name: str, c: str, value: float, table: list[list[float]] | None) -> None:
         self.stale.get("BOUNDARY", set()).discard((name, c))
         before = self.held.get((name, c))
         into = (self.fixed if self._step is None else self._step["fixed"]).setdefault(name, {})
-        table = self._table(k, value)
         # FIXED holds at what it is at the start of the step, as 'held' does; zero after another value is a motion back.
         if "FIXED" in k.parameters or (not value and not before and not table):
             if before is None or "FIXED" in k.parameters:

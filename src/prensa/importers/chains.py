@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from prensa.geometry.boxes import meeting_boxes
 from prensa.geometry.chain import shown
-from prensa.importers.segments import Point, Segment, box
+from prensa.importers.segments import Point, Segment, box, size_of
 
 
 class Chain(NamedTuple):
@@ -271,11 +271,13 @@ def _joined(segments: Sequence[Segment], ends: _Ends, gap: float) -> list[tuple[
 
 
 def nearest_gap(found: Sequence[Chain]) -> Gap | None:
-    """The narrowest gap between ends of open chains, or of one."""
-    ends = [x for c in found if not c.closed and not c.branch for x in (c.segments[0].start, c.segments[-1].end)]
-    if len(ends) > 200:  # a drawing of many loose lines: none of its gaps is the one that matters
+    """The narrowest gap between ends of different open chains, if it is narrower than either of the two."""
+    ends = [(size_of(c.segments), (c.segments[0].start, c.segments[-1].end)) for c in found if not c.closed and not c.branch]
+    if len(ends) > 100:  # a drawing of many loose lines: none of its gaps is the one that matters
         return None
-    gaps = (Gap(a, b) for a, b in combinations(ends, 2))
+    gaps = (
+        gap for (s, one), (t, other) in combinations(ends, 2) for a in one for b in other if (gap := Gap(a, b)).width < min(s, t)
+    )
     return min(gaps, key=lambda g: g.width, default=None)
 
 

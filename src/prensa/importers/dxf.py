@@ -187,7 +187,7 @@ def _sorted_out(parts: list[tuple[Any, str]], what: str, out: Found) -> None:
     if heights and max(heights) - min(heights) > 0:
         out.warnings.append(f"its z goes from {min(heights):g} to {max(heights):g} and is left out; draw the section in x, y")
     if not out.segments and not out.curves:
-        others = f"; it has {_counted(strange)}" if strange else ""
+        others = f"; it has {_counted(strange)}: explode or convert them" if strange else "; draw the outline there"
         raise ValueError(f"{what} has no lines and arcs in its model space{others}")
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from prensa.errors import PrensaError
 from prensa.importers.abaqus_case import case_of
+from prensa.importers.abaqus_includes import whole
 from prensa.importers.deck import FileError, text_of
 
 CASE_OPENING = """\
@@ -38,8 +39,17 @@ def case_text(
         text = text_of(deck)
     except OSError as error:
         raise PrensaError(f"{deck} cannot be read: {error.strerror}") from None
+    path = Path(os.path.relpath(deck, folder)).as_posix()
     try:
-        case, remarks = case_of(text, Path(os.path.relpath(deck, folder)).as_posix(), frozenset(without), files)
+        together = whole(text, deck)
+        if together.origins:
+            if files is None:
+                raise FileError("its included files are put together with it into one deck beside the case: give --out")
+            path = f"{deck.stem}-whole.inp"
+            files[path] = together.text
+        case, remarks = case_of(together, path, frozenset(without), files)
+        if case["name"] == Path(path).stem:
+            case["name"] = deck.stem
     except FileError as error:
         raise PrensaError(f"{deck}: {error}") from None
     writer: Any = YAML(typ="safe", pure=True)
@@ -48,4 +58,4 @@ def case_text(
     # Units are written out though they are the defaults: whoever opens the file is to see what was assumed.
     ordered: dict[str, Any] = {"name": case.pop("name"), "units": case.pop("units", {"length": "mm", "force": "N"}), **case}
     writer.dump(ordered, buffer)
-    return CASE_OPENING.format(name=deck.name) + buffer.getvalue(), remarks
+    return CASE_OPENING.format(name=Path(path).name) + buffer.getvalue(), remarks

@@ -94,7 +94,9 @@ def read_metal(name: str, folder: str | Path | None = None) -> tuple[Metal, Meta
     of = {other: k for k, metal in library().items() for other in (k, *metal.also)}
     found = next((other for other in of if other.casefold() == name.casefold()), None)
     if found is None:
-        near = ", ".join(map(repr, get_close_matches(name, of, n=3, cutoff=0)))
+        # A grade with a condition behind it is nearer than one of a like number.
+        same = [other for other in of if other.casefold().startswith(name.casefold())]
+        near = ", ".join(map(repr, dict.fromkeys([*same, *get_close_matches(name, of, n=3, cutoff=0)])))
         raise UnknownMetalError(
             f"unknown metal {name!r}; the closest names are {near}; 'prensa materials' lists all, and the file of a metal of "
             "your own is named like 'steel.yaml'"

@@ -537,8 +537,9 @@ class _Reader:
                 f"have it, or take the {name}imum of {', '.join(given)!r} over the increments yourself"
             )
         if name not in FUNCTIONS:
-            near = difflib.get_close_matches(name, FUNCTIONS, n=1)
-            remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(FUNCTIONS)}"
+            near = difflib.get_close_matches(name, [*FUNCTIONS, "max", "min"], n=1)
+            known = f"known: {', '.join(FUNCTIONS)}, and over a run, under 'measures', max and min"
+            remedy = f"did you mean {near[0]!r}?" if near else known
             raise MeasureError(f"unknown function {name!r} in {text!r}; {remedy}")
         wanted = 1 if name in ("change", "mean", "ripple") else 2
         if len(given) != wanted:

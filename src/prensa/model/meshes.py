@@ -370,6 +370,9 @@ class File:
             if file.suffix.lower() == ".stl":
                 words = "is an STL file, a surface: for tools (type: stl); a body needs elements of its volume, or a STEP file"
                 raise ValueError(f"{self.path!r} {words}")
+            if file.suffix.lower() == ".unv":  # meshio has no reader of it
+                convert = f"gmsh {file.name} -save -format msh22 -o {file.stem}.msh"
+                raise ValueError(f"{self.path!r}: UNV is not read; gmsh converts it: {convert}")
             raise ValueError(
                 f"{self.path!r}: gmsh's .msh, Abaqus's .inp and VTK's .vtk and .vtu are read; export the mesh as one of them, or "
                 f"convert it: meshio convert --ascii --output-format gmsh {file.name} {file.stem}.msh"

@@ -159,7 +159,14 @@ def _length(place: Place, ctx: Any) -> str:
         return f"{place.label} is empty; name at least one boundary, 'body.boundary'"
     if "min_length" in ctx:
         return f"{place.label} has {_values(actual)}; at least {ctx['min_length']} are needed"
-    return f"{place.label} has {_values(actual)}; {expected(place.kind)} is expected"
+    slip = "; numbers have a decimal point, and a comma parts two entries" if _has_numbers(place) else ""
+    return f"{place.label} has {_values(actual)}; {expected(place.kind)} is expected{slip}"
+
+
+def _has_numbers(place: Place) -> bool:
+    """Whether a list holds numbers, or begins of entries such as the 5 mm of 15,5 mm."""
+    entries = place.node.value if place.node is not None and isinstance(place.node.value, list) else []
+    return any(str(e.value)[:1].isdigit() for e in entries)
 
 
 def _values(count: int) -> str:
@@ -178,4 +185,8 @@ def _wrong(error: Any, place: Place) -> str:
     # A name such as 1018 is a number in YAML.
     if error["type"] == "string_type" and isinstance(error["input"], int | float):
         remedy = "; put it in quotes"
+    if wanted == "a list" and isinstance(error["input"], dict):
+        remedy = "; begin each entry with '- '"
+    if "table" in offered(place.kind) and str(error["input"]).lower().endswith((".csv", ".txt")):
+        remedy = f"; a curve from a file is {{type: table, points: {error['input']}}}"
     return f"{place.label} is {_shown(error, place)}; {wanted} is expected{remedy}"

@@ -20,6 +20,7 @@ FIELD_WORDS = {
     "roller": "circle", "roll": "circle", "cylinder": "circle", "wall": "plane", "plate": "plane", "line": "plane",
     "polyline": "profile", "dxf": "profile", "drawing": "profile",
     "displacement": "move", "travel": "move", "stroke": "move", "force": "push",
+    "time": "duration", "total_time": "duration", "period": "duration",
     "supports": "fixed", "support": "fixed", "boundary": "fixed", "boundary_conditions": "fixed", "constraints": "fixed",
     "parts": "bodies", "workpiece": "bodies", "workpieces": "bodies", "blank": "bodies",
     "interactions": "contacts", "pairs": "contacts", "dies": "tools", "rigid_bodies": "tools",

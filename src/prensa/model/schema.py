@@ -356,8 +356,15 @@ def _part(kind: Any, data: dict[str, Any], name: str, context: Any) -> Any:
             return (None,) if name in data or name == "steps" else ()
         return tuple(_valid(items.__args__[0], v, context) for v in value)
     if name not in data:
-        return next((f.default for f in dataclasses.fields(Problem) if f.name == name), None)
+        return next((_default(f) for f in dataclasses.fields(Problem) if f.name == name), None)
     return _valid(kind, value, context)
+
+
+def _default(f: dataclasses.Field[Any]) -> Any:
+    """What a field is where it is not given; None where it has to be."""
+    if f.default_factory is not dataclasses.MISSING:
+        return f.default_factory()
+    return None if f.default is dataclasses.MISSING else f.default
 
 
 def _valid(kind: Any, value: Any, context: Any) -> Any:

@@ -18,7 +18,8 @@ class Interruptible:
     """Context manager that replaces the handlers of SIGINT and SIGTERM; does nothing outside the main thread.
 
     Inside ``with guard.postponed():`` a Ctrl-C waits for the end of the block and then raises KeyboardInterrupt, SIGTERM
-    `Terminated`. A handler of SIGTERM that a program has set stays.
+    `Terminated`. A handler of SIGTERM that a program has set stays; that of a guard around this one is replaced until the end
+    of this one.
     """
 
     def __init__(self) -> None:
@@ -28,7 +29,8 @@ class Interruptible:
     def __enter__(self) -> Interruptible:
         if threading.current_thread() is threading.main_thread():
             self._previous[signal.SIGINT] = signal.signal(signal.SIGINT, self._received)
-            if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+            before = signal.getsignal(signal.SIGTERM)
+            if before is signal.SIG_DFL or isinstance(getattr(before, "__self__", None), Interruptible):
                 self._previous[signal.SIGTERM] = signal.signal(signal.SIGTERM, self._received)
         return self
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.before.edges_between_nodes import edges_between_nodes
 from prensa.checks.before.held_nodes import Pressed, deepest, held, overconstrained
 from prensa.checks.during.penetration import Watch, inside, watches
 from prensa.checks.thresholds import ALONG, NO_DIFFERENCE
@@ -51,7 +52,10 @@ def tool_paths(system: System) -> Iterator[Finding]:
         for notice in _entered(system, watched, m, at_rest):
             reported.setdefault(notice.path, notice)
     if system.problem.start is None:  # tools of an earlier run may have pressed before
-        yield from _never_pressing(system, nearest, farthest, known, moved, driven_tools)
+        never = list(_never_pressing(system, nearest, farthest, known, moved, driven_tools))
+        # An edge that goes in between two nodes presses, although the gaps of the nodes only grow.
+        between = {f.path for f in edges_between_nodes(system)} if never else set()
+        yield from (f for f in never if f.path not in between)
     for i, s in enumerate(system.tool_contacts):
         if nearest[i] <= 0 or not known[i]:
             # A tool that reached a body, or whose place is not known, may have moved it: nothing is known of it from then on.
@@ -91,6 +95,7 @@ def _never_pressing(
 ) -> Iterator[Finding]:
     """Tools that touch a body that nothing presses or moves, and stay, or are moved along it or away from it.
 
+    Those that stay are named only where no other one is moved: what it does not press, they cannot.
     ``nearest``, ``farthest``: their least gaps, by contact; ``driven_tools``: which are moved.
     """
     near = np.array([CLOSED * s.points.depth.min() for s in system.tool_contacts])
@@ -101,10 +106,15 @@ def _never_pressing(
         for other in system.tied_bodies(s.body)
     }
     moved = {other for body in moved for other in system.tied_bodies(body)}
-    for i, s in enumerate(system.tool_contacts):
-        if abs(nearest[i]) <= near[i] and s.body not in pressing | moved:
+    idle = [
+        (i, s) for i, s in enumerate(system.tool_contacts) if abs(nearest[i]) <= near[i] and s.body not in pressing | moved
+    ]
+    left = {other for _, s in idle if driven_tools[system.tool_masters[s.against].number] for other in system.tied_bodies(s.body)}
+    for i, s in idle:
+        drives = driven_tools[system.tool_masters[s.against].number]
+        if drives or s.body not in left:
             way = f"goes away from it, by up to {farthest[i]:.4g}" if farthest[i] > near[i] else "goes along it"
-            if not driven_tools[system.tool_masters[s.against].number]:
+            if not drives:
                 way = "stays there"
             yield Finding(
                 contact_path(system, i),
