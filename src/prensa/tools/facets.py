@@ -10,7 +10,7 @@ The triangles on both sides of an edge share the angle between them. On a curved
 they are alike, and the normals at the ends of the edge lean by so much. A plane of several triangles from whose normal they lean
 by less than half of that goes on straight up to the edge: a flat beside a fillet does, and the side of a cylinder; planes that do
 so at all smooth edges are flats. There the normals are those of the plane or lie across the straight direction, and the others
-are found again. (A fit of quadrics to the points around, Cazals & Pouget 2005, would mix what lies on both sides of such an edge.)
+are found again. (Quadrics fitted to the points around, Cazals & Pouget 2005, would mix what lies on both sides of such an edge.)
 """
 
 from __future__ import annotations
