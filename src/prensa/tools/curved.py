@@ -62,6 +62,14 @@ class Curved(Analytic):
         return np.asarray(0.5 * (x.min(axis=0) + x.max(axis=0)))
 
     @property
+    def looks(self) -> Array | None:
+        """Unit vector (3,) along the sum of the areas of an open surface, which its borders determine; None of closed ones."""
+        areas = 0.5 * np.cross(self._P[:, 1] - self._P[:, 0], self._P[:, 2] - self._P[:, 0])
+        total = areas.sum(axis=0)
+        length = float(np.linalg.norm(total))
+        return total / length if length > DRAWN * np.linalg.norm(areas, axis=1).sum() else None
+
+    @property
     def radius(self) -> float:
         """0 with sharp edges; else nothing is said."""
         return 0.0 if (self.facets.edge_kinds == CREASE).any() else np.inf

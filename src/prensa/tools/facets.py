@@ -73,6 +73,13 @@ class Facets:
         """Which triangles (m,) belong to flats: planes that go on straight up to all their smooth edges."""
         return self._normals_and_flats[1]
 
+    @property
+    def largest_flat(self) -> Array | None:
+        """Normal (3,) of the flat with the largest area; None if there is none."""
+        double = np.linalg.norm(np.cross(self.x[:, 1] - self.x[:, 0], self.x[:, 2] - self.x[:, 0]), axis=1)
+        area = np.bincount(self._regions, weights=np.where(self.flats, double, 0.0))
+        return self.normals[np.argmax(self._regions == np.argmax(area))] if area.any() else None
+
     @cached_property
     def _normals_and_flats(self) -> tuple[Array, Flags]:
         straight = np.zeros((len(self.surface.edges), 2), dtype=bool)

@@ -31,6 +31,7 @@ from prensa.checks.before.surface_corners import surface_corners
 from prensa.checks.before.table_starts import table_starts
 from prensa.checks.before.tables import tables
 from prensa.checks.before.tied_gaps import tied_gaps
+from prensa.checks.before.tool_faces import tool_faces
 from prensa.checks.before.tool_paths import tool_paths
 from prensa.checks.before.tool_sizes import tool_sizes
 from prensa.checks.before.tools_inside import tools_inside
@@ -47,7 +48,7 @@ AT_REST: tuple[Check[System], ...] = (tool_sizes, surface_corners, starting_plac
 CHECKS: tuple[Check[System], ...] = (
     obsolete_keys, new_meshes, flow_curves, tables, lengths, pushes, mesh_shapes, stiff_in_bending, bores, table_starts,
     standstills, travels, small_strain, feeding, new_sizes, mounts, turns, off_centre, thick_sheets, file_units,
-    *AT_REST, tools_inside,
+    *AT_REST, tools_inside, tool_faces,
     tool_paths, pushed_away, edges_between_nodes, rigid_motions, joint_motions, tied_gaps, measured_places, closed_dies,
 )  # fmt: skip
 """In the order in which they are reported."""
