@@ -148,6 +148,15 @@ class Facets:
         owner = s.sides[edge, side]
         return np.stack([self._groups[self.corners_at(owner, s.edges[edge, end])] for end in range(2)], axis=1)
 
+    @cached_property
+    def _ends(self) -> Index:
+        """Groups at both ends of edges, and the edge (e, 3); sharp ones twice, of either side."""
+        both = []
+        for side in range(2):
+            edge = np.flatnonzero(self.surface.sides[:, side] >= 0)
+            both.append(np.concatenate([self._at_ends(side, edge), edge[:, None]], axis=1))
+        return np.unique(np.concatenate(both), axis=0)  # both sides of a smooth edge say the same
+
     def _straight(self, normals: Array) -> Flags:
         """Whether with normals (g, 3) the planes on either side (2,) of edges (k,) go on straight up to them; see the module.
 
@@ -195,11 +204,7 @@ class Facets:
         from scipy.sparse.linalg import lsqr
 
         s = self.surface
-        both = []
-        for side in range(2):
-            edge = np.flatnonzero(s.sides[:, side] >= 0)
-            both.append(np.concatenate([self._at_ends(side, edge), edge[:, None]], axis=1))
-        ends = np.unique(np.concatenate(both), axis=0)  # both sides of a smooth edge say the same
+        ends = self._ends
         d = s.points[s.edges[ends[:, 2], 1]] - s.points[s.edges[ends[:, 2], 0]]
         d /= np.linalg.norm(d, axis=1)[:, None]
         right = -np.einsum("ki,ki->k", normals[ends[:, 0]] + normals[ends[:, 1]], d)
