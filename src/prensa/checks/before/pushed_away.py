@@ -24,7 +24,7 @@ def pushed_away(system: System) -> Iterator[Finding]:
     if p.start is not None:  # tools of an earlier run may be lifted off
         return
     pushed = {name: [i for i, step in enumerate(p.steps) if name in step.push] for step in p.steps for name in step.push}
-    left = {name for name, tool in p.tools.items() if name in pushed and tool.spring is None}
+    left = set(pushed)
     begun: set[int] = set()
     for m in moments(system):
         for s in system.tool_contacts:
@@ -47,14 +47,18 @@ def pushed_away(system: System) -> Iterator[Finding]:
 
 
 def _towards(step: Step, name: str, g: Array, n: Array) -> bool:
-    """Whether a step may push a tool towards points that see it at gaps g (k,) with its normals n (k, d), or across to them."""
+    """Whether a step may push a tool towards points that see it at gaps g (k,) with its normals n (k, d), or across to them.
+
+    Where none sees it, nothing is known.
+    """
     push = step.push.get(name)
     forces = np.zeros((1, n.shape[1])) if push is None else _forces(push, n.shape[1])
     if not forces.any():
         return False
-    here = np.isfinite(g)
-    most = np.max(forces[:, None] * n[here], axis=0).sum(axis=1)
-    return bool((most > -NO_DIFFERENCE * np.abs(forces).max()).any())
+    shares = forces[:, None] * n[np.isfinite(g)]
+    low, high = shares.min(axis=0).sum(axis=1), shares.max(axis=0).sum(axis=1)
+    none = NO_DIFFERENCE * np.abs(forces).max()
+    return not len(high) or bool(((high > none) | (low > -none)).any())
 
 
 def _forces(push: Push, dimension: int) -> Array:
