@@ -56,6 +56,7 @@ VALUES = {
     ("FlowTable", "points"): "{}, or the name of a CSV file of ε̄, σ_y",
     ("Profile", "points"): "{}, or the name of a DXF or CSV file, or [Drawing](#drawing)",
     **{(t, "fillet"): "number ≥ 0, or a list with one for each point" for t in ("Profile", "Polygon")},
+    **{(t, "axis"): "`x`, `y`, `z` or {}" for t in ("Extruded", "Revolved", "Swept")},
     ("Stl", "unit"): "{}, or a unit alone, such as `inch`",
     ("Step", "friction"): "names of contacts: a friction law or `null`",
     **{(t, "section"): "[Rectangle](#rectangle) or another mesh of the plane" for t in ("Extrusion", "Revolution")},

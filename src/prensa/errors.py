@@ -2,16 +2,29 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
 
+from prensa.precision import DRAWN
+
 
 def coordinates(place: Iterable[float]) -> str:
     """A place in words, without brackets."""
     return ", ".join(f"{v:.4g}" for v in place)
+
+
+def along(way: Iterable[float]) -> str:
+    """A direction in words: an axis, such as -y, or else its components, in brackets."""
+    components = [float(v) for v in way]
+    length = math.hypot(*components)
+    for axis, v in zip("xyz", components):
+        if abs(v) > (1.0 - DRAWN) * length:
+            return ("-" if v < 0.0 else "+") + axis
+    return f"({coordinates(v / length + 0.0 for v in components)})"
 
 
 class PrensaError(Exception):

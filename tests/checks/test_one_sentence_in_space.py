@@ -54,10 +54,20 @@ def said(tmp_path: Path, text: str, *command: str) -> tuple[int, list[str], str]
             "type: box, size: [10, 5, 10], n: [4, 3, 4]", "type: rectangle, size: [10, 5], n: [4, 3]",
             "take it as the 'section' of an 'extruded' or a 'revolved' one",
         ),
+        ("at: [0, 0, 0]", "at: z", "at of tool 'ball' (sphere) is 'z'; a list of 3 lengths is expected"),
+        (
+            "type: sphere, radius: 20", "type: extruded, section: {type: circle, radius: 20}, axis: [0, 1]",
+            "axis of tool 'ball' (extruded) has 2 values; 'x', 'y', 'z' or a list of 3 numbers is expected",
+        ),
+        (
+            "type: sphere, radius: 20", "type: revolved, section: {type: circle, radius: 20}, axis: [0, 0, 0]",
+            "the axis [0, 0, 0] has no direction; write 'x', 'y', 'z' or a vector",
+        ),
         ("bodies:\n", SECOND.replace("HEIGHT", "-4"), "it overlaps body 'base', by 1 mm"),
         ("bodies:\n", SECOND.replace("HEIGHT", "-5"), "join them with 'ties', or make one a tool"),
     ],
-    ids=["metres", "flow stress", "plane of symmetry", "planes exchanged", "none", "sign", "plane mesh", "overlap", "untied"],
+    ids=["metres", "flow stress", "plane of symmetry", "planes exchanged", "none", "sign", "plane mesh", "place", "two numbers",
+         "no axis", "overlap", "untied"],
 )
 def test_one_sentence_for_one_mistake(tmp_path: Path, old: str, new: str, words: str) -> None:
     """With its place and a remedy; nothing of a case that is in order."""

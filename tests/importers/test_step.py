@@ -75,6 +75,49 @@ def test_a_solid_of_a_step_file_is_filled_with_tetrahedra_and_pressed(tmp_path: 
     assert half.extent == pytest.approx([10.0] * 3)
 
 
+def test_a_drawing_of_several_solids_is_a_case_with_a_body_of_each(tmp_path: Path) -> None:
+    """Two posts under a bridge: the posts are held, the bridge is pressed, the ties are a comment that is right when taken."""
+
+    def bridge(occ):
+        occ.addBox(0.0, 0.0, 0.0, 10.0, 10.0, 10.0)
+        occ.addBox(20.0, 0.0, 0.0, 10.0, 10.0, 10.0)
+        occ.addBox(0.0, 10.0, 0.0, 30.0, 5.0, 10.0)
+
+    out = tmp_path / "bridge.yaml"
+    result = called(str(drawn(tmp_path / "bridge.step", bridge)), "--size", "6", "--out", str(out))
+    assert result.exit_code == 0, result.output
+    text = out.read_text()
+    problem = pr.load(out).problem
+    assert [body.mesh.part for body in problem.bodies.values()] == [("volume-1",), ("volume-2",), ("volume-3",)]
+    assert set(problem.fixed) == {"part1.bottom", "part2.bottom"} and not problem.ties
+    said = CliRunner().invoke(app, ["check", str(out)]).output.replace("\n", " ")
+    assert "lies on body 'part1'" in said and "join them with 'ties'" in said
+    ties = "ties: [{slave: part1.top, master: part3.bottom}, {slave: part2.top, master: part3.bottom}]"
+    assert f"# {ties}" in text
+    out.write_text(text.replace(f"# {ties}", ties))
+    *_, last = pr.solve(pr.load(out).problem)
+    posts = [last.measure(f"fixed.{post}.bottom.fy") for post in ("part1", "part2")]
+    assert abs(last.force("plate").y) == pytest.approx(abs(sum(posts)), rel=1e-6)  # the posts carry it, alike
+    assert posts[0] == pytest.approx(posts[1], rel=0.01)
+    assert abs(sum(posts)) == pytest.approx(210e3 * 0.015 / (10.0 / 200.0 + 5.0 / 300.0), rel=0.15)  # as rods
+
+
+def test_ties_of_bodies_that_lie_on_each_other() -> None:
+    """The side that lies on another body all over is the slave; bodies apart, and those that overlap in part, have none."""
+    from prensa.cli.step import _ties
+
+    def box(size, origin):
+        mesh = mesh_of(pr.Box(size, (2, 2, 2), origin), dimension=3)
+        assert isinstance(mesh, BrickMesh)
+        return mesh
+
+    base = box((4.0, 1.0, 4.0), (0.0, 0.0, 0.0))
+    on, off, beside = (box((2.0, 1.0, 2.0), origin) for origin in ((1.0, 1.0, 1.0), (1.0, 1.5, 1.0), (3.0, 1.0, 1.0)))
+    assert _ties(["a", "b"], [base, on]).endswith("# ties: [{slave: b.bottom, master: a.top}]")
+    assert all("No side of a body lies on another one" in _ties(["a", "b"], [base, x]) for x in (off, beside))
+    assert not _ties(["a"], [base])
+
+
 def test_the_faces_of_a_step_file_are_a_tool(tmp_path: Path) -> None:
     """Closed, its normals outwards, the curved sides within 1e-3 of the radius; a file without faces is an error."""
     part = drawn(tmp_path / "rod.step", lambda occ: occ.addCylinder(0.0, 0.0, 0.0, 0.0, 20.0, 0.0, 5.0))

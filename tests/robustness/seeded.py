@@ -337,6 +337,10 @@ SEEDED = {
             ("touches 'strip.top+strip.right' at first", "it never presses", "sign"), True,
         ),
         Seeded(
+            "tool pushed away", (("move: {die: {y: -0.2}}", "push: {die: {y: 100}}"),), "13:26",
+            ("pushes the tool away from 'strip.top+strip.right'", "check the sign and the axis of the force"), True,
+        ),
+        Seeded(
             "tool deep inside a plastic body", (("touching: strip.top", "normal: [0, -1], at: [0, 1.6]"),), "8:3",
             ("starts 0.4 inside", "move the tool by (0, 0.4)"),
         ),
@@ -632,6 +636,7 @@ SEEDED = {
                 ("only contact holds it along x and z", "'block.left: x, block.back: z'"), True,
             ),
             ("motion of the wrong sign", (("y: -0.5", "y: 0.5"),), "10:5", ("only goes away from it, by up to 0.5", "check the sign and the axis"), True),
+            ("force of the wrong sign", (("move: {roll: {y: -0.5}}", "push: {roll: {y: 500}}"),), "13:26", ("pushes the tool away from 'block.top'", "check the sign and the axis"), True),
             ("motion along the wrong axis", (("y: -0.5", "z: -0.5"),), "10:5", ("only goes along it", "it never presses"), True),
             (
                 "sector in degrees without the unit",

@@ -250,6 +250,48 @@ def test_mistakes_of_place_are_reported(folder, changes, words):
         raise pr.PrensaError("; ".join(map(str, found)))
 
 
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ((), r"^$"),
+        ((("die.stl", "upright.stl"),), r"it looks along -z and is to be turned \('turn'\)"),
+        ((("die.stl", "upright.stl, turn: [-90 deg, 0, 0]"),), r"^$"),
+        (
+            (("die.stl", "upright.stl"), ("touching: b.top, at: [0, 0, 0]", "at: [0, 22, 1]")),
+            r"looks along -z, and the tool goes along -y, .* turn it, as with 'turn: \[-90 deg, 0, 0\]'$",
+        ),
+        ((("y: -0.02", "y: -0.02, x: 0.1"),), r"^$"),
+    ],
+    ids=["in order", "touching", "turned", "at a place", "aslant"],
+)  # fmt: skip
+def test_a_surface_that_looks_past_its_way_is_turned(folder, changes, words):
+    """A die drawn with z upright, as CAD programs do, in a case that presses along y; nothing is said of one in order."""
+    from prensa.checks.before.tool_faces import tool_faces
+
+    points, triangles = extruded(faceted(DIE_PROFILE, 2.0), 20.0)
+    write(folder / "upright.stl", points[:, [0, 2, 1]] * [1.0, -1.0, 1.0], triangles)
+    text = CASE
+    for old, new in changes:
+        text = text.replace(old, new)
+    try:
+        found = "; ".join(map(str, tool_faces(pr.discretise(loads(text, folder=folder).problem))))
+    except pr.PrensaError as error:
+        found = str(error)
+    assert re.search(words, found), found
+
+
+def test_check_says_where_a_surface_looks(folder):
+    """An open one by its borders; of a closed one its largest flat, if it has one."""
+    said = {}
+    for name in ("die.stl", "ball.stl", "punch.stl"):
+        tool = pr.Stl(str(folder / name) if name != "punch.stl" else punch(folder))
+        said[name] = tool.details(tool.shape(DOWN, 0.0), DOWN)
+    assert "open, looks along -y," in said["die.stl"]
+    assert "looks" not in said["ball.stl"]
+    assert "good for contacts deeper than 0.31, normals off by up to 2.3° on long strips" in said["die.stl"]
+    assert "closed, its largest flat looks along +y," in said["punch.stl"]
+
+
 def test_a_run_says_how_coarse_it_is(folder, tmp_path, caplog):
     """Chords of more than 2 % of the depth, and borders within the contact; fields have the tools at their places."""
     text = CASE.replace("size: [4,", "size: [8,").replace("y: -0.02", "y: -0.25").replace("at: [0, 0, 0]", "at: [0, 0, -19.5]")

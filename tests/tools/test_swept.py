@@ -154,8 +154,8 @@ def test_a_case_places_them_at_sides():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (("axis", ", axis: [0, 0, 0]"), "the axis is a vector of three components"),
-        (("axis", ", axis: [0, 1]"), "the axis is a vector of three components"),
+        (("axis", ", axis: [0, 0, 0]"), "the axis .0, 0, 0. has no direction; write 'x', 'y', 'z' or a vector"),
+        (("axis", ", axis: [0, 1]"), "axis of tool 't' .revolved. has 2 values; 'x', 'y', 'z' or a list of 3 numbers"),
         (("radius: 10 mm", "radius: 10 mm, touching: b.top"), "'touching' belongs to the revolved tool, not to its section"),
         (("radius: 10 mm", "radius: 10 mm, at: [0, 0, 0]"), "at has two components"),
         (("type: circle, radius: 10 mm", "type: sphere, radius: 10 mm"), "'sphere'"),
@@ -186,3 +186,10 @@ def test_a_torus_on_its_axis_has_a_distance_without_a_tip():
     found = torus.closest(np.array([[0.0, 0.0, 0.0], [0.0, 3.0, 0.0]]))
     assert found.g == pytest.approx([10.0, np.hypot(15.0, 3.0) - 5.0])
     assert np.linalg.norm(found.n, axis=1) == pytest.approx([1.0, 1.0])
+
+
+def test_an_axis_is_named_or_a_vector() -> None:
+    """The names x, y and z are unit vectors, of every tool that is swept."""
+    circle = pr.Circle(2.0)
+    assert pr.Extruded(circle, axis="z") == pr.Extruded(circle, axis=(0.0, 0.0, 1.0))
+    assert pr.Revolved(circle, axis="x").axis == (1.0, 0.0, 0.0)

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from prensa.cli.voice import Voice
+from prensa.precision import DRAWN
+from prensa.types import Index
 
 if TYPE_CHECKING:
-    from prensa.mesh.mesh import Mesh
+    from prensa.mesh.bricks import BrickMesh
 
 STEP_CASE = """\
 # From {part}, meshed by gmsh; change what is pressed, and by how much. 'prensa check' lists the names of sides.
@@ -16,12 +21,13 @@ name: {name}
 units: {{length: mm, force: N}}
 space: solid
 bodies:
-  part: {{mesh: {{type: file, path: {mesh}, unit: mm}}, material: {{type: elastic, E: 210 GPa, nu: 0.3}}}}
-tools: {{plate: {{type: plane, touching: part.{pressed}}}}}
-contacts: [{{surface: part.{pressed}, against: plate, friction: {{mu: 0.1}}}}]
-fixed: {{part.{held}: xyz}}
+{bodies}{ties}
+tools: {{plate: {{type: plane, touching: {pressed}}}}}
+contacts: [{{surface: {pressed}, against: plate, friction: {{mu: 0.1}}}}]
+fixed: {{{held}}}
 steps: [{{name: press, by: {{plate: {{{axis}: {way:.6g}}}}}, increments: 4}}]
 """
+BODY = "  {body}: {{mesh: {{type: file, path: {mesh}{part}, unit: mm}}, material: {{type: elastic, E: 210 GPa, nu: 0.3}}}}"
 
 
 def mesh_step(
@@ -62,14 +68,14 @@ def mesh_step(
         text, drawn = meshed(part, size, (24 if hexahedra else 12) if around is None else around, hexahedra)
         target.write_text(text, encoding="utf-8")
         parts = [(f"volume-{k}",) for k in drawn] if len(drawn) > 1 else [()]
-        meshes = [mesh_of(File(str(target), part), dimension=3) for part in parts]
+        made = [mesh_of(File(str(target), part), dimension=3) for part in parts]
     except FileError as error:
         raise PrensaError(f"{part}: {error}") from None
     except PrensaError as error:
         target.unlink()
         raise PrensaError(f"{part}: gmsh's mesh cannot be computed with ({error}); another --size may do better") from None
+    meshes = [mesh for mesh in made if isinstance(mesh, BrickMesh)]  # of solids there are no others
     for name, mesh, volume in zip(parts, meshes, drawn.values()):
-        assert isinstance(mesh, BrickMesh)
         share = f"{100 * enclosed_volume(mesh.points, mesh.boundary) / volume:.4g} % of the drawn volume"
         said = f"{len(mesh.cells)} elements, {len(mesh.points)} nodes, {share}; {quality(mesh).line()}"
         for note in (said, *mesh.notes):
@@ -77,7 +83,7 @@ def mesh_step(
     a_part = ", part: volume-…" if len(drawn) > 1 else ""
     voice.confirm(f"{target} written, in mm: mesh: {{type: file, path: {target}{a_part}, unit: mm}} in 'space: solid'")
     if out != target:
-        out.write_text(_case(part, target, meshes), encoding="utf-8")
+        out.write_text(_case(part, target, [f"volume-{k}" for k in drawn], meshes), encoding="utf-8")
         voice.confirm(f"{out} written; read it, then: prensa run {out}")
     voice.give({
         "mesh": target, "elements": sum(len(m.cells) for m in meshes), "nodes": sum(len(m.points) for m in meshes),
@@ -102,32 +108,75 @@ def _write_tool(part: Path, out: Path, size: float | None, around: float | None,
     voice.give({"tool": out, "triangles": text.count("endfacet")})
 
 
-def _case(part: Path, mesh_file: Path, meshes: list[Mesh]) -> str:
-    """A case that holds one side of a body and presses the opposite one by a thousandth of the body's extent.
+def _case(part: Path, mesh_file: Path, volumes: list[str], meshes: list[BrickMesh]) -> str:
+    """A case of ``volumes`` that holds the lowest sides of bodies and presses the highest one by a thousandth of their extent.
+
+    Of several bodies, the sides on which they lie on each other are ties in a comment: which of them are joined no drawing says.
 
     Raises
     ------
     PrensaError
-        If there are several bodies, or no two opposite sides are found by place.
+        If no two opposite sides are found by place.
 
     """
     from prensa.errors import PrensaError
 
-    mesh, *others = meshes
-    if others:
-        raise PrensaError(
-            f"{mesh_file} is written, but no case: {part} has {len(meshes)} solids; write a body of each into your own case, "
-            "and tie them"
-        )
-    for axis, (held, pressed) in (("y", ("bottom", "top")), ("x", ("left", "right")), ("z", ("back", "front"))):
-        if held in mesh.edges and pressed in mesh.edges:
-            way = -1e-3 * mesh.extent["xyz".index(axis)]
+    names = [f"part{k}" for k in range(1, len(meshes) + 1)] if len(meshes) > 1 else ["part"]
+    ranges = np.array([(m.points.min(axis=0), m.points.max(axis=0)) for m in meshes])
+    for axis, low, high in (("y", "bottom", "top"), ("x", "left", "right"), ("z", "back", "front")):
+        k = "xyz".index(axis)
+        first, last = int(np.argmin(ranges[:, 0, k])), int(np.argmax(ranges[:, 1, k]))
+        if low in meshes[first].edges and high in meshes[last].edges:
+            height = float(ranges[last, 1, k] - ranges[first, 0, k])
             break
     else:
+        sides = [f"{name}.{side}" for name, m in zip(names, meshes) for side in m.edges]
         raise PrensaError(
             f"{mesh_file} is written, but no case: no two opposite sides were found by place that could be held and pressed; "
-            f"name sides of it ({', '.join(list(mesh.edges)[:8])}) in a case of your own"
+            f"name sides of it ({', '.join(sides[:8])}) in a case of your own"
         )
-    return STEP_CASE.format(
-        part=part.name, name=part.stem, mesh=mesh_file.name, held=held, pressed=pressed, axis=axis, way=way
+    stands = ranges[:, 0, k] - ranges[first, 0, k] < DRAWN * height
+    held = ", ".join(f"{name}.{low}: xyz" for name, mesh, on in zip(names, meshes, stands) if on and low in mesh.edges)
+    bodies = "\n".join(
+        BODY.format(body=name, mesh=mesh_file.name, part=f", part: {volume}" * (len(meshes) > 1))
+        for name, volume in zip(names, volumes)
     )
+    return STEP_CASE.format(
+        part=part.name, name=part.stem, bodies=bodies, ties=_ties(names, meshes), held=held, pressed=f"{names[last]}.{high}",
+        axis=axis, way=-1e-3 * height,
+    )  # fmt: skip
+
+
+def _ties(names: list[str], meshes: list[BrickMesh]) -> str:
+    """Lines of comment with the ties of sides that lie on another body; nothing of one body."""
+    if len(meshes) == 1:
+        return ""
+    found = []
+    for (a, one), (b, other) in combinations(zip(names, meshes), 2):
+        joined = [
+            f"{{slave: {slave}.{own}, master: {master}.{its}}}"
+            for slave, x, master, y in ((a, one, b, other), (b, other, a, one))
+            for own, its in [_lying_on(x, y)] if own
+        ]  # fmt: skip
+        found += joined[:1]
+    if not found:
+        return "\n# No side of a body lies on another one all over: join those that belong together with 'ties'."
+    return f"\n# Bodies that lie on each other are not joined yet: keep the ties that are meant.\n# ties: [{', '.join(found)}]"
+
+
+def _lying_on(one: BrickMesh, other: BrickMesh) -> tuple[str, str]:
+    """The largest side of a body that lies on another one all over, and the side there that is nearest; empty without any."""
+    from prensa.checks.thresholds import TOUCHING_DEPTH
+    from prensa.mesh.faces import nearest_on_faces
+
+    def off(nodes: Index, faces: Index) -> float:
+        return float(nearest_on_faces(one.points[nodes], other.points, faces).max())
+
+    corners = one.points[one.boundary[:, :3]]
+    near = TOUCHING_DEPTH * float(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1).min())
+    on = [(len(one.edges[side]), side) for side in one.edges if off(np.unique(one.edges[side]), other.boundary) <= near]
+    if not on:
+        return "", ""
+    own = max(reversed(on), key=lambda found: found[0])[1]  # names by place are behind the numbers
+    nodes = np.unique(one.edges[own])
+    return own, min(reversed(list(other.edges)), key=lambda side: off(nodes, other.edges[side]))

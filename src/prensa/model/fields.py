@@ -89,6 +89,18 @@ if TYPE_CHECKING:
 else:
     Position = vector_of(Length)
     Direction = vector_of(Number)
+
+
+def _as_axis(value: Any) -> Any:
+    """Accept the name of an axis for the unit vector along it."""
+    named = isinstance(value, str) and value in ("x", "y", "z")
+    return tuple(float(value == name) for name in "xyz") if named else value
+
+
+Axis: TypeAlias = Annotated[
+    tuple[Number, Number, Number], BeforeValidator(_as_axis), Field(description="'x', 'y', 'z' or a list of 3 numbers")
+]
+"""Axis in space: x, y or z, or a vector along it."""
 Turn: TypeAlias = tuple[Angle, Angle, Angle]
 """Rotation in space: a vector along the axis, as long as the angle about it; of one component, the angle about that axis."""
 

@@ -219,13 +219,23 @@ def root(node: Node) -> Place:
     return Place((), Root, node, None, "")
 
 
+def _in_space(place: Place) -> bool:
+    """Whether the file says `space: solid`."""
+    while place.parent is not None:
+        place = place.parent
+    top = place.node.value if place.node is not None else None
+    space = top.get("space") if isinstance(top, dict) else None
+    return space is not None and space.value == "solid"
+
+
 def follow(start: Place, path: Iterable[str | int], tagged: bool = False) -> Place:
     """The place at the end of *path*; ``tagged`` paths are pydantic's, with the tags of unions in between."""
     place = start
     for key in path:
         options = tags(place.kind) if tagged and place.kind is not None else {}
         if key in options:
-            member = options[str(key)]
+            # What is no list is tagged as one of the plane.
+            member = options["solid" if "solid" in options and _in_space(place) else str(key)]
             place = Place(place.path, member, place.node, place.parent, place.owner)
         else:
             place = child(place, key)
@@ -250,6 +260,8 @@ def expected(annotation: Any) -> str:
     for m in meta:
         if isinstance(m, Dimension):
             return m.name
+        if isinstance(m, FieldInfo) and m.description:
+            return m.description
     if _is_union(kind):
         return _expected_of_union(annotation)
     if is_dataclass(kind):

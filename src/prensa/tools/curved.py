@@ -1,8 +1,10 @@
 """Tools of triangles, read as curved patches through the corners and the normals there.
 
-The normals are those of `prensa.tools.facets`. A side is curved as Nagata (2005) has it, c·n_a = d·n_a and c·n_b = −d·n_b with d
-from end to end, where its two normals lean apart; else it is straight: a parabola would fold there, and a flat beside a fillet,
-which leans at one end alone, stays flat. On a sharp edge both surfaces have a say: one that is flat keeps the edge in its plane.
+The normals are those of `prensa.tools.facets`. A side is curved where its two normals n_a, n_b lean apart; else it is straight: a
+parabola would fold there, and a flat beside a fillet, which leans at one end alone, stays flat. With d from end to end and the
+mean normal m, c·m = (d·n_a − d·n_b)/2: with both conditions of Nagata (2005), c·n_a = d·n_a and c·n_b = −d·n_b, a side whose
+normals are nearly parallel and lean a little unlike would wind. On a sharp edge both surfaces have a say: one that is flat keeps
+the edge in its plane.
 """
 
 from __future__ import annotations
@@ -58,6 +60,14 @@ class Curved(Analytic):
         """Middle of its points."""
         x = self.surface.points
         return np.asarray(0.5 * (x.min(axis=0) + x.max(axis=0)))
+
+    @property
+    def looks(self) -> Array | None:
+        """Unit vector (3,) along the sum of the areas of an open surface, which its borders determine; None of closed ones."""
+        areas = 0.5 * np.cross(self._P[:, 1] - self._P[:, 0], self._P[:, 2] - self._P[:, 0])
+        total = areas.sum(axis=0)
+        length = float(np.linalg.norm(total))
+        return total / length if length > DRAWN * np.linalg.norm(areas, axis=1).sum() else None
 
     @property
     def radius(self) -> float:
@@ -116,7 +126,7 @@ class Curved(Analytic):
     def _edge_coefficients(self) -> Array:
         s, normals = self.surface, self.facets.corner_normals.reshape(-1, 3)
         d = s.points[s.edges[:, 1]] - s.points[s.edges[:, 0]]
-        A, right, curved = np.zeros((len(d), 4, 3)), np.zeros((len(d), 4)), np.zeros(len(d), dtype=bool)
+        A, right = np.zeros((len(d), 2, 3)), np.zeros((len(d), 2))
         for side in range(2):
             owner = s.sides[:, side]
             there = owner >= 0
@@ -127,15 +137,9 @@ class Curved(Analytic):
             # The tangents at the ends meet over the chord, and not all but at one end of it.
             less, more = np.minimum(abs(p), abs(q)), np.maximum(abs(p), abs(q))
             leans = there & (p * q < 0.0) & (less >= 0.25 * more) & (more > DRAWN * np.linalg.norm(d, axis=1))
-            curved |= leans
-            for row, n, value in ((2 * side, at[0], p), (2 * side + 1, at[1], -q)):
-                A[:, row] = np.where(there[:, None], n, 0.0)
-                right[:, row] = np.where(leans, value, 0.0)
-        out = np.zeros((len(d), 3))
-        rows = np.flatnonzero(curved)
-        if len(rows):
-            out[rows] = np.einsum("kij,kj->ki", np.linalg.pinv(A[rows], rcond=DRAWN), right[rows])
-        return out
+            A[:, side] = np.where(there[:, None], 0.5 * (at[0] + at[1]), 0.0)
+            right[:, side] = np.where(leans, 0.5 * (p - q), 0.0)
+        return np.einsum("kij,kj->ki", np.linalg.pinv(A, rcond=DRAWN), right)
 
     def _folded(self, C: Array) -> Flags:
         """Which curved patches (m,) turn from their flat triangle by more than a sharp edge does."""

@@ -1,14 +1,16 @@
 """Normals of a surface that triangles stand for.
 
 An edge between triangles is sharp from an angle on; what sharp edges part has normals of its own. Across the others the surface
-is smooth. Its normals at the corners begin as means of those of the triangles around, weighted with their angles, and are mended
+is smooth. Its normals at the corners begin as means of those of the triangles around, weighted with their angles, and are turned
+so that the sides of triangles become arcs, n_a·d = −n_b·d with d from end to end: that is so on spheres, on cylinders, and where
+these begin in flats, whatever the triangles are, and elsewhere but for terms of the third order in d. Least squares, in which the
+means count a quarter: in regular strips normals that lean to and fro from line to line would make arcs as well.
 
-* where the surface goes on straight up to an edge: its normal there is that of the plane in which the triangle lies. Triangles on
-  a surface of curvature κ meet at the angle κ (h + h') with the distances h, h' of the middles of the circles around them from
-  their edge; beside a flat, or along the side of a cylinder, it is κ h alone. κ is that of the edges beyond, weighted with how
-  parallel they are. Triangles in one plane that go on straight up to all their smooth edges are a flat;
-* elsewhere so that the sides of triangles become arcs, n_a·d = −n_b·d with d from end to end: that is so on spheres, cylinders,
-  cones, and where these begin in flats, whatever the triangles are. Least squares, in which the means count a quarter.
+The triangles on both sides of an edge share the angle between them. On a curved surface each has a part of it, half of it where
+they are alike, and the normals at the ends of the edge lean by so much. A plane of several triangles from whose normal they lean
+by less than half of that goes on straight up to the edge: a flat beside a fillet does, and the side of a cylinder; planes that do
+so at all smooth edges are flats. There the normals are those of the plane or lie across the straight direction, and the others
+are found again. (Quadrics fitted to the points around, Cazals & Pouget 2005, would mix what lies on both sides of such an edge.)
 """
 
 from __future__ import annotations
@@ -18,13 +20,11 @@ from functools import cached_property
 import numpy as np
 
 from prensa.importers.stl import Surface
-from prensa.precision import DRAWN, NEGLIGIBLE
+from prensa.precision import DRAWN
 from prensa.types import Array, Flags, Index
 
 SMOOTH, CREASE, BORDER = 0, 1, 2
 """What edges are."""
-CORNER_TURN = 0.01
-"""Angle by which the outline of a plane turns at a corner; what mesh generators put on a straight line turns by less."""
 SIDE_CORNERS = np.array([[0, 1], [1, 2], [0, 2]])
 """Corners at the ends of the sides of a triangle."""
 
@@ -66,27 +66,50 @@ class Facets:
     @cached_property
     def corner_normals(self) -> Array:
         """Unit normals (m, 3, 3) at the corners of triangles; see the module."""
-        group, f = self._groups, self.normals
-        of_flat = np.repeat(self.flats, 3)
-        there = np.bincount(group, weights=of_flat) > 0
-        share = (self.angles[:, :, None] * f[:, None]).reshape(-1, 3)
-        share = np.where((there[group] & ~of_flat)[:, None], 0.0, share)
-        total = np.stack([np.bincount(group, weights=share[:, c]) for c in range(3)], axis=1)
-        mended = self._arcs(total / np.linalg.norm(total, axis=1)[:, None], there)
-        normals = mended[group].reshape(-1, 3, 3)
+        return self._normals_and_flats[0]
+
+    @cached_property
+    def flats(self) -> Flags:
+        """Which triangles (m,) belong to flats: planes that go on straight up to all their smooth edges."""
+        return self._normals_and_flats[1]
+
+    @property
+    def largest_flat(self) -> Array | None:
+        """Normal (3,) of the flat with the largest area; None if there is none."""
+        double = np.linalg.norm(np.cross(self.x[:, 1] - self.x[:, 0], self.x[:, 2] - self.x[:, 0]), axis=1)
+        area = np.bincount(self._regions, weights=np.where(self.flats, double, 0.0))
+        return self.normals[np.argmax(self._regions == np.argmax(area))] if area.any() else None
+
+    @cached_property
+    def _normals_and_flats(self) -> tuple[Array, Flags]:
+        straight = np.zeros((len(self.surface.edges), 2), dtype=bool)
+        while True:
+            flat = self._flat(straight)
+            normals = self._arcs(*self._held(self._means(flat), flat, straight))
+            more = straight | self._straight(normals)
+            if (more == straight).all():
+                break
+            straight = more
+        at, f = normals[self._groups].reshape(-1, 3, 3), self.normals[:, None]
         # What a file's seven digits make of a flat is flat.
-        same = np.abs(normals - f[:, None]).max(axis=2) < DRAWN
-        return np.where(same[:, :, None], f[:, None], normals)
+        same = np.abs(at - f).max(axis=2) < DRAWN
+        return np.where(same[:, :, None], f, at), flat
+
+    def _means(self, flat: Flags) -> Array:
+        """Mean normals (g, 3) of groups, weighted with the angles of triangles there; at flats, theirs alone.
+
+        (Weights that are exact on spheres, Max 1999, leave out what is large, such as a flat in long triangles beside a fillet.)
+        """
+        group, of_flat = self._groups, np.repeat(flat, 3)
+        at_flat = np.bincount(group, weights=of_flat) > 0
+        share = (self.angles[:, :, None] * self.normals[:, None]).reshape(-1, 3)
+        share = np.where((at_flat[group] & ~of_flat)[:, None], 0.0, share)
+        total = np.stack([np.bincount(group, weights=share[:, c]) for c in range(3)], axis=1)
+        return np.asarray(total / np.linalg.norm(total, axis=1)[:, None])
 
     def corners_at(self, owner: Index, point: Index) -> Index:
         """Numbers (k,) of the corners, three a triangle, of triangles (k,) at points of theirs (k,)."""
         return 3 * owner + np.argmax(self.surface.triangles[owner] == point[:, None], axis=1)
-
-    def _opposite(self, edge: Index, side: int) -> Index:
-        """Which corners (k,) of the triangles on a side of edges (k,) are not on these."""
-        s = self.surface
-        t, e = s.triangles[s.sides[edge, side]], s.edges[edge]
-        return np.asarray(np.argmax((t != e[:, :1]) & (t != e[:, 1:]), axis=1))
 
     @cached_property
     def _groups(self) -> Index:
@@ -108,115 +131,82 @@ class Facets:
         return _connected(len(self.normals), a[even], b[even])
 
     @cached_property
-    def _straight(self) -> Flags:
-        """Whether at an edge (k,) the triangles of either side (2,) go on straight up to it; see the module."""
-        s, region = self.surface, self._regions
-        ends = region[s.sides]
-        edge = np.flatnonzero((self.edge_kinds == SMOOTH) & (ends[:, 0] != ends[:, 1]))
-        d = s.points[s.edges[edge, 1]] - s.points[s.edges[edge, 0]]
-        length = np.linalg.norm(d, axis=1)
-        d /= length[:, None]
-        # The circle around a triangle has its middle so far from a side.
-        angle = np.stack([self.angles[s.sides[edge, k], self._opposite(edge, k)] for k in range(2)], axis=1)
-        h = 0.5 * length[:, None] / np.tan(angle)
-        opposite = self.x.reshape(-1, 3)[3 * s.sides[edge, 1] + self._opposite(edge, 1)]
-        rise = np.einsum("ki,ki->k", opposite - s.points[s.edges[edge, 0]], self.normals[s.sides[edge, 0]])
-        bend = -np.sign(rise) * self._bend[edge]
-        _, pair = np.unique(np.sort(ends[edge], axis=1), axis=0, return_inverse=True)
-        weight = length[:, None, None] * d[:, :, None] * d[:, None]
-        off = np.full((len(edge), 2), np.inf)
+    def _bounds(self) -> Index:
+        """Smooth edges (b,) between planes."""
+        a, b = self._regions[self.surface.sides].T
+        return np.flatnonzero((self.edge_kinds == SMOOTH) & (a != b))
+
+    def _across(self, side: int, edge: Index) -> Array:
+        """Unit vectors (k, 3) across edges (k,) in the planes of the triangles on a side of them."""
+        s = self.surface
+        out = np.cross(self.normals[s.sides[edge, side]], s.points[s.edges[edge, 1]] - s.points[s.edges[edge, 0]])
+        return np.asarray(out / np.linalg.norm(out, axis=1)[:, None])
+
+    def _at_ends(self, side: int, edge: Index) -> Index:
+        """Groups (k, 2) at the ends of edges (k,), of the triangles on a side of them."""
+        s = self.surface
+        owner = s.sides[edge, side]
+        return np.stack([self._groups[self.corners_at(owner, s.edges[edge, end])] for end in range(2)], axis=1)
+
+    @cached_property
+    def _ends(self) -> Index:
+        """Groups at both ends of edges, and the edge (e, 3); sharp ones twice, of either side."""
+        both = []
         for side in range(2):
-            sums = []
-            for what in (bend, h.sum(axis=1)):
-                # Of the edges around the region beyond, but those that it shares with the one on this side.
-                around, shared = np.zeros((region.max() + 1, 3, 3)), np.zeros((len(edge), 3, 3))
-                np.add.at(around, ends[edge].ravel(), np.repeat(what[:, None, None] * weight, 2, axis=0))
-                np.add.at(shared, pair.ravel(), what[:, None, None] * weight)
-                sums.append(np.einsum("ki,kij,kj->k", d, around[ends[edge, 1 - side]] - shared[pair.ravel()], d))
-            known = (h[:, side] > 0.0) & (sums[1] > NEGLIGIBLE * length**2)
-            curvature = sums[0] / np.where(known, sums[1], 1.0)
-            straight, arc = curvature * h[:, 1 - side], curvature * h.sum(axis=1)
-            fits = known & (np.abs(bend - straight) < np.minimum(np.abs(bend - arc), 0.5 * np.abs(bend)))
-            off[fits, side] = np.abs(bend - straight)[fits]
-        # Where both did there would be no bend.
-        out = np.zeros((len(s.edges), 2), dtype=bool)
-        out[edge] = np.isfinite(off) & (off <= off[:, ::-1])
-        # A plane of many corners is none of the facets beside it, however its own triangles lie in it.
-        many, smooth = self._polygons[ends], np.zeros(len(ends), dtype=bool)
-        smooth[edge] = True
-        plane = smooth[:, None] & many & ~many[:, ::-1]
-        return np.where(plane.any(axis=1, keepdims=True), plane, out)
+            edge = np.flatnonzero(self.surface.sides[:, side] >= 0)
+            both.append(np.concatenate([self._at_ends(side, edge), edge[:, None]], axis=1))
+        return np.unique(np.concatenate(both), axis=0)  # both sides of a smooth edge say the same
 
-    @cached_property
-    def _polygons(self) -> Flags:
-        """Which of the planes (r,) have outlines of more than four corners: no facets of a curved surface, which have three.
+    def _straight(self, normals: Array) -> Flags:
+        """Whether with normals (g, 3) the planes on either side (2,) of edges (k,) go on straight up to them; see the module.
 
-        Or four, two triangles of a cylinder, cone or torus. Points in the middle of straight stretches are no corners.
+        Planes of several triangles: single ones of curved surfaces do so by chance.
         """
-        s, region = self.surface, self._regions
-        ends = np.where(s.sides >= 0, region[s.sides], -1)
-        edge, side = np.nonzero((ends[:, :1] != ends[:, 1:]) & (ends >= 0))
-        # Each stretch of an outline at both of its ends, its direction away from there.
-        owner = np.concatenate([ends[edge, side]] * 2)
-        point = np.concatenate([s.edges[edge, 0], s.edges[edge, 1]])
-        d = np.tile(s.points[s.edges[edge, 1]] - s.points[s.edges[edge, 0]], (2, 1))
-        d[len(edge) :] *= -1.0
-        order = np.lexsort((point, owner))
-        owner, point, d = owner[order], point[order], d[order]
-        _, first, count = np.unique(owner * len(s.points) + point, return_index=True, return_counts=True)
-        a, b = d[first], d[np.minimum(first + 1, len(d) - 1)]
-        turn = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), -np.einsum("ki,ki->k", a, b))
-        corner = (count != 2) | (turn > CORNER_TURN)
-        return np.bincount(owner[first][corner], minlength=region.max() + 1) > 4
+        s, edge = self.surface, self._bounds
+        several = np.bincount(self._regions)[self._regions] > 1
+        out = np.zeros((len(s.edges), 2), dtype=bool)
+        for side in range(2):
+            lean = np.einsum("kei,ki->ke", normals[self._at_ends(side, edge)], self._across(side, edge))
+            out[edge, side] = several[s.sides[edge, side]] & (np.abs(lean).max(axis=1) < 0.25 * self._bend[edge])
+        return out
 
-    @cached_property
-    def flats(self) -> Flags:
-        """Which triangles (m,) belong to flats: those that go on straight up to all their smooth edges."""
-        s, region = self.surface, self._regions
-        ends = region[s.sides]
+    def _flat(self, straight: Flags) -> Flags:
+        """Which triangles (m,) are of planes that go on ``straight`` (k, 2) up to all their smooth edges."""
+        region, edge = self._regions, self._bounds
         flat = np.ones(region.max() + 1, dtype=bool)
-        edge = (self.edge_kinds == SMOOTH) & (ends[:, 0] != ends[:, 1])
-        flat[ends[edge[:, None] & ~self._straight]] = False
+        flat[region[self.surface.sides[edge]][~straight[edge]]] = False
         return flat[region]
 
-    def _held(self, normals: Array) -> tuple[Array, Array, Flags]:
-        """Normals (g, 3) of groups across directions in which the surface goes on straight, these (g, 3), where they are."""
-        s, group = self.surface, self._groups
+    def _held(self, normals: Array, flat: Flags, straight: Flags) -> tuple[Array, Array]:
+        """Normals (g, 3) of groups and two directions (g, 2, 3) in which they may turn, each 0 if not.
+
+        They are held at flats, and beside other planes across the direction in which these go on straight.
+        """
         across = np.zeros((len(normals), 3, 3))
         for side in range(2):
-            edge = np.flatnonzero(self._straight[:, side])
-            owner, ends = s.sides[edge, side], s.edges[edge]
-            m = np.cross(self.normals[owner], s.points[ends[:, 1]] - s.points[ends[:, 0]])
-            m /= np.linalg.norm(m, axis=1)[:, None]
-            for end in range(2):
-                np.add.at(across, group[self.corners_at(owner, ends[:, end])], m[:, :, None] * m[:, None])
+            edge = np.flatnonzero(straight[:, side])
+            m = self._across(side, edge)
+            for group in self._at_ends(side, edge).T:
+                np.add.at(across, group, m[:, :, None] * m[:, None])
+        held = np.bincount(self._groups, weights=np.repeat(flat, 3)) > 0
         values, vectors = np.linalg.eigh(across)
-        there, m = values[:, 2] > 0.5, vectors[:, :, 2]
-        out = normals - np.where(there, np.einsum("gi,gi->g", normals, m), 0.0)[:, None] * m
-        return out / np.linalg.norm(out, axis=1)[:, None], m, there
+        line, m = ~held & (values[:, 2] > 0.5), vectors[:, :, 2]
+        out = normals - np.where(line, np.einsum("gi,gi->g", normals, m), 0.0)[:, None] * m
+        out /= np.linalg.norm(out, axis=1)[:, None]
+        t = _tangents(out)
+        t[line, 0], t[line, 1] = 0.0, np.cross(out, m)[line]
+        t[held] = 0.0
+        return out, t
 
-    def _arcs(self, normals: Array, held: Flags) -> Array:
-        """Normals (g, 3) of groups, mended so that sides are arcs, but those that are ``held``."""
+    def _arcs(self, normals: Array, t: Array) -> Array:
+        """Normals (g, 3) of groups, turned in directions t (g, 2, 3) so that sides become arcs; see the module."""
         from scipy.sparse import coo_array
         from scipy.sparse.linalg import lsqr
 
-        s, group = self.surface, self._groups
-        ends = np.concatenate([
-            np.stack([group[self.corners_at(s.sides[there, k], s.edges[there, end])] for end in range(2)] + [there], axis=1)
-            for k in range(2) for there in [np.flatnonzero(s.sides[:, k] >= 0)]
-        ])  # fmt: skip
-        ends = np.unique(ends, axis=0)  # both sides of a smooth edge say the same
+        s = self.surface
+        ends = self._ends
         d = s.points[s.edges[ends[:, 2], 1]] - s.points[s.edges[ends[:, 2], 0]]
         d /= np.linalg.norm(d, axis=1)[:, None]
-        if not held.all():
-            across, m, straight = self._held(normals)
-            normals, straight = np.where(held[:, None], normals, across), straight & ~held
-        else:
-            m, straight = normals, ~held
-        t = _tangents(normals)
-        t[straight, 1] = np.cross(normals, m)[straight]
-        t[straight, 0] = 0.0
-        t[held] = 0.0
         right = -np.einsum("ki,ki->k", normals[ends[:, 0]] + normals[ends[:, 1]], d)
         rows = np.repeat(np.arange(len(d)), 4)
         columns = (2 * ends[:, :2, None] + np.arange(2)).reshape(-1)

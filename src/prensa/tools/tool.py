@@ -161,6 +161,10 @@ class ToolShape(Member, abstract=True):
         """How coarse the surface is where points (k, 3) in its frame touch it; None of what has no triangles."""
         return None
 
+    def presented(self, shape: Tool) -> Array | None:
+        """Unit vector (d,) along which an open surface looks as a whole; None of a closed one, and of other tools."""
+        return None
+
     # ----------------------------------------------------------------------------------------------- words and pictures
     def details(self, shape: Tool, direction: Array) -> str:
         """What ``prensa check`` says of the placed tool besides its place."""

@@ -22,6 +22,7 @@ from prensa.checks.before.obsolete_keys import obsolete_keys
 from prensa.checks.before.off_centre import off_centre
 from prensa.checks.before.overlap import overlapping_bodies
 from prensa.checks.before.passages_ahead import few_passages
+from prensa.checks.before.pushed_away import pushed_away
 from prensa.checks.before.rigid_motions import rigid_motions
 from prensa.checks.before.small_strain import small_strain
 from prensa.checks.before.standstills import standstills
@@ -30,6 +31,7 @@ from prensa.checks.before.surface_corners import surface_corners
 from prensa.checks.before.table_starts import table_starts
 from prensa.checks.before.tables import tables
 from prensa.checks.before.tied_gaps import tied_gaps
+from prensa.checks.before.tool_faces import tool_faces
 from prensa.checks.before.tool_paths import tool_paths
 from prensa.checks.before.tool_sizes import tool_sizes
 from prensa.checks.before.tools_inside import tools_inside
@@ -46,13 +48,14 @@ AT_REST: tuple[Check[System], ...] = (tool_sizes, surface_corners, starting_plac
 CHECKS: tuple[Check[System], ...] = (
     obsolete_keys, new_meshes, flow_curves, tables, lengths, pushes, mesh_shapes, stiff_in_bending, bores, table_starts,
     standstills, travels, small_strain, feeding, new_sizes, mounts, turns, off_centre, thick_sheets, file_units,
-    *AT_REST, tools_inside,
-    tool_paths, edges_between_nodes, rigid_motions, joint_motions, tied_gaps, measured_places, closed_dies,
+    *AT_REST, tools_inside, tool_faces,
+    tool_paths, pushed_away, edges_between_nodes, rigid_motions, joint_motions, tied_gaps, measured_places, closed_dies,
 )  # fmt: skip
 """In the order in which they are reported."""
 AFTER: dict[Check[System], tuple[Check[System], ...]] = {
     tools_inside: AT_REST,
     tool_paths: (*AT_REST, tools_inside),
+    pushed_away: (*AT_REST, tools_inside),
     edges_between_nodes: (*AT_REST, tools_inside),
 }
 """Check → those after which it has nothing to say if one of them refuses the problem."""

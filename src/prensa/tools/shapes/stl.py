@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
+from prensa.errors import along
 from prensa.importers import stl
 from prensa.model.fields import Turn
 from prensa.model.tables import digest_of, found_file
@@ -88,16 +89,24 @@ class Stl(ToolShape):
 
         return shape.touched(xi) if isinstance(shape, Curved) else None
 
+    def presented(self, shape: Tool) -> Array | None:
+        """See `prensa.tools.curved`."""
+        from prensa.tools.curved import Curved
+
+        return shape.looks if isinstance(shape, Curved) else None
+
     def facets(self, direction: Array, depth: float) -> tuple[Array, Index]:
         """The triangles of the file."""
         surface = self._made().surface
         return surface.points, surface.triangles
 
     def hint(self) -> str:
-        """Units, and of an open surface which way the normals look: of a closed one that is known."""
+        """Units, and of an open surface which way it and its normals look: of a closed one that is known."""
         turned = "its normals look the wrong way ('reverse: true' turns them round), or "
         unsure = self.reverse is not None or not stl.read(self.file, self.digest or "").closed
-        return f"; or {turned * unsure}its 'unit' is another one"
+        looks = self._made().looks
+        aside = f"it looks along {along(looks)} and is to be turned ('turn'), or " if looks is not None else ""
+        return f"; or {aside}{turned * unsure}its 'unit' is another one"
 
     def details(self, shape: Tool, direction: Array) -> str:
         """How large and how coarse it is."""
@@ -109,11 +118,16 @@ class Stl(ToolShape):
         size = " x ".join(f"{v:.4g}" for v in np.ptp(x, axis=0))
         sharp = int((shape.facets.edge_kinds == CREASE).sum())
         chord = float(shape.chords.max())
-        coarse = f"facets up to {math.degrees(float(shape.facet_angles.max())):.3g}° apart"
+        angle = math.degrees(float(shape.facet_angles.max()))
+        coarse = f"facets up to {angle:.3g}° apart"
         coarse += f" with chords up to {chord:.2g}, good for contacts deeper than {50.0 * chord:.2g}" if chord else ""
+        coarse += f", normals off by up to {0.25 * angle:.2g}° on long strips" if chord else ""
+        looks, flat = shape.looks, shape.facets.largest_flat
+        way = f", looks along {along(looks)}" if looks is not None else ""
+        way = f", its largest flat looks along {along(flat)}" if not way and flat is not None else way
         return (
             f", {Path(self.file).name}, {size}, {len(s.triangles)} triangles in {s.parts} part{'s' * (s.parts > 1)}, "
-            f"{'closed' if s.closed else 'open'}, {coarse}, {sharp} sharp edges"
+            f"{'closed' if s.closed else 'open'}{way}, {coarse}, {sharp} sharp edges"
         )
 
     def notes(self) -> tuple[str, ...]:

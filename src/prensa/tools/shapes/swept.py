@@ -9,7 +9,7 @@ import numpy as np
 
 from prensa.geometry.sections import section_axes
 from prensa.model.doors import union
-from prensa.model.fields import Direction
+from prensa.model.fields import Axis
 from prensa.model.names import Finding
 from prensa.precision import NEGLIGIBLE
 from prensa.tools.analytic import Tool
@@ -59,10 +59,11 @@ class _SweptShape(ToolShape, abstract=True):
         return kind(self.section.shape(looks, rounding), at, tuple(self._unit.tolist()))
 
     def findings(self, p: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:
-        """An axis of three components; a section of the plane that is not placed by itself."""
+        """An axis that has a direction; a section of the plane that is not placed by itself."""
         inside = (*path, "section")
-        if len(self.axis) != 3 or not any(self.axis):
-            yield Finding((*path, "axis"), "the axis is a vector of three components such as [0, 1, 0]")
+        if not any(self.axis):
+            words = "the axis [0, 0, 0] has no direction; write 'x', 'y', 'z' or a vector such as [0, 1, 0]"
+            yield Finding((*path, "axis"), words)
         for key in ("touching", "above", "below", "spring"):
             if getattr(self.section, key, None) is not None:
                 words = f"{key!r} belongs to the {getattr(self, 'type', '')} tool, not to its section"
@@ -102,7 +103,7 @@ class Extruded(_SweptShape):
     """
 
     section: Section
-    axis: Direction = (0.0, 0.0, 1.0)
+    axis: Axis = (0.0, 0.0, 1.0)
     type: Literal["extruded"] = "extruded"
 
     def shape(self, direction: Array, rounding: float) -> Tool:
@@ -123,7 +124,7 @@ class Revolved(_SweptShape):
     """
 
     section: Section
-    axis: Direction = (0.0, 1.0, 0.0)
+    axis: Axis = (0.0, 1.0, 0.0)
     type: Literal["revolved"] = "revolved"
 
     def shape(self, direction: Array, rounding: float) -> Tool:
@@ -147,7 +148,7 @@ class Swept(_SweptShape):
 
     section: Section
     plan: Section  # type: ignore[misc]
-    axis: Direction = (0.0, 1.0, 0.0)
+    axis: Axis = (0.0, 1.0, 0.0)
     type: Literal["swept"] = "swept"
 
     def findings(self, p: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:
