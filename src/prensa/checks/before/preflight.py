@@ -22,7 +22,7 @@ from prensa.checks.before.obsolete_keys import obsolete_keys
 from prensa.checks.before.off_centre import off_centre
 from prensa.checks.before.overlap import overlapping_bodies
 from prensa.checks.before.passages_ahead import few_passages
-from prensa.checks.before.pushed_away import pushed_away
+from prensa.checks.before.pushed_tools import pushed_tools
 from prensa.checks.before.rigid_motions import rigid_motions
 from prensa.checks.before.small_strain import small_strain
 from prensa.checks.before.standstills import standstills
@@ -49,13 +49,13 @@ CHECKS: tuple[Check[System], ...] = (
     obsolete_keys, new_meshes, flow_curves, tables, lengths, pushes, mesh_shapes, stiff_in_bending, bores, table_starts,
     standstills, travels, small_strain, feeding, new_sizes, mounts, turns, off_centre, thick_sheets, file_units,
     *AT_REST, tools_inside, tool_faces,
-    tool_paths, pushed_away, edges_between_nodes, rigid_motions, joint_motions, tied_gaps, measured_places, closed_dies,
+    tool_paths, pushed_tools, edges_between_nodes, rigid_motions, joint_motions, tied_gaps, measured_places, closed_dies,
 )  # fmt: skip
 """In the order in which they are reported."""
 AFTER: dict[Check[System], tuple[Check[System], ...]] = {
     tools_inside: AT_REST,
     tool_paths: (*AT_REST, tools_inside),
-    pushed_away: (*AT_REST, tools_inside),
+    pushed_tools: (*AT_REST, tools_inside),
     edges_between_nodes: (*AT_REST, tools_inside),
 }
 """Check → those after which it has nothing to say if one of them refuses the problem."""

@@ -15,7 +15,7 @@ from prensa.system.system import System
 from prensa.types import Array
 
 
-def pushed_away(system: System) -> Iterator[Finding]:
+def pushed_tools(system: System) -> Iterator[Finding]:
     """Tools whose forces never point towards a body, and that were not moved into one before.
 
     Moved ones are looked at by `tool_paths`; of these the way is not known, but which way they are pushed is.

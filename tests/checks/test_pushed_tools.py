@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import prensa as pr
-from prensa.checks.before.pushed_away import pushed_away
+from prensa.checks.before.pushed_tools import pushed_tools
 
 AWAY, DOWN, ACROSS, NOTHING = pr.Push(y=5.0), pr.Push(y=-5.0), pr.Push(x=5.0), pr.Push(y=0.0)
 
@@ -19,7 +19,7 @@ def findings(space: str, tool: pr.ToolShape, *steps: pr.Step) -> list[str]:
         "t", space=space, bodies={"b": body}, tools={"t": tool}, contacts=(pr.Contact("b.top", "t"),),
         fixed={"b.bottom": "xyz" if solid else "xy"}, steps=steps,
     )  # fmt: skip
-    return [str(f) for f in pushed_away(pr.discretise(problem))]
+    return [str(f) for f in pushed_tools(pr.discretise(problem))]
 
 
 @pytest.mark.parametrize("space", ["plane strain", "axisymmetric", "solid"])
