@@ -78,6 +78,17 @@ def _frictionless_alone(original: Callable[..., Any]) -> Callable[..., Any]:
     return rubbing
 
 
+def _by_newton(original: Callable[..., NewtonState]) -> Callable[..., NewtonState]:
+    """The state before the first iteration (see `newton.init`), from which the next step is Newton's."""
+
+    def init(eq: Equilibrium, guess: Guess, lam: Any) -> NewtonState:
+        state = original(eq, guess, lam)
+        state.by_contact = False
+        return state
+
+    return init
+
+
 def _plain_step(eq: Equilibrium, start: Any, values: Any, lam: Any) -> Guess:
     """The committed state with what is prescribed where it ends: no linear system is solved for a first guess."""
     u = start.copy()
@@ -228,6 +239,16 @@ TIMELY = (
         "flow_in_first_guess",
         "Where metal flows in a first guess with contact decided, that is found twice more, from its middle with secant moduli.",
         (replaced(predictor, predictor._flows, _no),),
+    ),
+    Mechanism(
+        "contact_after_first_guess",
+        "Where metal still flows in a first guess with contact decided, Newton's iteration begins with contact steps.",
+        (replaced(newton, newton.init, _by_newton(newton.init)),),
+    ),
+    Mechanism(
+        "linear_start_at_first_touch",
+        "Where tools meet bodies at rest, their rest is not extrapolated: the increment starts from the linearised system.",
+        (replaced(predictor, predictor._first_touch, _no),),
     ),
     # ------------------------------------------------------------------------------------------------------- finish
     Mechanism(

@@ -42,8 +42,11 @@ def newton(
 
 
 def init(eq: Equilibrium, guess: Guess, lam: Array) -> NewtonState:
-    """The state before the first iteration; the guess hands its evaluation over."""
-    return NewtonState(Iterate(guess.u, guess.take(), assumed=guess.assumed), lam)
+    """The state before the first iteration; the guess hands its evaluation over.
+
+    Where metal flows, contact goes on to be decided as in the guess: with the flow the points change that stick and are closed.
+    """
+    return NewtonState(Iterate(guess.u, guess.take(), assumed=guess.assumed), lam, by_contact=guess.flows)
 
 
 def observe(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> None:

@@ -23,7 +23,8 @@ class Guess:
 
     ``assumed`` (points,): contact points that resisted in the linear system, if u is the answer of one. Where one of them
     is open, u is not converged before its own matrix was solved: a body that nothing holds stands still wherever it is.
-    ``solved``: linear systems that it took; ``decided``: whether contact and friction were unknowns of the last of them.
+    ``solved``: linear systems that it took; ``decided``: whether contact and friction were unknowns of the last of them;
+    ``flows``: whether they were, and the answer is still off because metal flows.
     """
 
     u: Array
@@ -31,6 +32,7 @@ class Guess:
     assumed: Flags | None = None
     solved: int = 0
     decided: bool = False
+    flows: bool = False
 
     def take(self) -> Evaluation | None:
         """The evaluation, handed over: its matrix is then held nowhere else."""
@@ -62,10 +64,20 @@ def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> G
     e = eq.evaluate(u, lam)
     if as_it_is is not None and eq.norm(eq.evaluate(as_it_is, lam, stiffness=False)) < eq.norm(e):
         u, e = as_it_is, eq.evaluate(as_it_is, lam)
+    if _first_touch(eq, e):
+        return None
     # plastic points answer to a linear start as if they were elastic: even a poor extrapolation is better there
     if not e.failed and (system.has_memory or eq.norm(e) <= eq.policy.good_start_residual * e.scale):
         return Guess(u, e)
     return None
+
+
+def _first_touch(eq: Equilibrium, e: Evaluation) -> bool:
+    """Whether tools meet bodies at rest in the evaluation e: the motion that this begins is no continuation of anything."""
+    state = eq.context.state
+    moved = np.abs(state.du[eq.system.dofs.displacement.slice]).max(initial=0.0)
+    at_rest = moved <= NEGLIGIBLE * np.abs(state.du).max(initial=0.0)
+    return bool(at_rest and e.touching.any() and not state.contact.closed.any())
 
 
 def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Guess:
@@ -85,9 +97,9 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
         middle = _moved(eq, 0.5 * (start + guess.u), values, lam, eq.secant)
         e = middle.evaluation
         if e is None or e.failed or not middle.decided or eq.norm(e) > (1.0 - NEGLIGIBLE) * before:
-            return replace(guess, solved=solved)
+            return replace(guess, solved=solved, flows=True)
         guess = replace(middle, solved=solved)
-    return guess
+    return replace(guess, flows=_flows(eq, guess))
 
 
 def _flows(eq: Equilibrium, guess: Guess) -> bool:
