@@ -50,7 +50,7 @@ class RunChecks:
         folding = Folding(system, policy, corners)
         self.closing = Closing(system)
         self.validity = validity or Validity(system, policy)
-        penalties = PenaltyShare(system)
+        self.penalties = penalties = PenaltyShare(system)
         self.step_begins: list[Check[StepBegun]] = [partial(table_jumps, system)]
         self.attempted: list[Check[Attempted]] = [
             partial(tunnelling, system, policy), partial(turning, system, policy), partial(support, system),
@@ -60,7 +60,7 @@ class RunChecks:
         self.solved: list[Check[Solved]] = [
             Penetration(system, folding), symmetry_lines, self.closing, SelfIntersection(system), folding,
         ]  # fmt: skip
-        self.committed: list[Check[Committed]] = [self.validity]
+        self.committed: list[Check[Committed]] = [self.validity, penalties.note]
         self.step_ends: list[Check[Committed]] = [
             partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), penalties,
             self.between_nodes, CoarseTools(system), partial(corners_of_faces, system),
@@ -76,6 +76,7 @@ class RunChecks:
         """Those of the rest of the run, which goes on on another system of the same meshes."""
         rest = RunChecks(system, self.policy, self.validity, self.between_nodes.on_finer)
         rest.closing.known = dict(self.closing.known)
+        rest.penalties.go_on_from(self.penalties)
         return rest
 
     def refusal(self, c: Context, result: NewtonResult) -> Failure | None:
