@@ -6,14 +6,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.after.between_nodes import BetweenNodes
 from prensa.checks.check import Committed, Failed, Finished, warning
 from prensa.checks.thresholds import NOTABLE_DEPTH, SLIGHT
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.record import magnitude
 from prensa.errors import Finding, coordinates
+from prensa.linear.rigid_modes import CLOSED
 from prensa.model.fields import motions_in
 from prensa.model.problem import Problem, Step
 from prensa.system.system import System
+from prensa.types import Array
 
 HIDDEN_FORCE_RATIO = 100.0
 """A tool force below this multiple of the residual allowed is no result."""
@@ -77,8 +80,9 @@ class PenaltyShare:
         """The share, where it shows."""
         if self.share > SLIGHT:
             yield warning(
-                f"the penalties of the contacts give way, that of {self.softest!r} most, and forces of prescribed travels are too "
-                f"low by an estimated {100.0 * self.share:.2g} %; raise 'beta' and 'beta_T', or use 'enforcement: {{type: exact}}'"
+                f"the penalties of the contacts give way, that of {self.softest!r} most, and forces of prescribed travels are "
+                f"too low by an estimated {100.0 * self.share:.2g} %; raise 'beta' and 'beta_T', or use "
+                "'enforcement: {type: exact}'"
             )
 
 
@@ -157,11 +161,27 @@ def _by_springs_alone(system: System) -> bool:
     return True
 
 
-def untouched_tools(system: System, given: Finished) -> Iterator[Finding]:
-    """Tools of contacts that met nothing in a whole run."""
-    for tool in system.tools:
-        own = [] if tool.name in given.planes else system.against(tool.name)
-        # Planes that stand for lines of symmetry are put there by the run, and may never be touched.
-        if own and tool.name not in given.touched:
-            surfaces = ", ".join(repr("+".join(s.description.surface)) for s in own)
-            yield warning(f"tool {tool.name!r} never touched {surfaces}, so its forces are zero")
+class UntouchedTools:
+    """Tools of contacts that met nothing, or pressed nothing, in a whole run."""
+
+    def __init__(self, system: System, between: BetweenNodes) -> None:
+        self.system, self.between = system, between
+        self.reached: set[str] = set()
+
+    def note(self, given: Committed) -> tuple[()]:
+        """Note what comes near in an increment: there is nothing to say before the end."""
+        for s, f in zip(self.system.tool_contacts, given.evaluation.contacts):
+            if s.against not in self.reached and (f.g <= CLOSED * float(s.points.depth.min())).any():
+                self.reached.add(s.against)
+        return ()
+
+    def warnings(self, given: Finished) -> Iterator[Finding]:
+        """Of each such tool, once; one that went in between nodes has been reported."""
+        for tool in self.system.tools:
+            own = [] if tool.name in given.planes else self.system.against(tool.name)
+            # Planes that stand for lines of symmetry are put there by the run, and may never be touched.
+            if own and tool.name not in given.touched and self.between.reported.isdisjoint(s.name for s in own):
+                surfaces = ", ".join(repr("+".join(s.description.surface)) for s in own)
+                near = tool.name in self.reached
+                does = f"touched {surfaces} and never pressed" if near else f"never touched {surfaces}"
+                yield warning(f"tool {tool.name!r} {does}, so its forces are zero")
