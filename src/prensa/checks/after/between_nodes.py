@@ -21,10 +21,6 @@ from prensa.precision import SMALLEST
 from prensa.system.system import System
 from prensa.types import Array, Index
 
-FIRST_ORDER = 0.5
-"""Share of a force up to which what elements miss of it is a number rather than an order: it takes what is around as it is."""
-
-
 NO_FORCE = "no force acts"
 """What is off where a tool presses no node."""
 
@@ -202,11 +198,7 @@ def _off(share: float | None, pushed: bool) -> str:
     large = share is not None and share < 0.0
     way, force = ("not deep enough", "too large") if large else ("too deep", "too small")
     what = f"it goes {way}" if pushed else f"forces are {force}"
-    if share is None or share >= 1.0:
-        return what
-    # where finer elements would bear twice as much the body around them moves otherwise, and an estimate is one of the order
-    by = f"an estimated {100.0 * abs(share):.0f} %" if abs(share) < FIRST_ORDER else "about half or more"
-    return f"{what}, by {by}"
+    return what if share is None or share >= 1.0 else f"{what}, by an estimated {100.0 * abs(share):.0f} %"
 
 
 def _curved(s: Surface) -> bool:
