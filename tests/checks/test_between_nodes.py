@@ -204,3 +204,36 @@ def test_tools_at_rest_are_not_named_where_the_moved_one_goes_away():
     )  # fmt: skip
     (said,) = [str(finding) for finding in preflight(pr.discretise(problem)) if "never presses" in str(finding)]
     assert "tools.punch: tool 'punch' touches 'billet' at first and only goes away" in said
+
+
+@pytest.mark.parametrize(("seed", "number", "missed"), [(4711, 24, 0.682), (4712, 49, 0.759)])
+def test_a_share_is_of_the_force_along_the_way_of_the_tool(seed, number, missed):
+    """A node on the corner of a tilted punch is pushed aside: what it lacks along its way of a mesh four times as fine."""
+    _, said = answer(draw(seed, number).problem())
+    assert estimated(said) == pytest.approx(missed, abs=0.02)
+
+
+def test_an_edge_between_nodes_is_said_once_and_nothing_against_it(caplog):
+    """It comes to the ramp and goes in: it does not go away, nor has it never touched, nor is a force too small that is none."""
+    (finding,) = preflight(pr.discretise(ramp(0.1)))
+    assert "between nodes" in finding.message and "no force acts" in finding.message
+    caplog.clear()
+    *_, last = pr.solve(ramp(0.1))
+    assert last.force("block").y == 0.0
+    (words,) = [words for words in caplog.messages if "block" in words]
+    assert "between nodes" in words and "no force acts" in words
+
+
+def test_a_tool_that_comes_to_touch_has_not_never_touched(caplog):
+    """A plane that ends where the body begins presses nothing, and one that stays away never touches."""
+    for way, words in ((1.0, "touched 'block' and never pressed"), (0.5, "never touched 'block'")):
+        problem = pr.Problem(
+            "block", bodies={"block": pr.Body(pr.Rectangle((4.0, 3.0), n=(4, 3)), pr.Elastic(1000.0, 0.3))},
+            tools={"top": pr.Plane(at=(0.0, 4.0), normal=(0.0, -1.0))}, fixed={"block.bottom": "xy"},
+            steps=[pr.Step("come", move={"top": {"y": -way}}, increments=2)],
+        )  # fmt: skip
+        (finding,) = preflight(pr.discretise(problem))
+        assert ("comes to touch" if way == 1.0 else "never touches") in finding.message
+        caplog.clear()
+        list(pr.solve(problem))
+        assert [w for w in caplog.messages if words in w]

@@ -60,6 +60,7 @@ def test_a_block_that_nothing_stands_behind_is_pushed_away(side, space, mu):
     middle = {} if space == "axisymmetric" else {"box.left": "x"}
     step = pr.Step("press", move={side: {"y": 0.1 * sign}})
     (words,) = away(box((side,), middle, step, friction, space))
+    assert [words] == refused(box((side,), middle, step, friction, space))  # the run would go to its end with 0 N
     assert f"free to move along {'-' if sign < 0 else '+'}y, away from" in words
     other = OPPOSITE[side]
     assert not away(box((side,), middle | {f"box.{other}": "y"}, step, friction, space))
@@ -83,3 +84,44 @@ def test_a_strip_that_rolls_grip_is_not_pushed_away():
 
     assert any("along -x" in words for words in away(strip(None)))
     assert not away(strip(pr.Coulomb(0.3)))
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.5])
+@pytest.mark.parametrize("space", ["plane strain", "axisymmetric"])
+def test_an_upsetting_without_a_support_is_refused_in_one_sentence(space, gap):
+    """With a gap too, where a tool that touched it first would not help; a second plane or a support is what is missing."""
+
+    def upsetting(**more):
+        tools = {"top": pr.Plane(at=(0.0, 3.0 + gap), normal=(0.0, -1.0))} | more.pop("tools", {})
+        return pr.Problem(
+            "billet", space=space, bodies={"billet": pr.Body(pr.Rectangle((4.0, 3.0), n=(4, 3)), pr.Elastic(1000.0, 0.3))},
+            tools=tools, friction=pr.Coulomb(0.2), steps=[pr.Step("press", move={"top": {"y": -gap - 0.1}})], **more,
+        )  # fmt: skip
+
+    (finding,) = preflight(pr.discretise(upsetting()))
+    assert finding.fatal and "move along -y" in finding.message and "'fixed'" in finding.message
+    with pytest.raises(pr.PrensaError, match="nothing carries what they press with"):
+        list(pr.solve(upsetting()))
+    anvil = {"anvil": pr.Plane(at=(0.0, 0.0), normal=(0.0, 1.0))}
+    for held in (upsetting(tools=anvil), upsetting(fixed={"billet.bottom": "xy"})):
+        assert not refused(held)
+        *_, last = pr.solve(held)
+        assert last.force("top").y > 1.0
+
+
+def test_a_body_that_something_may_yet_stop_is_warned_of():
+    """In a V that it slides into, on its other flank; where a later step holds it."""
+    mesh = pr.Rectangle((2.0, 2.0), n=(2, 2), origin=(-4.0, 0.0))
+    vee = pr.Polygon(points=((0.0, 8.0), (8.0, 0.0), (8.0, 12.0), (-8.0, 12.0), (-8.0, 0.0)), fillet=0.1, at=(0.0, 1.0))
+    steps = [pr.Step("close", move={"vee": {"y": -2.0}})]
+    guided = pr.Problem(
+        "vee", bodies={"b": pr.Body(mesh, pr.Elastic(1000.0, 0.3))}, tools={"vee": vee}, fixed={"b.bottom": "y"}, steps=steps
+    )
+    assert not [words for words in refused(guided) if "away from the tools" in words]
+    push = {"move": {"top": {"y": -0.1}}}
+    later = box(("top",), {"box.left": "x"}, pr.Step("bring", **push))
+    held = pr.Step("hold", fixed={"box.bottom": pr.Fixed(y="held")}, move={"top": {"y": -0.2}})
+    twice = pr.Problem(
+        "twice", bodies=later.bodies, tools=later.tools, fixed=later.fixed, steps=[*later.steps, held]
+    )
+    assert away(twice) and not refused(twice)

@@ -91,7 +91,7 @@ def test_a_body_that_a_tool_pushes_away_is_named():
     """Nothing stands under it: the direction in which it goes, with friction and without; nothing is said of one that is held."""
     for friction, held in ((None, {"b.left": "x", "b.back": "z"}), (pr.Coulomb(0.2), {})):
         (found_,) = found(held, friction=friction)
-        assert not found_.fatal
+        assert found_.fatal
         assert "free to move along -y, away from the tools of step 'press'" in found_.message
     assert found({"b.left": "x", "b.back": "z", "b.bottom": "y"}) == []
 

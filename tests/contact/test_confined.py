@@ -28,6 +28,11 @@ def force(problem):
     return increment.force("plate").y
 
 
+def reported(words):
+    """The share that a warning states."""
+    return float(words.partition("estimated ")[2].partition(" %")[0]) / 100.0
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_the_default_penalty_is_exact_to_one_per_cent_or_reports_its_share(seed, caplog):
     """Of random Poisson's ratios, aspects, meshes and friction; the share that is reported is the error to a third of it."""
@@ -39,11 +44,10 @@ def test_the_default_penalty_is_exact_to_one_per_cent_or_reports_its_share(seed,
     reference = force(layer(*draw, pr.Exact()))
     caplog.clear()
     error = force(layer(*draw, pr.Penalty())) / reference - 1.0
-    said = [words for words in caplog.messages if "store" in words]
+    said = [words for words in caplog.messages if "give way" in words]
     assert abs(error) <= ALLOWED or said, (draw, error)
     for words in said:
-        share = float(words.partition(" store ")[2].partition(" %")[0]) / 100.0
-        assert share == pytest.approx(-error, rel=1 / 3), (draw, error)
+        assert reported(words) == pytest.approx(-error, rel=1 / 3), (draw, error)
 
 
 def test_soft_springs_are_reported_with_the_share_by_which_forces_are_low(caplog):
@@ -53,4 +57,26 @@ def test_soft_springs_are_reported_with_the_share_by_which_forces_are_low(caplog
     # two springs in series, the layer with β = 1: 1/(1 + 1/β)
     confined = 3.0 / (1 - 0.3**2) * 1.3 * 0.4 / (3.0 * 0.7)
     assert soft / whole == pytest.approx(1.0 / (1.0 + confined / 10.0), rel=2e-3)
-    assert any("store" in words and "beta" in words for words in caplog.messages)
+    assert any("give way" in words and "beta" in words for words in caplog.messages)
+
+
+@pytest.mark.parametrize(("material", "n", "depth", "penalty"), [
+    (pr.NeoHooke(10.0, 0.14), (4, 1), 0.5, pr.Penalty()), (pr.NeoHooke(10.0, 0.14), (4, 1), 0.1, pr.Penalty()),
+    (pr.J2(7e4, 0.33, pr.Linear(100.0, 200.0)), (8, 3), 0.5, pr.Penalty(beta=1.0)),
+])  # fmt: skip
+def test_the_share_is_that_of_the_force_where_a_body_stiffens_or_yields(material, n, depth, penalty, caplog):
+    """Springs store 2 % of all the work in rubber pressed to half whose force is 3 % low: it grows faster than the travel."""
+
+    def plate(enforcement):
+        return pr.Problem(
+            "plate", bodies={"plate": pr.Body(pr.Rectangle((4.3, 1.0), n=n), material)},
+            tools={"plate": pr.Plane(touching="plate.top")}, fixed={"plate.bottom": "y", "plate.left": "x"},
+            contacts=[pr.Contact("plate.top", "plate", pr.Coulomb(0.1), enforcement)],
+            steps=[pr.Step("press", move={"plate": {"y": -depth}})],
+        )  # fmt: skip
+
+    whole = force(plate(pr.Exact()))
+    caplog.clear()
+    error = force(plate(penalty)) / whole - 1.0
+    (words,) = [words for words in caplog.messages if "give way" in words]
+    assert reported(words) == pytest.approx(-error, rel=0.3)

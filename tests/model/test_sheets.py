@@ -30,6 +30,8 @@ WRITINGS = {
     "units in a row": "strain;stress\n-;MPa\n0;400\n0,02;420\n0,2;500\n",
     "decimal commas, per cent": "# tensile test\n\nstrain\tstress\n%\tMPa\n0\t400,0\n2,0\t420\n20\t500\n",
     "empty columns of a spreadsheet": "strain;stress;;\n0;400;;\n0,02;420;;\n0,2;500;;\n;;;\n",
+    "an empty column without names": "0,0;400;\n0,02;420;\n0,2;500;\n",
+    "an empty column in some rows": "0,400\n0.02,420,\n0.2,500,,\n",
     "names with commas over semicolons": "strain, stress (MPa)\n0;400\n0,02;420\n0,2;500\n",
     "separator said first": "sep=;\nstrain;stress\n0;400\n0,02;420\n0,2;500\n",
 }
@@ -55,6 +57,11 @@ def test_tables_of_friction_and_profiles_are_read_by_the_same_reader(tmp_path: P
     """Decimal commas, units in a row of their own."""
     (tmp_path / "mu.csv").write_text("slip;mu\num;%\n0;10,5\n1500,0;20\n")
     (tmp_path / "punch.csv").write_text("x;y;through x;through y\ncm;cm;cm;cm\n-2;0\n-1;0\n1;0;0;-0,25\n2;0\n")
+    (tmp_path / "flat.csv").write_text("-20,0;0;\n20,0;0;\n")
+    (tmp_path / "even.csv").write_text("0,0;0,1;\n1,5;0,2;\n")
+    spread = case(tmp_path, friction="even.csv", profile="flat.csv")
+    assert spread.tools["punch"].points == ((-20, 0), (20, 0))
+    assert (spread.contacts[0].friction or spread.friction).mu.mu == (0.1, 0.2)
     problem = case(tmp_path, friction="mu.csv", profile="punch.csv")
     law = problem.contacts[0].friction or problem.friction
     assert law.mu.kappa == pytest.approx((0, 1.5)) and law.mu.mu == pytest.approx((0.105, 0.2))
@@ -65,6 +72,8 @@ def test_tables_of_friction_and_profiles_are_read_by_the_same_reader(tmp_path: P
     ("text", "words"),
     [
         ("0,400\n0.2,five\n", r"flow\.csv:2: column 2 is 'five'; a number is expected"),
+        ("0;400;\n0.1;450;7\n0.2;500;\n", "expected two columns .* it has 3 in 3"),
+        ("0,400,\n0.2,,\n", r"flow\.csv:2: a cell is empty"),
         ("0,400\n0.2\n", r"flow\.csv:2: 1 cells, but 2 columns"),
         ("0,02;400\n0.2;500\n", "have decimal points; write all alike"),
         ("0,400,1\n0.2,500,2\n", "expected two columns of finite numbers, plastic strain and flow stress, .* it has 3 in 2"),

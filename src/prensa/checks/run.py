@@ -7,7 +7,7 @@ from functools import partial
 from prensa.checks.after.between_nodes import BetweenNodes, OnFiner
 from prensa.checks.after.coarse_tools import CoarseTools
 from prensa.checks.after.corners_of_faces import corners_of_faces
-from prensa.checks.after.quality import PenaltyShare, hidden_forces, penetrations, soft_springs, untouched_tools
+from prensa.checks.after.quality import PenaltyShare, UntouchedTools, hidden_forces, penetrations, soft_springs
 from prensa.checks.before.table_starts import table_jumps
 from prensa.checks.check import (
     Attempted,
@@ -50,7 +50,8 @@ class RunChecks:
         folding = Folding(system, policy, corners)
         self.closing = Closing(system)
         self.validity = validity or Validity(system, policy)
-        penalties = PenaltyShare(system)
+        self.penalties = penalties = PenaltyShare(system)
+        self.untouched = UntouchedTools(system, self.between_nodes)
         self.step_begins: list[Check[StepBegun]] = [partial(table_jumps, system)]
         self.attempted: list[Check[Attempted]] = [
             partial(tunnelling, system, policy), partial(turning, system, policy), partial(support, system),
@@ -60,12 +61,12 @@ class RunChecks:
         self.solved: list[Check[Solved]] = [
             Penetration(system, folding), symmetry_lines, self.closing, SelfIntersection(system), folding,
         ]  # fmt: skip
-        self.committed: list[Check[Committed]] = [self.validity]
+        self.committed: list[Check[Committed]] = [self.validity, penalties.note, self.untouched.note]
         self.step_ends: list[Check[Committed]] = [
             partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), penalties,
             self.between_nodes, CoarseTools(system), partial(corners_of_faces, system),
         ]  # fmt: skip
-        self.tools_leave: list[Check[Finished]] = [partial(untouched_tools, system)]
+        self.tools_leave: list[Check[Finished]] = [self.untouched.warnings]
         self.run_ends: list[Check[Finished]] = [*self.tools_leave, self.validity.warnings, penalties.warnings]
         # Who asks stops at the first finding that ends the run: what the run has seen up to here comes before that.
         self.failed: list[Check[Failed]] = [
@@ -76,6 +77,9 @@ class RunChecks:
         """Those of the rest of the run, which goes on on another system of the same meshes."""
         rest = RunChecks(system, self.policy, self.validity, self.between_nodes.on_finer)
         rest.closing.known = dict(self.closing.known)
+        rest.penalties.go_on_from(self.penalties)
+        rest.untouched.reached = self.untouched.reached
+        rest.between_nodes.reported |= self.between_nodes.reported
         return rest
 
     def refusal(self, c: Context, result: NewtonResult) -> Failure | None:

@@ -77,7 +77,7 @@ def read_sheet(path: Path, named: bool = True, ragged: bool = False) -> Sheet:
     else:
         names, units = [], []
     # Columns without a name in a row of names are read where rows may differ: of arcs in tables of points.
-    missing = max((len(row.cells) for row in cells), default=0) - len(names) if ragged or not names else 0
+    missing = max(max((_filled(row.cells) for row in cells), default=0) - len(names), 0) if ragged or not names else 0
     names, units = [*names, *[""] * missing], [*units, *[""] * missing]
     return Sheet(names, units, _numbers(path, names, cells, ragged), [row.line for row in cells])
 
@@ -139,9 +139,13 @@ def _cells(path: Path, number: int, line: str, separator: str) -> list[str]:
     return row
 
 
+def _filled(cells: list[str]) -> int:
+    """Number of the last cell that is not empty: spreadsheets write empty columns at the end."""
+    return max((k for k, cell in enumerate(cells, 1) if cell.strip()), default=0)
+
+
 def _header(path: Path, cells: list[str]) -> tuple[list[str], list[str]]:
-    while cells and not cells[-1].strip():
-        cells.pop()  # spreadsheets write empty columns
+    cells = cells[: _filled(cells)]
     if len(cells) > MOST_COLUMNS:
         raise DataError(f"{path}: the first row has {len(cells)} columns; is this a table of readings?")
     found = [_HEADER.match(cell) for cell in cells]

@@ -30,6 +30,7 @@ from prensa.output.progress import ProgressBar
 from prensa.output.result import RunResult
 from prensa.precision import ROUND_OFF
 from prensa.result.increment import Increment, Progress
+from prensa.solver.stability import JUMPED
 from prensa.solver.time_stepping import at_rest
 from prensa.system.discretise import discretise
 from prensa.system.state import State
@@ -310,7 +311,9 @@ class _Run:
         nothing = self.system.stiffness * self.system.length * ROUND_OFF**2  # of strains that are round-off
         if missing > max(IMBALANCE * largest, nothing):
             share = 100 * missing / largest if largest else 100.0
-            log.warning("energy balance off by %.2g %% of the largest energy; smaller increments reduce it", share)
+            jumped = any(JUMPED in text for text in self.warnings.texts)
+            remedy = "what jumps set free is part of it" if jumped else "smaller increments reduce it"
+            log.warning("energy balance off by %.2g %% of the largest energy; %s", share, remedy)
         for blow in press.blows(table, self.case.problem):
             if abs(blow.missing) > IMBALANCE * blow.gave:
                 share = 100 * abs(blow.missing) / blow.gave

@@ -13,6 +13,7 @@ from prensa.contact.surface import Surface
 from prensa.errors import PrensaError
 from prensa.model import problem as model
 from prensa.policy import Policy
+from prensa.precision import SMALLEST
 from prensa.result.increment import Increment
 from prensa.solver.reporting import Given, Messages
 from prensa.solver.time_stepping import TimeStepping
@@ -22,7 +23,7 @@ from prensa.system.failure import Failure
 from prensa.system.finer_part import may_part, part_of, work_in
 from prensa.system.system import System
 from prensa.timer import Timer
-from prensa.types import Index
+from prensa.types import Array, Index
 
 
 class _Silent(Messages):
@@ -46,7 +47,9 @@ def missed_on_finer(
     Clapeyron's theorem F²/2K is the work done in all, F²/2k that in the part less what its border alone does in it.
 
     The part knows its border at the ends of the steps, not on the way there. Where its own elements do not give the force of the
-    whole, as in metal that is bent round its tool, it stands for nothing, and quarters of them are spared.
+    whole, as in metal that is bent round its tool, it stands for nothing, and quarters of them are spared. A tool whose corner is
+    pushed aside may have a force of the right size along a wrong direction: the share is the larger one of the size and of what
+    does the work, along the way of the tool in the step.
     """
     if not may_part(system, s):
         return None
@@ -54,8 +57,10 @@ def missed_on_finer(
     try:
         if (own := part_of(system, given.context, given.state, s, nodes, layers, 0)) is None:
             return None
-        here, whole = _force(s, *solved(own.problem)), _carried(system, s, given, own.nodes)
-        if not abs(here - whole) <= WORTH_SAYING * whole:
+        way = _way(system, s, given)
+        here, whole = _force(s, way, *solved(own.problem)), _carried(system, s, given, own.nodes, way)
+        known = np.abs(here - whole) <= WORTH_SAYING * whole
+        if not known[0]:
             return None
         alone = 0.0
         if len(own.nodes) < len(system.meshes[s.body].points):  # else its border is held by supports
@@ -65,20 +70,31 @@ def missed_on_finer(
         if share <= WORTH_SAYING:  # what may be missed, too, unless the force is several times too large
             return 0.0
         fine = part_of(system, given.context, given.state, s, nodes, layers, 2)
-        there = 0.0 if fine is None else _force(s, *solved(fine.problem))
+        there = np.zeros(2) if fine is None else _force(s, way, *solved(fine.problem))
     except PrensaError:  # what has no answer as a part says nothing of the whole
         return None
-    return share * (1.0 - here / there) if there > 0.0 else None
+    if not there[0] > 0.0:
+        return None
+    known &= there > 0.0
+    missed = share * (1.0 - here[known] / there[known])
+    return float(missed[np.argmax(np.abs(missed))])
 
 
-def _carried(system: System, s: Surface, given: Committed, nodes: Index) -> float:
-    """Size of the force of a contact's tool on nodes of its body."""
+def _way(system: System, s: Surface, given: Committed) -> Array:
+    """Unit vector (2,) along the way of a contact's tool in the step, 0 if it has none."""
+    master, state = system.tool_masters[s.against], given.state
+    way = (master.place(state.u) - master.place(given.context.state.step_start))[:2]
+    return np.asarray(way / max(float(np.hypot(*way)), SMALLEST))
+
+
+def _carried(system: System, s: Surface, given: Committed, nodes: Index, way: Array) -> Array:
+    """The force of a contact's tool on nodes of its body, as `_sizes` has it."""
     force = np.zeros(system.ndof)
     for i, o in enumerate(system.tool_contacts):
         if (o.body, o.against) == (s.body, s.against):
             f, there = given.evaluation.contacts[i], np.isin(o.points.support, nodes).any(axis=1)
             scatter_vector(f.F[there], f.stencils.dofs[there], force)
-    return _size(system, *force[system.tool_masters[s.against].dofs[:2]].tolist())
+    return _sizes(system, force[system.tool_masters[s.against].dofs[:2]], way)
 
 
 def _solved(problem: model.Problem, numerics: model.Numerics, policy: Policy) -> tuple[System, Increment]:
@@ -96,12 +112,13 @@ def _solved(problem: model.Problem, numerics: model.Numerics, policy: Policy) ->
     return own, last
 
 
-def _force(s: Surface, own: System, last: Increment) -> float:
-    """Size of the force of a contact's tool."""
+def _force(s: Surface, way: Array, own: System, last: Increment) -> Array:
+    """The force of a contact's tool, as `_sizes` has it."""
     force = last.force(s.against)
-    return _size(own, force.x, force.y)
+    return _sizes(own, np.array([force.x, force.y]), way)
 
 
-def _size(system: System, x: float, y: float) -> float:
-    """Size of a force: about the axis its parts along the radius cancel."""
-    return abs(y) if system.axisymmetric else float(np.hypot(x, y))
+def _sizes(system: System, force: Array, way: Array) -> Array:
+    """Size of a force (2,) and of its component along a way (2,); about the axis its parts along the radius cancel."""
+    along = abs(float(force @ way))
+    return np.array([abs(float(force[1])) if system.axisymmetric else float(np.hypot(*force)), along])

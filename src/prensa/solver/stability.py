@@ -21,6 +21,9 @@ from prensa.system.outcome import NewtonResult
 from prensa.system.state import Stability, State, may_rest
 from prensa.types import Array
 
+JUMPED = "the bodies jump to another equilibrium"
+"""What is said of it, by which other messages of a run know that it did."""
+
 
 def judged(
     eq: Equilibrium, result: NewtonResult, checks: RunChecks, stabilisation: Stabilisation, cutbacks: int, may_cut: bool
@@ -129,8 +132,7 @@ def stability_warnings(c: Context, result: NewtonResult) -> list[str]:
     if result.jumped:
         follows = "" if has_viscous_forces else ": 'stabilise: auto' does, and reports what the jump dissipates"
         return [
-            f"{place}: the bodies jump to another equilibrium within one increment; shorter ones could not follow the way "
-            f"there{follows}"
+            f"{place}: {JUMPED} within one increment; shorter ones could not follow the way there{follows}"
         ]
     if result.negative and not c.state.stability.negative:
         ways = "one mode" if result.negative == 1 else f"{result.negative} modes"

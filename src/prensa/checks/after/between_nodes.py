@@ -21,6 +21,9 @@ from prensa.precision import SMALLEST
 from prensa.system.system import System
 from prensa.types import Array, Index
 
+NO_FORCE = "no force acts"
+"""What is off where a tool presses no node."""
+
 
 class Dip(NamedTuple):
     """Nodes (2,) of an edge, (4,) of a face, and its length, behind which a tool reaches by a notable share of that."""
@@ -102,7 +105,7 @@ class BetweenNodes:
                 return ""
         pushed = any(dof in given.context.plan.push for dof in self.system.tool_masters[s.against].dofs.tolist())
         if dip is not None:
-            return self.words(s, dip, x, _off(share, pushed))
+            return self.words(s, dip, x, _off(share, pushed) if len(pressed) else NO_FORCE)
         # in space, of what the tool would bear whose depth is that of the nodes and δ more
         short = missed / (1.0 + missed) if self.system.dofs.dimension == 3 else missed
         off = short if share is None else share

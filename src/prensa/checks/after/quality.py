@@ -6,14 +6,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.after.between_nodes import BetweenNodes
 from prensa.checks.check import Committed, Failed, Finished, warning
 from prensa.checks.thresholds import NOTABLE_DEPTH, SLIGHT
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.record import magnitude
 from prensa.errors import Finding, coordinates
+from prensa.linear.rigid_modes import CLOSED
 from prensa.model.fields import motions_in
 from prensa.model.problem import Problem, Step
 from prensa.system.system import System
+from prensa.types import Array
 
 HIDDEN_FORCE_RATIO = 100.0
 """A tool force below this multiple of the residual allowed is no result."""
@@ -36,32 +39,63 @@ def penetrations(system: System, given: Committed) -> Iterator[Finding]:
 class PenaltyShare:
     """Forces that are too low because the penalties of the contacts give way, by the step in which most work had been done.
 
-    A spring of stiffness k that carries the force f lowers the force F over a prescribed travel d: dF/d(1/k) = −f²/d of a linear
-    body (Castigliano). Of all springs together that is the share of their energy in the work done.
+    A spring of stiffness k that carries f gives way by f/k, and that gap lowers the force F over a prescribed travel d by f/k
+    df/dd: gaps and travels are reciprocal (Betti). Of all springs that is a share Σ f df / (k F dd) = dE/dW of F: what their
+    energy gains over what the work does. In a linear body that is E/W (Castigliano); a body that stiffens loses more, metal
+    that yields at a constant force nothing. The rate is that over the second half of the work: within a single increment forces
+    of sliding step as nodes pass.
     """
 
     def __init__(self, system: System) -> None:
         self.system = system
         self.work, self.share, self.softest = 0.0, 0.0, ""
+        self.rows: list[tuple[float, float]] = []  # W and E at the ends of increments
+
+    def go_on_from(self, before: PenaltyShare) -> None:
+        """Take over what was seen of the run on an earlier system."""
+        self.work, self.share, self.softest, self.rows = before.work, before.share, before.softest, list(before.rows)
+
+    def note(self, given: Committed) -> tuple[()]:
+        """Note an increment."""
+        if not self.rows and given.context.state.energy.external == 0.0:
+            self.rows.append((0.0, 0.0))  # of a run that is continued the beginning is not known
+        self.rows.append((given.state.energy.external, sum(self._stored(given).values())))
+        return ()
 
     def __call__(self, given: Committed) -> tuple[()]:
         """Note the end of a step; there is nothing to say before the end of the run."""
         # Steps of little work, in which a sheet is clamped, have large shares without a meaning for what is asked of the run.
-        energy, contacts = given.state.energy, zip(self.system.surfaces, given.evaluation.contacts, given.context.scales)
-        stored = {s.name: _gives_way(f, scale) for s, f, scale in contacts if s.description.enforcement.sinks}
-        if stored and energy.external > self.work:
-            self.work, self.share = energy.external, sum(stored.values()) / energy.external
+        stored = self._stored(given)
+        if stored and given.state.energy.external > self.work:
+            self.work, self.share = given.state.energy.external, _last_rate(np.array(self.rows))
             self.softest = max(stored, key=lambda name: stored[name])
         return ()
+
+    def _stored(self, given: Committed) -> dict[str, float]:
+        """Energy in the springs of each contact that has some."""
+        contacts = zip(self.system.surfaces, given.evaluation.contacts, given.context.scales)
+        return {s.name: _gives_way(f, scale) for s, f, scale in contacts if s.description.enforcement.sinks}
 
     def warnings(self, _: Finished | Failed) -> Iterator[Finding]:
         """The share, where it shows."""
         if self.share > SLIGHT:
             yield warning(
-                f"the penalties of the contacts, of {self.softest!r} most, store {100.0 * self.share:.2g} % of the work done: "
-                "forces of prescribed travels are too low by about as much; raise 'beta' and 'beta_T', or use "
+                f"the penalties of the contacts give way, that of {self.softest!r} most, and forces of prescribed travels are "
+                f"too low by an estimated {100.0 * self.share:.2g} %; raise 'beta' and 'beta_T', or use "
                 "'enforcement: {type: exact}'"
             )
+
+
+def _last_rate(rows: Array) -> float:
+    """The change of the second column of rows (k, 2) over that of the first, from half of its last value to that."""
+    work, stored = rows.T
+    below = np.flatnonzero(work <= 0.5 * work[-1])
+    i = int(below[-1]) if len(below) else 0
+    if i + 1 == len(rows):  # the only increment that is known
+        return float(stored[-1] / work[-1])
+    part = max((0.5 * work[-1] - work[i]) / (work[i + 1] - work[i]), 0.0) if len(below) else 0.0
+    base = rows[i] + part * (rows[i + 1] - rows[i])
+    return float((stored[-1] - base[1]) / (work[-1] - base[0]))
 
 
 def _gives_way(f: ContactForces, scale: Scale) -> float:
@@ -127,11 +161,27 @@ def _by_springs_alone(system: System) -> bool:
     return True
 
 
-def untouched_tools(system: System, given: Finished) -> Iterator[Finding]:
-    """Tools of contacts that met nothing in a whole run."""
-    for tool in system.tools:
-        own = [] if tool.name in given.planes else system.against(tool.name)
-        # Planes that stand for lines of symmetry are put there by the run, and may never be touched.
-        if own and tool.name not in given.touched:
-            surfaces = ", ".join(repr("+".join(s.description.surface)) for s in own)
-            yield warning(f"tool {tool.name!r} never touched {surfaces}, so its forces are zero")
+class UntouchedTools:
+    """Tools of contacts that met nothing, or pressed nothing, in a whole run."""
+
+    def __init__(self, system: System, between: BetweenNodes) -> None:
+        self.system, self.between = system, between
+        self.reached: set[str] = set()
+
+    def note(self, given: Committed) -> tuple[()]:
+        """Note what comes near in an increment: there is nothing to say before the end."""
+        for s, f in zip(self.system.tool_contacts, given.evaluation.contacts):
+            if s.against not in self.reached and (f.g <= CLOSED * float(s.points.depth.min())).any():
+                self.reached.add(s.against)
+        return ()
+
+    def warnings(self, given: Finished) -> Iterator[Finding]:
+        """Of each such tool, once; one that went in between nodes has been reported."""
+        for tool in self.system.tools:
+            own = [] if tool.name in given.planes else self.system.against(tool.name)
+            # Planes that stand for lines of symmetry are put there by the run, and may never be touched.
+            if own and tool.name not in given.touched and self.between.reported.isdisjoint(s.name for s in own):
+                surfaces = ", ".join(repr("+".join(s.description.surface)) for s in own)
+                near = tool.name in self.reached
+                does = f"touched {surfaces} and never pressed" if near else f"never touched {surfaces}"
+                yield warning(f"tool {tool.name!r} {does}, so its forces are zero")

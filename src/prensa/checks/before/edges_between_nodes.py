@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prensa.checks.after.between_nodes import BetweenNodes
+from prensa.checks.after.between_nodes import NO_FORCE, BetweenNodes
 from prensa.errors import Finding
 from prensa.linear.rigid_modes import CLOSED
 from prensa.system.moments import contact_path, driven, moments
@@ -15,6 +15,11 @@ from prensa.system.system import System
 
 def edges_between_nodes(system: System) -> Iterator[Finding]:
     """Tools that at the end of a step lie inside bodies which nothing has touched, between the nodes of their contacts."""
+    yield from dips(system).values()
+
+
+def dips(system: System) -> dict[str, Finding]:
+    """By contact, what there is to say of such a tool."""
     between = BetweenNodes(system)
     moved = {name for name in system.problem.bodies if driven(system, name)}
     found: dict[str, Finding] = {}
@@ -27,6 +32,6 @@ def edges_between_nodes(system: System) -> Iterator[Finding]:
             elif not s.sharp and s.body not in moved and np.isclose(m.t, m.plan.t1) and s.name not in found:
                 dip = between.deepest(s, x, m.u)
                 if dip is not None:
-                    words = between.words(s, dip, x, "no force acts")
+                    words = between.words(s, dip, x, NO_FORCE)
                     found[s.name] = Finding(contact_path(system, i), words, seen_in_run=True)
-    yield from found.values()
+    return found

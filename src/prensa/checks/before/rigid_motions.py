@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
 from prensa.checks.before.overlap import unjoined
+from prensa.checks.before.pushed_away import loaded, never_resisted
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.contact.masters import Seen
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
 from prensa.geometry.plane import turned
 from prensa.linear.rigid_modes import CLOSED, Frame, along_all, free_in_words, free_motions, rows_of, support_rows
-from prensa.model import problem as model
 from prensa.model.problem import tools_removed
 from prensa.system.planning import plan_step
 from prensa.system.schedule import StepPlan
@@ -44,6 +44,8 @@ def rigid_motions(system: System) -> Iterator[Finding]:
                 reported.add(name)
                 if not fatal and len(frames) > 1 and name in unjoined(system):
                     continue
+                if not fatal and not system.problem.body_contacts and name in never_resisted(system, frames):
+                    continue  # a tool that touched it would not help: `joint_motions` refuses it
                 if not fatal and (lacking := list(_symmetry(system, name, frame, held))):
                     yield from lacking  # what is free then goes with the planes that are named
                     continue
@@ -164,13 +166,6 @@ def _example(system: System, body: str, frame: Frame, plan: StepPlan, rows: Arra
                 axis = np.flatnonzero(np.abs(n) > 1.0 - NO_DIFFERENCE)
                 best, most = f", like '{name}.{side}: {'xyz'[axis[0]] if len(axis) else 'normal'}'", taken
     return best
-
-
-def loaded(system: System, bodies: Collection[str], number: int) -> bool:
-    """Whether loads of the problem, or of step *number* (from 0), act on some bodies."""
-    p = system.problem
-    owners: list[model.Problem | model.Step] = [p, p.steps[number]]
-    return any(name.partition(".")[0] in bodies for owner in owners for name in (*owner.loads, *owner.body_force))
 
 
 def contact_rows(

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prensa.checks.before.edges_between_nodes import edges_between_nodes
+from prensa.checks.before.edges_between_nodes import dips
 from prensa.checks.before.held_nodes import Pressed, deepest, held, overconstrained
 from prensa.checks.during.penetration import Watch, inside, watches
 from prensa.checks.thresholds import ALONG, NO_DIFFERENCE
@@ -26,7 +26,7 @@ AT_MIDDLES = ", and contact is at the middle of the sides of its faces alone: sh
 def tool_paths(system: System) -> Iterator[Finding]:
     """Tools that never touch, that press what cannot yield, that cross each other, or go into what has no contact with them."""
     watched = watches(system)
-    nearest, farthest = np.full(len(system.tool_contacts), np.inf), np.full(len(system.tool_contacts), -np.inf)
+    nearest, farthest, first = (np.full(len(system.tool_contacts), v) for v in (np.inf, -np.inf, np.nan))
     driven_tools = np.zeros(len(system.tools), dtype=bool)
     at_first = system.initial().u
     known = np.ones(len(system.tool_contacts), dtype=bool)
@@ -44,36 +44,26 @@ def tool_paths(system: System) -> Iterator[Finding]:
             if not m.known[system.tool_masters[s.against].number]:
                 continue
             pairs = system.nodes_seen(s, m.u)
-            nearest[i], farthest[i] = min(nearest[i], float(pairs.g.min())), max(farthest[i], float(pairs.g.min()))
+            gap = float(pairs.g.min())
+            nearest[i], farthest[i] = min(nearest[i], gap), max(farthest[i], gap)
+            first[i] = gap if np.isnan(first[i]) else first[i]
             held(system, s, i, m, x, pressed)
         for notice in _crossing(system, m, x):
             reported.setdefault(notice.path, notice)
         at_rest = set(system.problem.bodies) - moved - _touched(system, nearest, known)
         for notice in _entered(system, watched, m, at_rest):
             reported.setdefault(notice.path, notice)
+    idle: list[tuple[int, Finding]] = []
     if system.problem.start is None:  # tools of an earlier run may have pressed before
-        never = list(_never_pressing(system, nearest, farthest, known, moved, driven_tools))
-        # An edge that goes in between two nodes presses, although the gaps of the nodes only grow.
-        between = {f.path for f in edges_between_nodes(system)} if never else set()
-        yield from (f for f in never if f.path not in between)
+        idle += _never_pressing(system, first, nearest, farthest, known, moved, driven_tools)
     for i, s in enumerate(system.tool_contacts):
         if nearest[i] <= 0 or not known[i]:
             # A tool that reached a body, or whose place is not known, may have moved it: nothing is known of it from then on.
             moved.add(s.body)
-    reached = {
-        s.against for i, s in enumerate(system.tool_contacts) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]
-    }
-    for i, s in enumerate(system.tool_contacts):
-        if s.against in reached and s.description.surface == (s.body,):
-            continue  # a tool is against all bodies where nothing else is said, not meant to meet them all
-        if known[i] and nearest[i] > CLOSED * s.points.depth.min() and s.body not in moved:
-            gap = f"never comes nearer than {nearest[i]:.4g}" if np.isfinite(nearest[i]) else "is never opposite to it"
-            yield Finding(
-                contact_path(system, i),
-                f"tool {s.against!r} never touches {'+'.join(s.description.surface)!r} in any step: it {gap}"
-                + (AT_MIDDLES if _coarse(s, nearest[i]) else "; ")
-                + "check where it is placed, the sign and the size of its motion",
-            )
+    idle += _never_touching(system, nearest, known, moved)
+    # what goes in between two nodes comes near none, and has a word of its own
+    between = dips(system) if idle else {}
+    yield from (finding for i, finding in idle if system.tool_contacts[i].name not in between)
     yield from reported.values()
     worst = deepest(pressed)
     for (number, k), most in worst.items():
@@ -85,18 +75,37 @@ def tool_paths(system: System) -> Iterator[Finding]:
         yield overconstrained(system, s, i, most, candidate=k >= 0)
 
 
+def _never_touching(system: System, nearest: Array, known: Flags, moved: set[str]) -> Iterator[tuple[int, Finding]]:
+    """Contacts of tools that never come near, by their number."""
+    reached = {
+        s.against for i, s in enumerate(system.tool_contacts) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]
+    }
+    for i, s in enumerate(system.tool_contacts):
+        if s.against in reached and s.description.surface == (s.body,):
+            continue  # a tool is against all bodies where nothing else is said, not meant to meet them all
+        if known[i] and nearest[i] > CLOSED * s.points.depth.min() and s.body not in moved:
+            gap = f"never comes nearer than {nearest[i]:.4g}" if np.isfinite(nearest[i]) else "is never opposite to it"
+            yield i, Finding(
+                contact_path(system, i),
+                f"tool {s.against!r} never touches {'+'.join(s.description.surface)!r} in any step: it {gap}"
+                + (AT_MIDDLES if _coarse(s, nearest[i]) else "; ")
+                + "check where it is placed, the sign and the size of its motion",
+            )
+
+
 def _coarse(s: Surface, gap: float) -> bool:
     """Whether a tool misses points of a surface of quadratic faces by less than an element."""
     return isinstance(s.points, FacePoints) and s.points.faces.shape[1] == 6 and gap < float(s.points.depth.min())
 
 
 def _never_pressing(
-    system: System, nearest: Array, farthest: Array, known: Flags, moved: set[str], driven_tools: Flags
-) -> Iterator[Finding]:
+    system: System, first: Array, nearest: Array, farthest: Array, known: Flags, moved: set[str], driven_tools: Flags
+) -> Iterator[tuple[int, Finding]]:
     """Tools that touch a body that nothing presses or moves, and stay, or are moved along it or away from it.
 
     Those that stay are named only where no other one is moved: what it does not press, they cannot.
-    ``nearest``, ``farthest``: their least gaps, by contact; ``driven_tools``: which are moved.
+    ``first``, ``nearest``, ``farthest``: their gaps at first, and the least and largest, by contact, whose numbers come with
+    what there is to say; ``driven_tools``: which are moved.
     """
     near = np.array([CLOSED * s.points.depth.min() for s in system.tool_contacts])
     pressing = {
@@ -116,10 +125,13 @@ def _never_pressing(
             way = f"goes away from it, by up to {farthest[i]:.4g}" if farthest[i] > near[i] else "goes along it"
             if not drives:
                 way = "stays there"
-            yield Finding(
+            what = "+".join(s.description.surface)
+            does = f"touches {what!r} at first and only {way}"
+            if not first[i] <= near[i]:
+                does = f"comes to touch {what!r} and goes no deeper"
+            yield i, Finding(
                 contact_path(system, i),
-                f"tool {s.against!r} touches {'+'.join(s.description.surface)!r} at first and only {way}: it never presses; "
-                "check the sign and the axis of its motion",
+                f"tool {s.against!r} {does}: it never presses; check the sign and the axis of its motion",
             )
 
 
