@@ -128,6 +128,12 @@ class Element(Member, abstract=True):
         """Initial volumes (k, q) of the points and flags (k,) of folded elements."""
         raise NotImplementedError(f"{self.type!r} has no volumes: define volumes(self, X, mode)")
 
+    def common_dilatation(self, c: Chunk, mode: Mode) -> Array | None:
+        """Derivative (k, dim a) by the nodes of the dilatation that all points of an element have where its stiffness is
+        unsymmetric for that, at x + d; None elsewhere.
+        """
+        return None
+
     def respond(self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, stiffness: bool) -> Failure | None:
         """Forces, with ``stiffness`` their exact derivative, and the new history of a chunk. Pure."""
         raise NotImplementedError(f"{self.type!r} does not respond: define respond(...)")

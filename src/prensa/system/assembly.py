@@ -21,7 +21,7 @@ from prensa.materials.laws import At, Material
 from prensa.materials.protocol import Flowing
 from prensa.mesh.bricks import SOLID_CORNERS
 from prensa.mesh.mesh import corner_cells
-from prensa.types import Array, Flags, Index, Ints
+from prensa.types import Array, Flags, Index, Ints, Single
 
 Slots = NDArray[np.uint8] | Ints
 CHUNK = 1024  # elements that are evaluated together, whose arrays are reused by the next
@@ -150,6 +150,27 @@ def _scatter_stiffness(K, cells, slot, indptr, data):
                 data[k + one] += K[e, 2 * i + 1, 2 * j]
                 data[k + length] += K[e, 2 * i, 2 * j + 1]
                 data[k + length + one] += K[e, 2 * i + 1, 2 * j + 1]
+
+
+@njit(cache=True, error_model="numpy")
+def volumetric_part(K, g, out):
+    """Of element stiffnesses K (e, n, n) along γ = g/|g| for g (e, n): γ, K γ, Kᵀ γ and a modulus, (e, 3 n + 1).
+
+    The modulus is the mean stiffness of the other motions over γᵀ K γ, rigid ones left out.
+    """
+    n = g.shape[1]
+    for e in range(len(K)):
+        size = np.sqrt(np.sum(g[e] ** 2))
+        own, trace = 0.0, 0.0
+        for i in range(n):
+            right, left = 0.0, 0.0
+            for j in range(n):
+                right += K[e, i, j] * g[e, j]
+                left += K[e, j, i] * g[e, j]
+            own += g[e, i] * right / size**2
+            trace += K[e, i, i]
+            out[e, i], out[e, n + i], out[e, 2 * n + i] = g[e, i] / size, right / size, left / size
+        out[e, 3 * n] = (trace - own) / (n - 7) / own
 
 
 def gather(values: Array, cells: Index, out: Array) -> None:
@@ -325,11 +346,15 @@ class Block:
 
 
 class Sweep(NamedTuple):
-    """Result of a sweep: total Σ |element forces|, new history (m, q, h), and what failed; then history is the old one."""
+    """Result of a sweep: total Σ |element forces|, new history (m, q, h), and what failed; then history is the old one.
+
+    ``volumetric``: see `volumetric_part`; None of elements that do not say what dilatation they have in common.
+    """
 
     force_scale: float
     history: Array
     failed: Failure | None
+    volumetric: Single | None = None
 
 
 def sweep(
@@ -340,7 +365,7 @@ def sweep(
     x_n (n, d): configuration that increments refer to; du (n, d): increments of the nodes; old (m, q, h) history; ``threads``
     that may answer for chunks of elements at once.
     """
-    points, new, total = old.shape[1], np.empty_like(old), 0.0
+    points, new, total, volumetric = old.shape[1], np.empty_like(old), 0.0, None
 
     def answer(first: int, room: _Room) -> Failure | None:
         """Forces, stiffness and history of the chunk that begins with element ``first``, in a room of its own."""
@@ -363,7 +388,12 @@ def sweep(
         scatter_forces(w.r, cells, r)
         if data is not None:
             scatter_stiffness(w.K, cells, block.slots[rows], pattern.indptr, data)
-    return Sweep(total, new, None)
+            c = Chunk(block.X[rows], room.x[: len(cells)], room.d[: len(cells)], old[rows], new[rows])
+            if (g := block.element.common_dilatation(c, block.mode)) is not None:
+                if volumetric is None:
+                    volumetric = np.empty((len(block), 3 * g.shape[1] + 1), dtype=np.float32)
+                volumetric_part(w.K, g, volumetric[rows])
+    return Sweep(total, new, None, volumetric)
 
 
 class _Room(NamedTuple):
