@@ -128,10 +128,8 @@ class Element(Member, abstract=True):
         """Initial volumes (k, q) of the points and flags (k,) of folded elements."""
         raise NotImplementedError(f"{self.type!r} has no volumes: define volumes(self, X, mode)")
 
-    def common_dilatation(self, c: Chunk, mode: Mode) -> Array | None:
-        """Derivative (k, dim a) by the nodes of the dilatation that all points of an element have where its stiffness is
-        unsymmetric for that, at x + d; None elsewhere.
-        """
+    def common_dilatation(self, mode: Mode) -> Array | None:
+        """Slopes (a, dim) of the shape functions at the point whose dilatation all points have; None if that is symmetric."""
         return None
 
     def respond(self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, stiffness: bool) -> Failure | None:

@@ -143,14 +143,3 @@ def centre(nodes: int, dimension: int) -> Array:
     """Shape functions at ξ = η[= ζ] = 0 and their slopes in ξ, in η[, in ζ], ((1 + d) a,)."""
     N, dN = _SHAPES[nodes, dimension](*[0.0] * dimension)
     return np.concatenate([N, dN.T.ravel()])
-
-
-def slopes(x: Array) -> Array:
-    """Derivatives ∂N_a/∂x_j (m, a, d) of the shape functions of elements x (m, a, d) with a corners at their centres."""
-    d = x.shape[2]
-    if x.shape[1] == d + 1:
-        g = np.vstack([-np.ones((1, d)), np.eye(d)])
-    else:
-        ring = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2**d
-        g = ring if d == 2 else np.vstack([np.insert(ring, 2, end, axis=1) for end in (-0.125, 0.125)])
-    return np.asarray(g @ np.linalg.inv(np.einsum("maj,ak->mjk", x, g)))

@@ -62,7 +62,7 @@ class Tied:
         return np.asarray(self.equations.T @ r)
 
     def of_columns(self, columns: csr_matrix) -> csr_matrix:
-        """Tᵀ times columns (ndof, m)."""
+        """As `part` (f, m) for forces (ndof, m)."""
         return csr_matrix(self.equations.T @ columns)
 
     def whole(self, x: Array, n: int) -> Array:

@@ -78,9 +78,6 @@ class Restriction(Protocol):
     def part(self, r: Array) -> Array:
         """Residuals of the free dofs (f,), those of tied nodes with their masters'."""
 
-    def of_columns(self, columns: csr_matrix) -> csr_matrix:
-        """As `part` (f, m) for forces (ndof, m)."""
-
     def whole(self, x: Array, n: int) -> Array:
         """All dofs (n,) or (n, k) from the free ones, zero where prescribed."""
 
@@ -189,7 +186,7 @@ class Selected:
         return r.take(self.rows, axis=0)
 
     def of_columns(self, columns: csr_matrix) -> csr_matrix:
-        """See `Restriction`."""
+        """As `part` (f, m) for forces (ndof, m)."""
         return columns[self.rows]
 
     def whole(self, x: Array, n: int) -> Array:

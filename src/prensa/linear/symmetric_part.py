@@ -19,6 +19,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, hstack
 
 from prensa.contact.forces import ContactForces, symmetric_stiffness
+from prensa.kernels.dilatation import beside
 from prensa.policy import DEFAULT, Policy
 from prensa.system.assembly import CHUNK, Block, scatter_matrix, scatter_stiffness
 from prensa.system.system import Evaluation, System
@@ -48,11 +49,6 @@ class Volumetric(NamedTuple):
     modulus: Array
 
     @property
-    def beyond(self) -> Array:
-        """Vectors w (m, n): P is (A + Aᵀ)/2 + w γᵀ + γ wᵀ."""
-        return 0.5 * (self.left - self.right)
-
-    @property
     def own(self) -> Array:
         """γᵀ A γ (m,)."""
         return np.asarray((self.gamma * self.right).sum(axis=1))
@@ -60,8 +56,8 @@ class Volumetric(NamedTuple):
     def apart(self, most: float) -> Array:
         """Share θ (m,) of γᵀ A γ that is a pressure by itself: 1 − √``modulus`` where that is below ``most``, else none.
 
-        What stays is halfway between the bulk stiffness, for which the diagonal Schur complement of `prensa.linear.pressure_apart`
-        is exact, and the other motions, with which a cycle of multigrid is at its best.
+        What stays is halfway between the bulk stiffness, for which the diagonal Schur complement of
+        `prensa.linear.pressure_apart` is exact, and the other motions, with which a cycle of multigrid is at its best.
         """
         inside = (self.own > 0.0) & (self.modulus > 0.0) & (self.modulus < most)
         return np.where(inside, 1.0 - np.sqrt(np.where(inside, self.modulus, 0.0)), 0.0)
@@ -120,10 +116,8 @@ class SymmetricPart:
             share = self._over_own(v)
             for first in range(0, len(v.gamma), CHUNK):
                 rows = slice(first, first + CHUNK)
-                K = v.beyond[rows, :, None] * v.gamma[rows, None, :]
-                K += K.transpose(0, 2, 1)
-                if apart:
-                    K -= share[rows, None, None] * v.left[rows, :, None] * v.left[rows, None, :]
+                K = np.empty((len(share[rows]), *2 * v.gamma.shape[1:]))
+                beside(v.gamma[rows], v.right[rows], v.left[rows], share[rows] if apart else np.zeros(CHUNK), K)
                 scatter_stiffness(K, v.block.cells[rows], v.block.slots[rows], pattern.indptr, data)
         return np.asarray(self.restriction.values(data, True))
 

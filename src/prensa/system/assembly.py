@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from prensa.elements.element import Chunk, Element, Failure, Mode, Work, workspace
 from prensa.kernels.compiled import njit
+from prensa.kernels.dilatation import volumetric_part
 from prensa.kernels.search import entry
 from prensa.layout import DofMap, of_corners
 from prensa.materials.laws import At, Material
@@ -150,27 +151,6 @@ def _scatter_stiffness(K, cells, slot, indptr, data):
                 data[k + one] += K[e, 2 * i + 1, 2 * j]
                 data[k + length] += K[e, 2 * i, 2 * j + 1]
                 data[k + length + one] += K[e, 2 * i + 1, 2 * j + 1]
-
-
-@njit(cache=True, error_model="numpy")
-def volumetric_part(K, g, out):
-    """Of element stiffnesses K (e, n, n) along γ = g/|g| for g (e, n): γ, K γ, Kᵀ γ and a modulus, (e, 3 n + 1).
-
-    The modulus is the mean stiffness of the other motions over γᵀ K γ, rigid ones left out.
-    """
-    n = g.shape[1]
-    for e in range(len(K)):
-        size = np.sqrt(np.sum(g[e] ** 2))
-        own, trace = 0.0, 0.0
-        for i in range(n):
-            right, left = 0.0, 0.0
-            for j in range(n):
-                right += K[e, i, j] * g[e, j]
-                left += K[e, j, i] * g[e, j]
-            own += g[e, i] * right / size**2
-            trace += K[e, i, i]
-            out[e, i], out[e, n + i], out[e, 2 * n + i] = g[e, i] / size, right / size, left / size
-        out[e, 3 * n] = (trace - own) / (n - 7) / own
 
 
 def gather(values: Array, cells: Index, out: Array) -> None:
@@ -365,7 +345,8 @@ def sweep(
     x_n (n, d): configuration that increments refer to; du (n, d): increments of the nodes; old (m, q, h) history; ``threads``
     that may answer for chunks of elements at once.
     """
-    points, new, total, volumetric = old.shape[1], np.empty_like(old), 0.0, None
+    points, new, total = old.shape[1], np.empty_like(old), 0.0
+    common, volumetric = _volumetric(block, data)
 
     def answer(first: int, room: _Room) -> Failure | None:
         """Forces, stiffness and history of the chunk that begins with element ``first``, in a room of its own."""
@@ -388,12 +369,18 @@ def sweep(
         scatter_forces(w.r, cells, r)
         if data is not None:
             scatter_stiffness(w.K, cells, block.slots[rows], pattern.indptr, data)
-            c = Chunk(block.X[rows], room.x[: len(cells)], room.d[: len(cells)], old[rows], new[rows])
-            if (g := block.element.common_dilatation(c, block.mode)) is not None:
-                if volumetric is None:
-                    volumetric = np.empty((len(block), 3 * g.shape[1] + 1), dtype=np.float32)
-                volumetric_part(w.K, g, volumetric[rows])
+            if common is not None and volumetric is not None:
+                volumetric_part(w.K, room.x[: len(cells)] + room.d[: len(cells)], common, volumetric[rows])
     return Sweep(total, new, None, volumetric)
+
+
+def _volumetric(block: Block, data: Array | None) -> tuple[Array | None, Single | None]:
+    """Where elements have their dilatation in common (see `Element.common_dilatation`) and room for their `volumetric_part`.
+
+    In space alone, where preconditioners are made of it, and where stiffness is asked for.
+    """
+    slopes = block.element.common_dilatation(block.mode) if data is not None and block.element.layout.dimension == 3 else None
+    return slopes, None if slopes is None else np.empty((len(block), 3 * slopes.size + 1), dtype=np.float32)
 
 
 class _Room(NamedTuple):

@@ -13,7 +13,6 @@ import numpy as np
 
 from prensa.checks.check import Committed, Failed, Finished, ended_by, warning
 from prensa.checks.thresholds import NO_DIFFERENCE
-from prensa.elements.shapes import slopes
 from prensa.errors import Finding
 from prensa.geometry.plane import cross
 from prensa.materials.flow_curve import FlowCurve
@@ -272,6 +271,17 @@ def _area(x: Array, corners: Index) -> Array:
     at = x.take(corners, axis=0)
     one, other = (at[2] - at[0], at[3] - at[1]) if len(at) == 4 else (at[1] - at[0], at[2] - at[0])
     return cross(one, other)
+
+
+def slopes(x: Array) -> Array:
+    """Derivatives ∂N_a/∂x_j (m, a, d) of the shape functions of elements x (m, a, d) with a corners at their centres."""
+    d = x.shape[2]
+    if x.shape[1] == d + 1:
+        g = np.vstack([-np.ones((1, d)), np.eye(d)])
+    else:
+        ring = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2**d
+        g = ring if d == 2 else np.vstack([np.insert(ring, 2, end, axis=1) for end in (-0.125, 0.125)])
+    return np.asarray(g @ np.linalg.inv(np.einsum("maj,ak->mjk", x, g)))
 
 
 def principal(S: Array) -> Array:
