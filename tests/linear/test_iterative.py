@@ -156,7 +156,7 @@ def test_a_useless_p_ends_in_lu(monkeypatch, caplog):
     problem = billet(n=3)
     *_, right = pr.solve(problem, pr.Numerics(solver="superlu"))
 
-    def broken(self, A, more):
+    def broken(self, A, more, apart=False):
         return np.random.default_rng(0).standard_normal(A.nnz)
 
     monkeypatch.setattr(iterative.Iterative, "_symmetric_values", broken)

@@ -110,7 +110,8 @@ def as_matrix(system, data):
 def iterations(f, A, solve, b):
     """Of GMRES to 1e-6."""
     before = f.krylov_iterations
-    assert f._krylov(A, solve, b, 1e-6) is not None
+    x = f._krylov(A, solve, b, 1e-6)
+    assert x is not None and np.linalg.norm(A @ x - b) <= 2e-6 * np.linalg.norm(b)
     return f.krylov_iterations - before
 
 
@@ -126,7 +127,7 @@ def test_p_saves_iterations_where_bricks_are_no_parallelepipeds(soft):
 
 
 def test_the_matrix_with_pressures_is_the_tangent(soft):
-    """With p = Gᵀ u its rows give A u and nothing; what is left of pressures counts for no more than forces."""
+    """With p = Gᵀ u its rows give A u and nothing."""
     *_, reduced, matrix, b = soft
     f = reduced.factorisation
     A = f._tangent(matrix)
@@ -136,8 +137,6 @@ def test_the_matrix_with_pressures_is_the_tangent(soft):
     made = apart.of(A) @ np.concatenate([u, apart.G @ u])
     scale = np.linalg.norm(A @ u)
     assert np.linalg.norm(made[: len(b)] - A @ u) <= 1e-12 * scale and not made[len(b) :].any()
-    r = np.random.default_rng(1).standard_normal(len(apart.weight))
-    assert np.linalg.norm(apart.B @ (r / apart.weight)) <= np.linalg.norm(r)
 
 
 def test_pressures_apart_save_iterations_of_multigrid(soft):

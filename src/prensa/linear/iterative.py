@@ -28,6 +28,7 @@ from prensa.linear.factorisations import (
     Structure,
     _backward_error,
     krylov,
+    length,
 )
 from prensa.linear.multigrid import Multigrid, Nodes
 from prensa.linear.pressure_apart import PressureApart
@@ -337,8 +338,17 @@ class Iterative:
             # the first iterations, in which few eigenvalues are seen, tell nothing of the rate
             if not isinstance(solve, PressureApart):
                 return krylov(A, counted, r, most, share, least=most // 2)
-            x = krylov(solve.of(A), counted, solve.extended(r), most, share, least=most // 2)
-            return x if x is None else x[: len(r)]
+            x, rest, goal = np.zeros_like(r), r, share * length(r)
+            for _ in range(self.policy.max_refinements):
+                more = krylov(solve.of(A), counted, solve.extended(rest), most, goal / length(rest), least=most // 2)
+                if more is None:
+                    return None
+                x += more[: len(r)]
+                rest = r - A @ x
+                # what is left of pressures of neighbours may add up to larger forces
+                if length(rest) <= 2.0 * goal:
+                    return x
+            return None
 
         x = by_gmres(b, SINGLE_EPS if precisely else share)
         if precisely and x is not None:

@@ -35,10 +35,9 @@ class PressureApart:
     def __init__(self, B: csr_matrix, G: csr_matrix, share: Array, cycle: Solve) -> None:
         self.n, self.B, self.G = B.shape[0], B, G.T.tocsr()
         self.cycle, self.schur = cycle, 1.0 / (1.0 - share)
-        # rows of pressures so that what is left of them counts at least as what it makes of forces: |B / weight| ≤ 1, since no
-        # force is of more elements than the longest row has
-        length = np.sqrt(np.asarray(B.multiply(B).sum(axis=0)).ravel())
-        self.weight = np.where(length > 0.0, length, 1.0) * np.sqrt(max(np.diff(B.indptr).max(initial=1), 1))
+        # what is left of a row of pressures counts as the forces that it makes in its element
+        size = np.sqrt(np.asarray(B.multiply(B).sum(axis=0)).ravel())
+        self.weight = np.where(size > 0.0, size, 1.0)
 
     def __call__(self, r: Array) -> Array:
         """See the module."""

@@ -4,10 +4,10 @@ P is (A + Aᵀ)/2 but for two things that A's unsymmetric part multiplies by lar
 
 * contact points have a stiffness of their own (`contact.forces.symmetric_stiffness`): the symmetric part of friction that
   follows the pressure would be indefinite, of the size of the penalty;
-* elements with F-bar have P_e γ = A_eᵀ γ, γ the direction in which the dilatation of their centre grows. In (A + Aᵀ)/2 the
-  bulk modulus K would meet two dilatations, g₀ of the centre, which A measures, and ĝ, on which its pressure acts: what they
-  differ by is resisted by −K/4 in no motion that A resists. With P_e, K g₀ ⊗ g₀ stands for A's K ĝ ⊗ g₀: A P⁻¹ differs from 1 by
-  pressures times ĝ − g₀, whatever K is.
+* elements with F-bar have P_e γ = A_eᵀ γ, γ the direction in which the dilatation of their centre grows. Their pressure answers
+  to the gradient g₀ of that dilatation and acts by the mean one of their points, ĝ: the symmetric part of K ĝ ⊗ g₀ is that of the
+  mean of both less K/4 of their difference, a stiffness that A does not have. With K g₀ ⊗ g₀ in P A P⁻¹ differs from 1 by
+  pressures times ĝ − g₀, whatever the bulk modulus K is.
 """
 
 from __future__ import annotations
