@@ -339,15 +339,15 @@ class Iterative:
             if not isinstance(solve, PressureApart):
                 return krylov(A, counted, r, most, share, least=most // 2)
             x, rest, goal = np.zeros_like(r), r, share * length(r)
-            for _ in range(self.policy.max_refinements):
-                more = krylov(solve.of(A), counted, solve.extended(rest), most, goal / length(rest), least=most // 2)
-                if more is None:
-                    return None
-                x += more[: len(r)]
-                rest = r - A @ x
-                # what is left of pressures of neighbours may add up to larger forces
+            for _ in range(1 + self.policy.max_refinements):
+                # again where what is left of the pressures of neighbours adds up to larger forces
                 if length(rest) <= 2.0 * goal:
                     return x
+                more = krylov(solve.of(A), counted, solve.extended(rest), most, goal / length(rest), least=most // 2)
+                if more is None:
+                    break
+                x += more[: len(r)]
+                rest = r - A @ x
             return None
 
         x = by_gmres(b, SINGLE_EPS if precisely else share)
