@@ -162,3 +162,17 @@ def test_bodies_that_change_their_volume_have_no_pressures(material, some):
     assert isinstance(f._preconditioner(MULTIGRID, A, matrix[f._entries :]), PressureApart) is some
     x = f.step(matrix, b, 1e-6)
     assert f.name == MULTIGRID and np.linalg.norm(A @ x - b) <= 2e-6 * np.linalg.norm(b)
+
+
+def test_unknowns_that_follow_others_have_their_shares_of_pressures():
+    """A sector of a ring held along the normal of an inclined side has the forces of the direct solver."""
+    mesh = pr.Revolution(pr.Rectangle((3.0, 2.0), (3, 3), (3.0, 0.0)), 3, angle=np.radians(45.0))
+    problem = pr.Problem(
+        "ring", space="solid", bodies={"b": pr.Body(mesh, SOFT)}, tools={"t": pr.Plane(touching="b.top")},
+        contacts=(pr.Contact("b.top", "t"),), friction=pr.Coulomb(0.1), fixed={"b.bottom": "y", "b.base": "z", "b.cap": "normal"},
+        steps=(pr.Step("press", move={"t": pr.Motion(y=-0.2)}, increments=2),),
+    )  # fmt: skip
+    assert discretise(problem).ties is not None
+    policy = Policy(multigrid_coarsest=60)
+    (*_, direct), (*_, found) = (pr.solve(problem, pr.Numerics(solver=s), policy=policy) for s in ("superlu", MULTIGRID))
+    assert found.statistics.krylov > 0 and found.force("t").y == pytest.approx(direct.force("t").y, rel=1e-8)

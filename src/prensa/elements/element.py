@@ -129,7 +129,7 @@ class Element(Member, abstract=True):
         raise NotImplementedError(f"{self.type!r} has no volumes: define volumes(self, X, mode)")
 
     def common_dilatation(self, mode: Mode) -> Array | None:
-        """Slopes (a, dim) of the shape functions at the point whose dilatation all points have; None if that is symmetric."""
+        """Slopes (a, dim) of shape functions where all points have their dilatation from; None where stiffness is symmetric."""
         return None
 
     def respond(self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, stiffness: bool) -> Failure | None:
