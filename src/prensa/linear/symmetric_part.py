@@ -21,6 +21,7 @@ from scipy.sparse import csr_matrix, hstack
 from prensa.contact.forces import ContactForces, symmetric_stiffness
 from prensa.kernels.dilatation import beside
 from prensa.policy import DEFAULT, Policy
+from prensa.precision import SMALLEST
 from prensa.system.assembly import CHUNK, Block, scatter_matrix, scatter_stiffness
 from prensa.system.system import Evaluation, System
 from prensa.types import Array, Index
@@ -54,13 +55,9 @@ class Volumetric(NamedTuple):
         return np.asarray((self.gamma * self.right).sum(axis=1))
 
     def apart(self, most: float) -> Array:
-        """Share θ (m,) of γᵀ A γ that is a pressure by itself: 1 − √``modulus`` where that is below ``most``, else none.
-
-        What stays is halfway between the bulk stiffness, for which the diagonal Schur complement of
-        `prensa.linear.pressure_apart` is exact, and the other motions, with which a cycle of multigrid is at its best.
-        """
+        """Share θ (m,) of γᵀ A γ that is a pressure by itself: what stays is as compressible as where the modulus is ``most``."""
         inside = (self.own > 0.0) & (self.modulus > 0.0) & (self.modulus < most)
-        return np.where(inside, 1.0 - np.sqrt(np.where(inside, self.modulus, 0.0)), 0.0)
+        return np.where(inside, 1.0 - np.where(inside, self.modulus, 0.0) / max(most, SMALLEST), 0.0)
 
 
 class SymmetricPart:
