@@ -150,7 +150,7 @@ def by_gmres(way: str) -> Callable[[Reduced, Array, Array], Row]:
     def solve(reduced: Reduced, matrix: Array, b: Array) -> Row:
         f = reduced.factorisation
         assert isinstance(f, Iterative)
-        f = Iterative(f.direct, (way,), f.places, f._system, f._free, f.policy)
+        f = Iterative(f.direct, (way,), f.part, f._system, f._free, f.policy)
         A = f._tangent(matrix)
         t = [time.process_time()]
         f.analyse()

@@ -262,6 +262,10 @@ class LinearPolicy:
     """Middle over short edge from which bricks are flat, long over middle edge from which they are drawn out, for multigrid."""
     multigrid_reach: float = 2.5
     """Middle edges within which nodes may be of one aggregate."""
+    multigrid_incompressible: float = 0.03
+    """Mean stiffness of an element's other motions over that of its dilatation that multigrid makes of smaller ones by taking
+    pressures apart: 0.07 to 0.16 in elastic metals, below 0.015 where they flow, 0.004 in rubber (ν = 0.495).
+    """
     multigrid_sweeps: int = 4
     """Steps of Chebyshev's polynomial before and after coarser levels: with affine motions as fast as two with rigid ones, and
     they fail less.

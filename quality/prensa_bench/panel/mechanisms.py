@@ -326,6 +326,11 @@ TIMELY = (
         policy={"iterative_from": NEVER, "multigrid_from": NEVER},
     ),
     Mechanism(
+        "pressures_apart",
+        "Multigrid in space takes most of the bulk stiffness of elements that hardly change their volume apart, as pressures.",
+        policy={"multigrid_incompressible": 0.0},
+    ),
+    Mechanism(
         "reuse_of_factors",
         "Factors of a matrix before serve where the iterate's is close to it.",
         numerics={"reuse_factors": False},

@@ -128,6 +128,10 @@ class Element(Member, abstract=True):
         """Initial volumes (k, q) of the points and flags (k,) of folded elements."""
         raise NotImplementedError(f"{self.type!r} has no volumes: define volumes(self, X, mode)")
 
+    def common_dilatation(self, mode: Mode) -> Array | None:
+        """Slopes (a, dim) of shape functions where all points have their dilatation from; None where stiffness is symmetric."""
+        return None
+
     def respond(self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, stiffness: bool) -> Failure | None:
         """Forces, with ``stiffness`` their exact derivative, and the new history of a chunk. Pure."""
         raise NotImplementedError(f"{self.type!r} does not respond: define respond(...)")

@@ -61,6 +61,10 @@ class Tied:
         """Tᵀ r."""
         return np.asarray(self.equations.T @ r)
 
+    def of_columns(self, columns: csr_matrix) -> csr_matrix:
+        """As `part` (f, m) for forces (ndof, m)."""
+        return csr_matrix(self.equations.T @ columns)
+
     def whole(self, x: Array, n: int) -> Array:
         """T x."""
         return np.asarray(self.matrix @ x)

@@ -1,8 +1,7 @@
 """Linear systems of bodies in space: flexible GMRES on the tangent A; the preconditioner is made from a symmetric P beside it.
 
-P = (A + Aᵀ)/2 with another stiffness of the contact points: without friction that follows the pressure, whose symmetric part
-would be indefinite, of the size of the penalty, and without the curvature of tools (`contact.forces.symmetric_stiffness`).
-LDLᵀ of P in single precision, or a multigrid hierarchy made from it, preconditions. A itself stays as it is, and what counts is
+P is near (A + Aᵀ)/2 (`prensa.linear.symmetric_part`). LDLᵀ of P in single precision, or a multigrid hierarchy made from it, with
+most of the bulk stiffness apart (`prensa.linear.pressure_apart`), preconditions. A itself stays as it is, and what counts is
 its true residual: a solution that GMRES does not reach goes to the next way, from multigrid to LDLᵀ, from there to LU of A, for
 the rest of the attempt, with a line in the log.
 """
@@ -17,7 +16,6 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
-from prensa.contact.forces import ContactForces, symmetric_stiffness
 from prensa.kernels.smoothers import block_places, mirrored
 from prensa.linear.factorisations import (
     BACKENDS,
@@ -30,13 +28,15 @@ from prensa.linear.factorisations import (
     Structure,
     _backward_error,
     krylov,
+    length,
 )
 from prensa.linear.multigrid import Multigrid, Nodes
+from prensa.linear.pressure_apart import PressureApart
+from prensa.linear.symmetric_part import SymmetricPart
 from prensa.model import problem as model
 from prensa.policy import DEFAULT, Policy
-from prensa.system.assembly import scatter_matrix
 from prensa.system.planning import plan_step
-from prensa.system.system import Evaluation, System
+from prensa.system.system import System
 from prensa.types import Array, Flags, Index, Ints, Single
 
 if TYPE_CHECKING:
@@ -87,36 +87,6 @@ def too_large(size: float) -> str:
     if memory is None or size < memory:
         return ""
     return f"factors of {size / 1e9:.3g} GB are more than the {memory / 1e9:.3g} GB of this machine"
-
-
-class Restricted(Protocol):
-    """What is asked of a restriction to the free unknowns (`prensa.linear.reduction.Restriction`)."""
-
-    def values(self, data: Array, spent: bool = False) -> Array:
-        """Values of K_ff."""
-
-
-class ContactPart:
-    """What P has of contact beyond A, in the free unknowns: numbers at the ``places`` (k,) of contact points in the matrix."""
-
-    def __init__(self, system: System, restriction: Restricted) -> None:
-        self.system, self.restriction = system, restriction
-        mask = np.zeros(system.pattern.entries)
-        for s in system.surfaces:
-            mask[system.pair_slots(s)] = 1.0
-        self.places: Index = np.flatnonzero(restriction.values(mask))
-
-    def of(self, e: Evaluation) -> Array:
-        """P − (A + Aᵀ)/2 at the places (k,), of the contacts of an evaluation."""
-        data = np.zeros(self.system.pattern.entries)
-        for s, f in zip(self.system.surfaces, e.contacts):
-            scatter_matrix(beyond(f), self.system.pair_slots(s), data)
-        return np.asarray(self.restriction.values(data, True)[self.places])
-
-
-def beyond(f: ContactForces) -> Array:
-    """What the symmetric stand-in (k, m, m) for a contact's stiffness has beyond its symmetric part."""
-    return np.ascontiguousarray(symmetric_stiffness(f) - 0.5 * (f.K + f.K.transpose(0, 2, 1)))
 
 
 class Geometry(NamedTuple):
@@ -210,19 +180,20 @@ class NodalMatrix:
 
 
 class Iterative:
-    """Solver for systems in space: `Factors` of values (nnz + k,) of A, followed by what P has of contact (see `ContactPart`).
+    """Solver for systems in space: `Factors` of values (nnz + k,) of A, followed by numbers for P (see `SymmetricPart`).
 
-    direct: LU of A, to which all goes where no preconditioner leads to a solution; ``ways``: those to try; ``places``: of
-    `ContactPart`; ``system``, ``free`` (f,): where the unknowns are, for multigrid.
+    direct: LU of A, to which all goes where no preconditioner leads to a solution; ``ways``: those to try; ``part``: what
+    makes P of such numbers; ``system``, ``free`` (f,): where the unknowns are, for multigrid.
     ``krylov_iterations``: of the attempt so far; ``fell_back``: what went wrong in it, in words.
     """
 
     made_from: Single | None = None
 
     def __init__(
-        self, direct: Factorisation, ways: Sequence[str], places: Index, system: System, free: Index, policy: Policy = DEFAULT
-    ) -> None:
-        self.direct, self.ways, self.places, self.policy = direct, tuple(ways), places, policy
+        self, direct: Factorisation, ways: Sequence[str], part: SymmetricPart, system: System, free: Index,
+        policy: Policy = DEFAULT,
+    ) -> None:  # fmt: skip
+        self.direct, self.ways, self.part, self.policy = direct, tuple(ways), part, policy
         self._system, self._free = system, free
         self._mirror: Ints | None = None
         self._inside: Flags | None = None
@@ -236,7 +207,7 @@ class Iterative:
         self.order, self.fell_back, self.krylov_iterations = list(self.ways), list[str](), 0
         self._A: csr_matrix | None = None
         self._solve: Solve | None = None
-        self._more = np.zeros(len(self.places))
+        self._more = np.zeros(0)
         self._own = True  # whether the preconditioner is made from the last matrix
         self._symmetric = False  # whether P is the symmetric part of A: nothing of contact is left out
 
@@ -267,21 +238,28 @@ class Iterative:
             return values
         return values / (scale[structure.indices] * np.repeat(scale, np.diff(structure.indptr)))
 
-    def _symmetric_values(self, A: csr_matrix, more: Array) -> Array:
-        """P (nnz,), scaled; more (k,): of contact."""
+    def _symmetric_values(self, A: csr_matrix, more: Array, apart: bool = False) -> Array:
+        """P (nnz,), scaled; more (k,): see `SymmetricPart`; ``apart``: without the pressures that are unknowns by themselves."""
         out = 0.5 * (A.data + A.data[self.mirror])
-        scale, structure = self.direct.scale, self.direct.structure
+        if apart or self._slides(more):
+            out += self.direct.scaled(self.part.of_elements(more, apart))
+        places, scale, structure = self.part.places, self.direct.scale, self.direct.structure
+        contact = more[: len(places)]
         if scale is not None:
-            column = np.searchsorted(structure.indptr, self.places, side="right") - 1
-            more = more * scale[structure.indices[self.places]] * scale[column]
-        out[self.places] += more
+            column = np.searchsorted(structure.indptr, places, side="right") - 1
+            contact = contact * scale[structure.indices[places]] * scale[column]
+        out[places] += contact
         return out
+
+    def _slides(self, more: Array) -> bool:
+        """Whether contact makes another P than (A + Aᵀ)/2; only then may elements too: its pivots tell of A elsewhere."""
+        return bool(more[: len(self.part.places)].any())
 
     def _preconditioner(self, way: str, A: csr_matrix, more: Array) -> Solve:
         """LDLᵀ or multigrid of P; raises `ArithmeticError` or `RuntimeError` where there is none."""
-        values = self._symmetric_values(A, more)
         if way == MULTIGRID:
-            return self.nodal.cycle(values)
+            return self._multigrid(A, more)
+        values = self._symmetric_values(A, more)
         if self._ldlt is None or self._inside is None:
             self.analyse_ldlt()
         assert self._ldlt is not None and self._inside is not None
@@ -292,6 +270,18 @@ class Iterative:
         if not np.isfinite(single).all():
             raise ArithmeticError("values beyond the range of single precision")
         return self._ldlt(single)
+
+    def _multigrid(self, A: csr_matrix, more: Array) -> Solve:
+        """Multigrid of P, with pressures apart where elements have any."""
+        cycle = self.nodal.cycle(self._symmetric_values(A, more, apart=bool(self.part.blocks)))
+        if not self.part.blocks:
+            return cycle
+        B, G, share = self.part.pressures(more)
+        if not share.any():
+            return cycle
+        if self.direct.scale is not None:
+            B, G = (X.multiply(self.direct.scale[:, None]).tocsr() for X in (B, G))
+        return PressureApart(B, G, share, cycle)
 
     def analyse_ldlt(self) -> None:
         """Analyse the lower triangle of P."""
@@ -346,7 +336,19 @@ class Iterative:
 
         def by_gmres(r: Array, share: float) -> Array | None:
             # the first iterations, in which few eigenvalues are seen, tell nothing of the rate
-            return krylov(A, counted, r, most, share, least=most // 2)
+            if not isinstance(solve, PressureApart):
+                return krylov(A, counted, r, most, share, least=most // 2)
+            x, rest, goal = np.zeros_like(r), r, share * length(r)
+            for _ in range(1 + self.policy.max_refinements):
+                # again where what is left of the pressures of neighbours adds up to larger forces
+                if length(rest) <= 2.0 * goal:
+                    return x
+                more = krylov(solve.of(A), counted, solve.extended(rest), most, goal / length(rest), least=most // 2)
+                if more is None:
+                    break
+                x += more[: len(r)]
+                rest = r - A @ x
+            return None
 
         x = by_gmres(b, SINGLE_EPS if precisely else share)
         if precisely and x is not None:
@@ -375,7 +377,7 @@ class Iterative:
 
     def _solution(self, values: Array, b: Array, share: float, precisely: bool, kept: bool) -> Array | None:
         """Solution (f,) by the way in turn and those after it; None where LU has to take over."""
-        if len(values) != self._entries + len(self.places):  # of a transpose, say: what P has of contact is not known
+        if len(values) != self._entries + self.part.size:  # of a transpose, say: what P has beside it is not known
             self.order = []
             return None
         largest = float(np.abs(values[: self._entries]).max(initial=0.0))
@@ -537,7 +539,7 @@ class Iterative:
             self.direct.follow(values[: self._entries], changed)
         else:
             self._A, self._more, self._own = self._tangent(values), values[self._entries :].copy(), False
-            self._symmetric = not self._more.any()
+            self._symmetric = not self._slides(self._more)
 
     def coarse(self, values: Array) -> bool:
         """False: factors of P are no factors of A."""

@@ -10,8 +10,9 @@ import numpy as np
 
 from prensa.linear.constraints import Tied
 from prensa.linear.factorisations import Factorisation, KeptFactors, running
-from prensa.linear.iterative import ContactPart, Iterative, ways_of
+from prensa.linear.iterative import Iterative, ways_of
 from prensa.linear.multipliers import Equations, determined
+from prensa.linear.symmetric_part import SymmetricPart
 from prensa.linear.threads import threads_of
 from prensa.model import problem as model
 from prensa.policy import DEFAULT, Policy
@@ -184,6 +185,10 @@ class Selected:
         """See `Restriction`."""
         return r.take(self.rows, axis=0)
 
+    def of_columns(self, columns: csr_matrix) -> csr_matrix:
+        """As `part` (f, m) for forces (ndof, m)."""
+        return columns[self.rows]
+
     def whole(self, x: Array, n: int) -> Array:
         """See `Restriction`."""
         out = np.zeros((n, *x.shape[1:]))
@@ -242,8 +247,8 @@ class Reduced:
     equations: list[Equations]
     policy: Policy
     control: Control | None = None
-    contact: ContactPart | None = None
-    """What P has of contact, of systems in space that are solved by iteration: it follows the values of their matrices."""
+    part: SymmetricPart | None = None
+    """What P has beside A, of systems in space that are solved by iteration: it follows the values of their matrices."""
     kept: dict[str, Array] = field(default_factory=dict, compare=False, repr=False)
     """What depends on nothing but which unknowns are free, and is asked for in each increment."""
 
@@ -274,10 +279,10 @@ class Reduced:
             definite, policy, in_lengths(weight), spatial,
         )  # fmt: skip
         factorisation: Factorisation | Iterative = direct
-        contact = None
+        part = None
         if ways and control is None and not equations:
-            contact = ContactPart(system, restriction)
-            factorisation = Iterative(direct, ways, contact.places, system, restriction.free, policy)
+            part = SymmetricPart(system, restriction, policy)
+            factorisation = Iterative(direct, ways, part, system, restriction.free, policy)
         return cls(
             fixed,
             symmetric,
@@ -288,7 +293,7 @@ class Reduced:
             equations,
             policy,
             control,
-            contact,
+            part,
         )
 
     def detach(self) -> Reduced:
@@ -323,7 +328,7 @@ class Reduced:
         assert e.data is not None
         data = determined(e, b, self.equations, self.policy) if self.equations else e.data
         values = self.restriction.values(data, spent or data is not e.data)
-        return values if self.contact is None else np.concatenate([values, self.contact.of(e)])
+        return values if self.part is None else np.concatenate([values, self.part.of(e)])
 
     def solve(self, matrix: Array, b: Array) -> Array:
         """Free dofs (ndof,) with K_ff x_f = b_f, zero where prescribed."""

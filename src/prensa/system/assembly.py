@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from prensa.elements.element import Chunk, Element, Failure, Mode, Work, workspace
 from prensa.kernels.compiled import njit
+from prensa.kernels.dilatation import volumetric_part
 from prensa.kernels.search import entry
 from prensa.layout import DofMap, of_corners
 from prensa.materials.laws import At, Material
 from prensa.materials.protocol import Flowing
 from prensa.mesh.bricks import SOLID_CORNERS
 from prensa.mesh.mesh import corner_cells
-from prensa.types import Array, Flags, Index, Ints
+from prensa.types import Array, Flags, Index, Ints, Single
 
 Slots = NDArray[np.uint8] | Ints
 CHUNK = 1024  # elements that are evaluated together, whose arrays are reused by the next
@@ -325,11 +326,15 @@ class Block:
 
 
 class Sweep(NamedTuple):
-    """Result of a sweep: total Σ |element forces|, new history (m, q, h), and what failed; then history is the old one."""
+    """Result of a sweep: total Σ |element forces|, new history (m, q, h), and what failed; then history is the old one.
+
+    ``volumetric``: see `volumetric_part`; None of elements that do not say what dilatation they have in common.
+    """
 
     force_scale: float
     history: Array
     failed: Failure | None
+    volumetric: Single | None = None
 
 
 def sweep(
@@ -341,6 +346,7 @@ def sweep(
     that may answer for chunks of elements at once.
     """
     points, new, total = old.shape[1], np.empty_like(old), 0.0
+    common, volumetric = _volumetric(block, data)
 
     def answer(first: int, room: _Room) -> Failure | None:
         """Forces, stiffness and history of the chunk that begins with element ``first``, in a room of its own."""
@@ -363,7 +369,18 @@ def sweep(
         scatter_forces(w.r, cells, r)
         if data is not None:
             scatter_stiffness(w.K, cells, block.slots[rows], pattern.indptr, data)
-    return Sweep(total, new, None)
+            if common is not None and volumetric is not None:
+                volumetric_part(w.K, room.x[: len(cells)] + room.d[: len(cells)], common, volumetric[rows])
+    return Sweep(total, new, None, volumetric)
+
+
+def _volumetric(block: Block, data: Array | None) -> tuple[Array | None, Single | None]:
+    """Where elements have their dilatation in common (see `Element.common_dilatation`) and room for their `volumetric_part`.
+
+    In space alone, where preconditioners are made of it, and where stiffness is asked for.
+    """
+    slopes = block.element.common_dilatation(block.mode) if data is not None and block.element.layout.dimension == 3 else None
+    return slopes, None if slopes is None else np.empty((len(block), 3 * slopes.size + 1), dtype=np.float32)
 
 
 class _Room(NamedTuple):

@@ -41,7 +41,7 @@ from prensa.system.state import Clock, Energy, Recovered, State
 from prensa.system.ties import Ties
 from prensa.system.time_integration import BACKWARD_EULER, TimeRule
 from prensa.tools.place import PlacedTool
-from prensa.types import Array, Flags, Index, Ints
+from prensa.types import Array, Flags, Index, Ints, Single
 
 log = logging.getLogger("prensa")
 
@@ -69,6 +69,7 @@ class Evaluation(NamedTuple):
     failed: NotEvaluated | None
     floor: float = 0.0
     violation: float = 0.0
+    volumetric: Sequence[Single | None] = ()
 
     def contact_forces(self) -> Array:
         """Forces (ndof,) of the contacts on all degrees of freedom: a master's are those at its own."""
@@ -95,6 +96,7 @@ class Bulk(NamedTuple):
     floor: float
     history: Sequence[Array]
     failed: NotEvaluated | None = None
+    volumetric: Sequence[Single | None] = ()
 
 
 class BodyForces(Protocol):
@@ -563,7 +565,7 @@ class System:
         if loaded:
             scale += float(np.abs(f_ext[self.dofs.displacement.slice]).sum())
             r = r - f_ext
-        return Evaluation(r, data, scale, bulk.history, tuple(trials), f_ext, None, floor, violation)
+        return Evaluation(r, data, scale, bulk.history, tuple(trials), f_ext, None, floor, violation, bulk.volumetric)
 
     def apply(self, data: Array, delta: Array) -> Array:
         """K δ (ndof,) for the matrix values of an evaluation."""
@@ -612,7 +614,7 @@ class System:
         total = self.problem.kinematics == "small" and not self.has_memory
         du = self.displacement(u if total else u - c.state.u)
         base = self.initial_history if total else c.history
-        history, scale, floor = [], 0.0, self.round_off
+        history, volumetric, scale, floor = [], list[Single | None](), 0.0, self.round_off
         now, begun = elapsed(self.problem, c.time, c.state.ends), c.rule.share > 0.0
         for block, old, held in zip(self.blocks, base, flows or [None] * len(self.blocks)):
             here = At(c.rule.seconds(block, c.seconds), now, data is not None, secant, held, begun)
@@ -621,8 +623,9 @@ class System:
                 x, y, *z = self.X[block.cells[out.failed.element]].mean(axis=0).tolist()
                 return Bulk(scale, floor, (), ElementFailed(out.failed.element, block.body, x, y, out.failed.why, *z))
             history.append(out.history)
+            volumetric.append(out.volumetric)
             scale += out.force_scale
-        return Bulk(scale, floor, tuple(history))
+        return Bulk(scale, floor, tuple(history), volumetric=tuple(volumetric))
 
     @cached_property
     def stiffness(self) -> float:

@@ -45,6 +45,13 @@ class Isoparametric(Element, abstract=True):
         """B-bar derives from an energy, F-bar does not."""
         return self.mean_dilatation or not (self.bar and mode.finite)
 
+    def common_dilatation(self, mode: Mode) -> Array | None:
+        """That of the centre with F-bar."""
+        if not (self.bar and mode.finite) or self.mean_dilatation:
+            return None
+        a, d = self.N.shape[1], self.layout.dimension
+        return shapes.centre(a, d)[a:].reshape(d, a).T
+
     def volumes(self, X: Array, mode: Mode) -> tuple[Array, Flags]:
         """Initial volumes (k, q) and flags (k,) of folded elements."""
         t = self.table
