@@ -7,8 +7,9 @@ import pytest
 import shapely
 
 import prensa as pr
-from prensa.checks.during.self_intersection import fold, outlines
+from prensa.checks.during.self_intersection import fold
 from prensa.mesh.overlap import overlaps
+from prensa.result.folding import Outlined
 from problems import single_block
 
 CUP, MOUTH, HEIGHT = 0.5, 1.0, 4.0  # of two arms: half width of the void below, where it begins to narrow, height of their ends
@@ -41,13 +42,13 @@ def folded(x: np.ndarray):
     """What the check of a run says of a block whose outline is at x; inside it nothing counts."""
     x = np.append(x, [0.5 * (x[-1] + x[0])], axis=0) if len(x) % 2 else x
     system = pr.discretise(single_block(pr.Step("rest"), n=(len(x) // 2 - 1, 1)))
-    (outline,), u = outlines(system), system.initial().u
-    after = dict(outline.ends.tolist())
-    walk = [int(outline.ends[0, 0])]
+    (ends,), u = system.outlines.values(), system.initial().u
+    after = dict(ends.tolist())
+    walk = [int(ends[0, 0])]
     while after[walk[-1]] != walk[0]:
         walk.append(after[walk[-1]])
     system.displacement(u)[walk] = x - system.X[walk]
-    return fold(system, [outline], u)
+    return fold(Outlined(system, u, u))
 
 
 @pytest.mark.parametrize("shift", [0.0, 1e-12, 1e-7, 1e-3, 0.125, -0.1])

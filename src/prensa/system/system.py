@@ -23,7 +23,7 @@ from prensa.friction.law import At as FrictionAt
 from prensa.friction.law import FrictionLaw
 from prensa.layout import DofMap
 from prensa.materials.laws import At
-from prensa.mesh.mesh import Mesh, MeshError
+from prensa.mesh.mesh import Mesh, MeshError, segments
 from prensa.model import problem as model
 from prensa.model.interference import interfering
 from prensa.model.seconds import elapsed
@@ -216,6 +216,11 @@ class System:
     def length(self) -> float:
         """Size of the bodies, the length by which moments are divided."""
         return float(np.ptp(self.X, axis=0).max())
+
+    @cached_property
+    def outlines(self) -> dict[str, Index]:
+        """Straight pieces (k, 2) of the outline of each body in the plane, by its own nodes."""
+        return {body: segments(mesh.boundary) for body, mesh in self.meshes.items()}
 
     def span(self, body: str) -> slice:
         """The nodes of a body among those of all."""

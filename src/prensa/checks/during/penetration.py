@@ -59,7 +59,7 @@ class Penetration:
             # Nodes beside a contact may lie as deep as its points sink in: a penalty is no missing contact.
             sunk[t] = max(sunk[t], -float(f.g.min()))
         folded = self.folding.folded(result.u) if given.complete else []
-        node = inside(system, self.watched, given.outlines, sunk, self.folding.creased(c, folded))
+        node = inside(system, self.watched, given.outlines.u, sunk, self.folding.creased(c, folded))
         # Interiors of condensed bodies are computed only where an outline shows something, or a step ends.
         if not given.complete and (node is not None or c.ends_step):
             node = inside(system, self.watched, given.displacements(), sunk)
