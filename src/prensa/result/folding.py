@@ -28,6 +28,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.mesh.crossing import turns_back
 from prensa.mesh.overlap import Overlap, overlaps
 from prensa.precision import NEGLIGIBLE, SMALLEST
 from prensa.result.whole_outline import WholeOutline, whole_outline
@@ -169,7 +170,12 @@ class Outlined:
         """By body in the plane: where its outline lies in itself, numbers of segments as `prensa.mesh.mesh.segments` has them."""
         if self.system.dofs.dimension != 2:
             return {}
-        return {body: overlaps(self.x[self.system.span(body)], ends) for body, ends in self.system.outlines.items()}
+        return {body: self._overlaps(body, ends) for body, ends in self.system.outlines.items()}
+
+    def _overlaps(self, body: str, ends: Index) -> list[Overlap]:
+        """Where the outline of a body with such pieces (k, 2) lies in itself: nowhere if it is one line that turns back nowhere."""
+        x, loops = self.x[self.system.span(body)], whole_outline(self.system, body).own
+        return overlaps(x, ends) if len(loops) > 1 or turns_back(x[loops[0]]) else []
 
     @cached_property
     def folds(self) -> dict[str, Folding]:
@@ -257,6 +263,8 @@ def _least_angle(system: System, u: Array, loop: _Loop) -> float:
 
 def _of_loop(system: System, u: Array, loop: _Loop, below: float, met: list[Index]) -> list[Fold]:
     """Folds of a loop with an opening ``below`` a number, the nearest to closing of each place; not on arcs that have ``met``."""
+    if below <= CLOSING and not turns_back(loop.now):
+        return []
     pairs, opening = _openings(system, u, loop, below)
     if not len(opening):
         return []
