@@ -28,7 +28,7 @@ def turns_back(x: Array) -> bool:
     if turn.max() >= STRAIGHT or (not cosine.all() and not (sine.astype(bool) | cosine.astype(bool)).all()):
         return True  # back along itself, or a piece without a length
     so_far = np.concatenate([[0.0], np.cumsum(np.concatenate([turn, turn]))])
-    if not np.rint(so_far[len(x)] / (2.0 * np.pi)) == 1.0:
+    if np.rint(so_far[len(x)] / (2.0 * np.pi)) != 1.0:
         return True
     return bool((np.maximum.accumulate(so_far) - so_far).max() >= RIGHT)
 

@@ -173,7 +173,7 @@ class Outlined:
         return {body: self._overlaps(body, ends) for body, ends in self.system.outlines.items()}
 
     def _overlaps(self, body: str, ends: Index) -> list[Overlap]:
-        """Where the outline of a body with such pieces (k, 2) lies in itself: nowhere if it is one line that turns back nowhere."""
+        """Where an outline of such pieces (k, 2) lies in itself: nowhere if it is one line that turns back nowhere."""
         x, loops = self.x[self.system.span(body)], whole_outline(self.system, body).own
         return overlaps(x, ends) if len(loops) > 1 or turns_back(x[loops[0]]) else []
 
