@@ -27,7 +27,7 @@ class Closing:
     """Two parts of the outline of a body that come together; each place is reported once."""
 
     def __init__(self, system: System) -> None:
-        self.system = system
+        self.system, self.applies = system, system.problem.kinematics != "small"
         self.known: dict[str, Index] = {}
         """By body: nodes of its outline between the flanks of all folds so far."""
 
@@ -70,7 +70,7 @@ class Closing:
         ]
 
     def _folds(self, given: Solved) -> Iterator[tuple[str, Fold]]:
-        if self.system.problem.kinematics != "small":
+        if self.applies:
             for body, found in given.outlines.folds.items():
                 yield from ((body, fold) for fold in found.folds)
 
