@@ -209,9 +209,7 @@ def forces(
         by_way = np.where(springs[:, None, None], stuck, by_way)
     response = Response(p, tractions, slope, by_p, by_way, scale.k_n, scale.k_t, weight, area)
     F, K, dp, dt, acting = assemble(x, response, (p, tractions) if turning is None else turning)
-    return ContactForces(
-        x, p, tractions, kappa, slip, F, K, weight, area, dp, dt, rests, stretched, bound, points, acting=acting
-    )
+    return ContactForces(x, p, tractions, kappa, slip, F, K, weight, area, dp, dt, rests, stretched, bound, points, None, acting)
 
 
 def symmetric_stiffness(f: ContactForces) -> Array:

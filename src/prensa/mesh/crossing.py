@@ -8,7 +8,7 @@ from prensa.geometry.plane import cross
 from prensa.precision import NEGLIGIBLE, SMALLEST
 from prensa.types import Array, Index
 
-RIGHT, STRAIGHT = 0.5 * np.pi * (1.0 - NEGLIGIBLE), np.pi * (1.0 - NEGLIGIBLE)
+RIGHT_ANGLE, STRAIGHT_BACK = 0.5 * np.pi * (1.0 - NEGLIGIBLE), np.pi * (1.0 - NEGLIGIBLE)
 
 
 def turns_back(x: Array) -> bool:
@@ -25,12 +25,12 @@ def turns_back(x: Array) -> bool:
     on = np.concatenate([t[1:], t[:1]])
     sine, cosine = cross(t, on), t[:, 0] * on[:, 0] + t[:, 1] * on[:, 1]
     turn = np.arctan2(sine, cosine)
-    if turn.max() >= STRAIGHT or (not cosine.all() and not (sine.astype(bool) | cosine.astype(bool)).all()):
+    if turn.max() >= STRAIGHT_BACK or (not cosine.all() and not (sine.astype(bool) | cosine.astype(bool)).all()):
         return True  # back along itself, or a piece without a length
     so_far = np.concatenate([[0.0], np.cumsum(np.concatenate([turn, turn]))])
     if np.rint(so_far[len(x)] / (2.0 * np.pi)) != 1.0:
         return True
-    return bool((np.maximum.accumulate(so_far) - so_far).max() >= RIGHT)
+    return bool((np.maximum.accumulate(so_far) - so_far).max() >= RIGHT_ANGLE)
 
 
 def near(a: Array, b: Array) -> tuple[Index, Index]:
