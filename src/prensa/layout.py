@@ -103,6 +103,11 @@ class Field:
         """Their places in a vector of all."""
         return slice(self.first, self.first + self.size)
 
+    @cached_property
+    def places(self) -> Index:
+        """Those of each entity (count, width)."""
+        return self.dofs(np.arange(self.count))
+
     def of(self, values: Array) -> Array:
         """The field's part of a vector of all (ndof,), as a view (count, width)."""
         return values[self.slice].reshape(self.count, self.width)

@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.checks.during import closing
 from prensa.checks.during.closing import FOLDS
 from prensa.mesh.mesh import segments
 from prensa.mesh.overlap import overlaps
 from prensa.result import whole_outline as whole_outlines
-from prensa.result.folding import UNFOLDED, Fold, Folding, folding
+from prensa.result.folding import UNFOLDED, Fold, Folding, Outlined, folding
 from prensa.solver.before_folds import before_it_closes
 from prensa.system.failure import Folded
 from problems import pressed_block, stroke
@@ -126,7 +125,8 @@ def test_a_fold_is_reported_once_on_however_many_meshes(symmetric: bool, travel:
 def test_folds_of_an_increment_are_computed_once(monkeypatch) -> None:
     """Those that may shorten it are those that are reported; the outline is found once for a mesh."""
     folds, outlines = [], []
-    monkeypatch.setattr(closing, "folding", lambda *given: folds.append(given[1].copy()) or folding(*given))
+    found = Outlined.folding
+    monkeypatch.setattr(Outlined, "folding", lambda at, below: folds.append(at.u.copy()) or found(at, below))
     monkeypatch.setattr(whole_outlines, "_whole", lambda *given, of=whole_outlines._whole: outlines.append(given) or of(*given))
     done = list(pr.solve(notched(1.5, until=pr.Until(travel={"t": pr.ToolTravel(y=-0.15)}), increments=10)))
     assert len(done) == 3 and len(outlines) == 1

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.checks.after.between_nodes import NEVER_ASKED, BetweenNodes, Dip, Right
 from prensa.checks.before.preflight import preflight
 from prensa_bench.punches import FINENESS, answer, draw, verdict
+from problems import pressed_block, stroke
 
 
 def wedge(fillet, place, depth, length):
@@ -237,3 +239,22 @@ def test_a_tool_that_comes_to_touch_has_not_never_touched(caplog):
         caplog.clear()
         list(pr.solve(problem))
         assert [w for w in caplog.messages if words in w]
+
+
+def test_a_force_found_right_is_looked_at_again_where_that_may_change() -> None:
+    """Where dips grow so far that the larger of both shares is worth saying, or one of them is notable by itself."""
+    dip = Dip(np.arange(2), 1.0)
+    dips, finer = Right(0.02, 0.0), Right(0.01, 0.04)
+    assert dips.covers(0.049, None) and not dips.covers(0.051, None)
+    assert finer.covers(0.0124, None) and not finer.covers(0.0126, None)
+    assert dips.covers(0.02, dip) and not dips.covers(0.021, dip)
+    assert Right(0.06, 0.0).covers(0.06, None) and not Right(0.06, 0.0).covers(0.061, None)
+    assert Right(0.0, 0.01).covers(0.0, None) and not Right(0.0, 0.01).covers(0.001, None)
+    assert not NEVER_ASKED.covers(0.0, None)
+
+
+def test_planes_are_not_looked_at_between_nodes() -> None:
+    """They are nowhere deeper there than at the ends of an edge; rolls are."""
+    for tool, looked in ((pr.Plane(touching="b.top"), 0), (pr.Circle(radius=3.0, touching="b.top"), 1)):
+        system = pr.discretise(pressed_block(stroke(-0.1), tools={"t": tool}))
+        assert len(BetweenNodes(system).contacts) == looked

@@ -7,10 +7,11 @@ import pytest
 
 import prensa as pr
 from prensa.checks.during.distortion import Distortion
-from prensa.checks.during.self_intersection import fold, hanging, outlines
+from prensa.checks.during.self_intersection import fold, hanging
 from prensa.elements.element import Why
 from prensa.errors import PreflightError, SolveError
 from prensa.policy import DEFAULT
+from prensa.result.folding import Outlined
 from prensa.solver.diagnosis import hint
 from prensa.system.failure import (
     Distorted,
@@ -180,11 +181,11 @@ def test_outlines_that_only_bend_are_no_folds(element):
         pr.Step("rest"), material=SOFT, size=(4, 1), n=(16, 2), element=element, fixed={"b.left": "xy"}
     ))
     x, y = system.X.T
-    known, u = outlines(system), system.initial().u
+    u = system.initial().u
 
     def folded(*places):
         system.displacement(u)[:] = np.column_stack(places) - system.X
-        return fold(system, known, u)
+        return fold(Outlined(system, u, u))
 
     assert folded(x, y) is folded(-y, x) is folded(x + 3 * y, y) is folded(x, y + 0.3 * x**2) is None
     r = 2 - y - 0.1 * x

@@ -7,8 +7,10 @@ import pytest
 import shapely
 
 import prensa as pr
-from prensa.checks.during.self_intersection import fold, outlines
+from prensa.checks.during.self_intersection import fold
+from prensa.mesh.crossing import turns_back
 from prensa.mesh.overlap import overlaps
+from prensa.result.folding import Outlined
 from problems import single_block
 
 CUP, MOUTH, HEIGHT = 0.5, 1.0, 4.0  # of two arms: half width of the void below, where it begins to narrow, height of their ends
@@ -41,13 +43,13 @@ def folded(x: np.ndarray):
     """What the check of a run says of a block whose outline is at x; inside it nothing counts."""
     x = np.append(x, [0.5 * (x[-1] + x[0])], axis=0) if len(x) % 2 else x
     system = pr.discretise(single_block(pr.Step("rest"), n=(len(x) // 2 - 1, 1)))
-    (outline,), u = outlines(system), system.initial().u
-    after = dict(outline.ends.tolist())
-    walk = [int(outline.ends[0, 0])]
+    (ends,), u = system.outlines.values(), system.initial().u
+    after = dict(ends.tolist())
+    walk = [int(ends[0, 0])]
     while after[walk[-1]] != walk[0]:
         walk.append(after[walk[-1]])
     system.displacement(u)[walk] = x - system.X[walk]
-    return fold(system, [outline], u)
+    return fold(Outlined(system, u, u))
 
 
 @pytest.mark.parametrize("shift", [0.0, 1e-12, 1e-7, 1e-3, 0.125, -0.1])
@@ -118,3 +120,39 @@ def test_bodies_that_fold_nowhere_have_no_overlap() -> None:
     hole[4:, 0] += 1.5  # beyond the side of the body
     (found,) = overlaps(hole, ends)
     assert found.depth == pytest.approx(2.0 * 0.5 / 3.0)
+
+
+def wavy(seed: int) -> np.ndarray:
+    """A closed line of nodes, the body on its left: a circle with waves that fold over it in some, not in others."""
+    r = np.random.default_rng(seed)
+    angle = np.linspace(0.0, 2.0 * np.pi, int(r.integers(12, 90)), endpoint=False)
+    waves = r.normal(size=(2, 4)) * r.uniform(0.0, 0.5) / np.arange(1, 5)
+    shape = [waves[k] @ np.sin(np.outer(np.arange(2, 6), angle) + r.uniform(0.0, 6.0, 4)[:, None]) for k in range(2)]
+    return np.column_stack([np.cos(angle) + shape[0], r.uniform(0.2, 1.0) * np.sin(angle) + shape[1]])
+
+
+def test_what_turns_back_nowhere_lies_nowhere_in_itself() -> None:
+    """Of random lines both kinds are many; only those that turn back cross themselves, or have sides that face each other."""
+    lines = [wavy(seed) for seed in range(400)]
+    straight = [x for x in lines if not turns_back(x)]
+    assert 100 < len(straight) < 300
+    assert not any(overlaps(x, chain(x)) for x in straight)
+    assert sum(bool(overlaps(x, chain(x))) for x in lines) > 20
+    for x in straight:
+        t = np.roll(x, -1, axis=0) - x
+        n = np.stack([t[:, 1], -t[:, 0]], axis=1) / np.hypot(*t.T)[:, None]
+        middle = x + 0.5 * t
+        way = middle[None] - middle[:, None]
+        facing = (n @ n.T < 0.0) & ((way * n[:, None]).sum(axis=2) > 0.0) & ((way * n[None]).sum(axis=2) < 0.0)
+        free = shapely.Polygon(x).buffer(-1e-9)
+        for i, j in zip(*np.nonzero(np.triu(facing))):  # what faces has the body between, and no void alone
+            assert shapely.LineString([middle[i], middle[j]]).intersects(free)
+
+
+@pytest.mark.parametrize("back", [0.49, 0.51])
+def test_a_dent_turns_back_by_the_angle_of_its_sides(back: float) -> None:
+    """A dent whose sides stand at less than a right angle to each other, or at more; and a line that goes back along itself."""
+    w = 1.0 / np.tan(0.5 * np.pi * (1.0 - back))  # half of the opening, of a dent as deep as 1
+    x = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 5.0], [5.0 + 1.0 / w, 5.0], [5.0, 4.0], [5.0 - 1.0 / w, 5.0], [0.0, 5.0]])
+    assert turns_back(x) is (back > 0.5)
+    assert turns_back(x[[0, 1, 2, 1, 5, 6]]) and turns_back(x[::-1])

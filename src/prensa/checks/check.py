@@ -9,9 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence, Set
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol, TypeVar
 
 from prensa.errors import Finding, Severity
+from prensa.result.folding import Outlined
 from prensa.system.failure import Failure, sentence
 from prensa.system.interaction import Context
 from prensa.system.outcome import NewtonResult
@@ -82,16 +84,22 @@ class Rejected:
 class Solved:
     """An increment that is not cut any more, before it is committed.
 
-    ``outlines`` (ndof,): degrees of freedom that are right on the outlines of the bodies, where others are not yet computed;
-    ``complete``: whether none are missing, as those inside condensed bodies are before somebody asks for them; ``guard``: of
-    lines of symmetry that free sides may come to.
+    ``outlines``: those of the bodies, at degrees of freedom that are right there, where others are not yet computed;
+    ``complete``: whether no degrees of freedom are missing, as those inside condensed bodies are before somebody asks for them;
+    ``guard``: of lines of symmetry that free sides may come to.
     """
 
     context: Context
     result: NewtonResult
-    outlines: Array
+    outlines: Outlined
     complete: bool = True
     guard: Guard | None = None
+
+    @cached_property
+    def began(self) -> Outlined:
+        """The outlines at its start."""
+        system = self.outlines.system
+        return Outlined(system, self.context.state.u, system.initial().u)
 
     def displacements(self) -> Array:
         """All degrees of freedom (ndof,)."""

@@ -53,19 +53,24 @@ class RunChecks:
         self.penalties = penalties = PenaltyShare(system)
         self.untouched = UntouchedTools(system, self.between_nodes)
         self.step_begins: list[Check[StepBegun]] = [partial(table_jumps, system)]
+        # Each list has what there is to look at: in small strain no element folds, and no outline comes near itself.
+        finite, space = system.problem.kinematics != "small", system.dofs.dimension == 3
         self.attempted: list[Check[Attempted]] = [
             partial(tunnelling, system, policy), partial(turning, system, policy), partial(support, system),
-            partial(deformation, system, policy, corners),
+            *([partial(deformation, system, policy, corners)] if finite else []),
         ]  # fmt: skip
         self.rejected: list[Check[Rejected]] = [Distortion(system, policy)]
         self.solved: list[Check[Solved]] = [
-            Penetration(system, folding), symmetry_lines, self.closing, SelfIntersection(system), folding,
+            Penetration(system, folding if finite else None), symmetry_lines, *([self.closing] if finite else []),
+            SelfIntersection(system), *([folding] if finite else []),
         ]  # fmt: skip
         self.committed: list[Check[Committed]] = [self.validity, penalties.note, self.untouched.note]
         self.step_ends: list[Check[Committed]] = [
             partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), penalties,
-            self.between_nodes, CoarseTools(system), partial(corners_of_faces, system),
+            self.between_nodes,
         ]  # fmt: skip
+        if space:
+            self.step_ends += [CoarseTools(system), partial(corners_of_faces, system)]
         self.tools_leave: list[Check[Finished]] = [self.untouched.warnings]
         self.run_ends: list[Check[Finished]] = [*self.tools_leave, self.validity.warnings, penalties.warnings]
         # Who asks stops at the first finding that ends the run: what the run has seen up to here comes before that.

@@ -48,7 +48,8 @@ class ContactForces(NamedTuple):
     ``rests`` (k,): closed, or open by no more than round-off.
     bound (k, 2): the bound of friction per area and its derivative by p; None without friction.
     ``points``: those of the increment, which differ from the surface's where edges are cut.
-    ``redundant``: what multipliers are that supports leave undetermined; None if there are none.
+    ``redundant``: what multipliers are that supports leave undetermined; None if there are none. acting (2, k, d): `vectors` and
+    `by_pressure` of the evaluation, found with F.
     """
 
     stencils: Stencils
@@ -67,6 +68,7 @@ class ContactForces(NamedTuple):
     bound: Array | None = None
     points: Points | None = None
     redundant: RedundantMultipliers | None = None
+    acting: Array | None = None
 
     @property
     def g(self) -> Array:
@@ -206,8 +208,8 @@ def forces(
         stuck = -(foundation[:, 1] * scale.k_t)[:, None, None] * np.eye(t)
         by_way = np.where(springs[:, None, None], stuck, by_way)
     response = Response(p, tractions, slope, by_p, by_way, scale.k_n, scale.k_t, weight, area)
-    F, K, dp, dt = assemble(x, response, (p, tractions) if turning is None else turning)
-    return ContactForces(x, p, tractions, kappa, slip, F, K, weight, area, dp, dt, rests, stretched, bound, points)
+    F, K, dp, dt, acting = assemble(x, response, (p, tractions) if turning is None else turning)
+    return ContactForces(x, p, tractions, kappa, slip, F, K, weight, area, dp, dt, rests, stretched, bound, points, None, acting)
 
 
 def symmetric_stiffness(f: ContactForces) -> Array:

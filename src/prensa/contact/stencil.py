@@ -89,12 +89,16 @@ class Response(NamedTuple):
 
 
 class Assembled(NamedTuple):
-    """Forces F (k, m) on the unknowns, K (k, m, m) = −∂F/∂q, dp (k, 1 + t + m) and dt (k, t, 1 + t + m) by λ_n, λ_T and q."""
+    """Forces F (k, m) on the unknowns, K (k, m, m) = −∂F/∂q, dp (k, 1 + t + m) and dt (k, t, 1 + t + m) by λ_n, λ_T and q.
+
+    acting (2, k, d): forces on the bodies at the points, and those of a unit of pressure with the friction that follows it.
+    """
 
     F: Array
     K: Array
     dp: Array
     dt: Array
+    acting: Array
 
 
 def assemble(x: Stencils, law: Response, turning: tuple[Array, Array]) -> Assembled:
@@ -107,8 +111,9 @@ def assemble(x: Stencils, law: Response, turning: tuple[Array, Array]) -> Assemb
     F, K = np.empty((k, m)), np.empty((k, m, m))
     dp, dt = np.empty((k, d + m)), np.empty((k, d - 1, d + m))
     A, B = np.zeros((2, d, 2 * d - 3))
+    acting = np.empty((2, k, d))
     _general(
-        DIMENSION[d], x.coef, x.arm, x.moving, x.n, x.e, x.dg, x.ds, x.turn, *law, *turning, dp, dt, F, K,
+        DIMENSION[d], x.coef, x.arm, x.moving, x.n, x.e, x.dg, x.ds, x.turn, *law, *turning, dp, dt, F, K, acting,
         np.empty(d), np.empty(d), A, B,
     )  # fmt: skip
     if x.dcoef is not None:
@@ -118,7 +123,7 @@ def assemble(x: Stencils, law: Response, turning: tuple[Array, Array]) -> Assemb
         # Weighted gaps: the coefficients move with both sides, and −∂F/∂q has the term of forces that change nodes.
         acts = np.flatnonzero(f.any(axis=1))
         K[acts, :s] -= np.einsum("kjq,ki->kjiq", x.dcoef[acts], f[acts]).reshape(len(acts), s, m)
-    return Assembled(F, K, dp, dt)
+    return Assembled(F, K, dp, dt, acting)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -154,7 +159,7 @@ def _act(dim, coef, arm, f, out):
 @njit(cache=True, error_model="numpy")
 def _general(
     dim, coef, arm, moving, n, e, dg, ds, turn, p, t, by_gap, by_p, by_way, k_n, k_t, weight, area, P, T, dp, dt, F, K,
-    f, df, A, B,
+    acting, f, df, A, B,
 ):  # fmt: skip
     """`assemble`: arguments as of `Stencils` and `Response`, P (k,), T (k, t) what turns; the last ones are room to work in."""
     d, nodes = len(dim), coef.shape[1]
@@ -179,6 +184,14 @@ def _general(
             dp[k, 1 + a], dt[k, a, 0] = 0.0, by_p[k, a] * by_gap[k]
             for b in range(h):
                 dt[k, a, 1 + b] = -by_way[k, a, b] / k_t[k]
+        slope = by_gap[k] if by_gap[k] > 0.0 else 1.0
+        for i in range(d):
+            pull, follows = 0.0, 0.0
+            for a in range(h):
+                pull += area[k] * t[k, a] * e[k, a, i]
+                follows += area[k] * (dt[k, a, 0] / slope) * e[k, a, i]
+            acting[0, k, i] = weight[k] * p[k] * n[k, i] + pull
+            acting[1, k, i] = weight[k] * n[k, i] + follows
         for i in range(d):
             # From here on f holds the forces that turn with the frame; they are not p and t where friction is iterated as in
             # the paper.

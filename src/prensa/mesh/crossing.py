@@ -5,8 +5,32 @@ from __future__ import annotations
 import numpy as np
 
 from prensa.geometry.plane import cross
-from prensa.precision import SMALLEST
+from prensa.precision import NEGLIGIBLE, SMALLEST
 from prensa.types import Array, Index
+
+RIGHT_ANGLE, STRAIGHT_BACK = 0.5 * np.pi * (1.0 - NEGLIGIBLE), np.pi * (1.0 - NEGLIGIBLE)
+
+
+def turns_back(x: Array) -> bool:
+    """Whether somewhere a closed outline at x (m, 2), with the body on its left, turns to the right by a right angle or more.
+
+    One that does not lies nowhere in itself, nor do two of its sides face each other across a void. With the way across, the part
+    of it around a void makes a closed line that turns by −2π, of which the two corners at the ends of that way are less than
+    π each; sides that face each other by more than a right angle leave −π/2 or less to the part. An outline that turns by 2π in
+    all and crosses itself consists of a loop to the left and one to the right, which by itself turns by −π or less.
+    """
+    t = np.empty_like(x)
+    np.subtract(x[1:], x[:-1], out=t[:-1])
+    np.subtract(x[0], x[-1], out=t[-1])
+    on = np.concatenate([t[1:], t[:1]])
+    sine, cosine = cross(t, on), t[:, 0] * on[:, 0] + t[:, 1] * on[:, 1]
+    turn = np.arctan2(sine, cosine)
+    if turn.max() >= STRAIGHT_BACK or (not cosine.all() and not (sine.astype(bool) | cosine.astype(bool)).all()):
+        return True  # back along itself, or a piece without a length
+    so_far = np.concatenate([[0.0], np.cumsum(np.concatenate([turn, turn]))])
+    if np.rint(so_far[len(x)] / (2.0 * np.pi)) != 1.0:
+        return True
+    return bool((np.maximum.accumulate(so_far) - so_far).max() >= RIGHT_ANGLE)
 
 
 def near(a: Array, b: Array) -> tuple[Index, Index]:

@@ -29,7 +29,9 @@ def energies_after(system: System, c: Context, u: Array, e: Evaluation, work: Ar
     # Trapezoid: what forces do that jump within the increment is in the imbalance, from which `jump_of` reads when they did.
     external = old.energy.external + 0.5 * float((old.work + work) @ way)
     elastic, plastic, friction = system.elastic_energy(e.history), system.plastic_work(e.history), old.energy.friction
-    for s, before, f in zip(c.surfaces, pushed, e.contacts):
+    for s, before, f, law in zip(c.surfaces, pushed, e.contacts, c.laws):
+        if s.shift is before.shift and law is None:  # no way has been gone against a force
+            continue
         was = old.contact.of(s.rows)
         if s.shift is not before.shift:
             # What an overlap that grows in the increment pushes the surfaces apart by, against the pressures of both ends.

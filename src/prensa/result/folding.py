@@ -21,11 +21,14 @@ closed. A place and its image are one fold.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from prensa.mesh.mesh import segments
+from prensa.mesh.crossing import turns_back
 from prensa.mesh.overlap import Overlap, overlaps
 from prensa.precision import NEGLIGIBLE, SMALLEST
 from prensa.result.whole_outline import WholeOutline, whole_outline
@@ -77,24 +80,39 @@ class Folding(NamedTuple):
         return n - 1 + UNFOLDED - (openings[n - 1] if n <= len(openings) else UNFOLDED)
 
 
-class _Loop(NamedTuple):
+@dataclass(frozen=True)
+class _Loop:
     """A closed part of a ``whole`` outline: its ``nodes`` (m,) in walking order.
 
-    ``now``, ``then``, ``first`` (m, 2): where they are, were at the start of the step and were at first.
+    ``places``: of the nodes of the body (n, 2) now, at the start of the step and at first; those of the loop are put together
+    when they are asked for, most of them in few increments.
     """
 
     whole: WholeOutline
     nodes: Index
-    now: Array
-    then: Array
-    first: Array
+    places: tuple[Array, Array, Array]
 
-    @property
+    @cached_property
+    def now(self) -> Array:
+        """Where its nodes (m, 2) are."""
+        return self.whole.placed(self.nodes, self.places[0])
+
+    @cached_property
+    def then(self) -> Array:
+        """Where they (m, 2) were at the start of the step."""
+        return self.whole.placed(self.nodes, self.places[1])
+
+    @cached_property
+    def first(self) -> Array:
+        """Where they (m, 2) were at first."""
+        return self.whole.placed(self.nodes, self.places[2])
+
+    @cached_property
     def own(self) -> Index:
         """Nodes (m,) of the body, of which those of the loop are images."""
         return self.nodes % self.whole.n
 
-    @property
+    @cached_property
     def modelled(self) -> Flags:
         """Which (m,) are nodes of the body themselves."""
         return self.nodes < self.whole.n
@@ -126,29 +144,66 @@ class _Pairs(NamedTuple):
 def folding(system: System, u: Array, start: Array, below: float = UNFOLDED) -> dict[str, Folding]:
     """Re-entrant corners and folds of the bodies at degrees of freedom u (ndof,), of what has moved since ``start`` (ndof,).
 
-    ``below``: of places with an opening below this; with `CLOSING` of folds alone, without corners, which takes half the time.
+    ``below``: of places with an opening below this; with `CLOSING` of folds alone, without corners.
     """
-    if system.dofs.dimension != 2:
-        return {}
-    now, then = system.positions(u), system.positions(start)
-    out = {}
-    for body, mesh in system.meshes.items():
-        own = system.span(body)
-        ends, whole = segments(mesh.boundary), whole_outline(system, body)
-        met = [(ends[o.segments[whole.modelled[o.segments]]], o) for o in overlaps(now[own], ends)]
+    return Outlined(system, u, start).folding(below)
+
+
+@dataclass(frozen=True)
+class Outlined:
+    """The outlines of the bodies of a system at degrees of freedom u (ndof,), for all who ask how they fold.
+
+    ``start`` (ndof,): folds are those of what has moved since. What is asked for is found once.
+    """
+
+    system: System
+    u: Array
+    start: Array
+
+    @cached_property
+    def x(self) -> Array:
+        """Node positions (n, 2)."""
+        return self.system.positions(self.u)
+
+    @cached_property
+    def overlaps(self) -> dict[str, list[Overlap]]:
+        """By body in the plane: where its outline lies in itself, numbers of segments as `prensa.mesh.mesh.segments` has them."""
+        if self.system.dofs.dimension != 2:
+            return {}
+        return {body: self._overlaps(body, ends) for body, ends in self.system.outlines.items()}
+
+    def _overlaps(self, body: str, ends: Index) -> list[Overlap]:
+        """Where an outline of such pieces (k, 2) lies in itself: nowhere if it is one line that turns back nowhere."""
+        x, loops = self.x[self.system.span(body)], whole_outline(self.system, body).own
+        return overlaps(x, ends) if len(loops) > 1 or turns_back(x[loops[0]]) else []
+
+    @cached_property
+    def folds(self) -> dict[str, Folding]:
+        """Folds by body."""
+        return self.folding(CLOSING)
+
+    def folding(self, below: float) -> dict[str, Folding]:
+        """See `prensa.result.folding.folding`."""
+        return {body: self._of_body(body, met, below) for body, met in self.overlaps.items()}
+
+    def _of_body(self, body: str, overlapping: Sequence[Overlap], below: float) -> Folding:
+        """Folds of a body, those that have closed being where it lies in itself."""
+        system, own = self.system, self.system.span(body)
+        ends, whole = system.outlines[body], whole_outline(system, body)
+        places = self.x[own], system.positions(self.start)[own], system.X[own]
+        met = [(ends[o.segments[whole.modelled[o.segments]]], o) for o in overlapping]
         angle, found = STRAIGHT_ANGLE, list[Fold]()
         for nodes in whole.loops:
-            loop = _Loop(whole, nodes, *(whole.placed(nodes, p[own]) for p in (now, then, system.X)))
+            loop = _Loop(whole, nodes, places)
             if below > CLOSING:
-                angle = min(angle, _least_angle(system, u, loop))
+                angle = min(angle, _least_angle(system, self.u, loop))
             folds = [_closed(nodes, rim, o) for rim, o in met if np.isin(rim[:1], nodes).any()]
             folds += _at_lines(loop, NEGLIGIBLE * system.length, [f.arc for f in folds])
-            folds += _of_loop(system, u, loop, below, [f.arc for f in folds])
+            folds += _of_loop(system, self.u, loop, below, [f.arc for f in folds])
             found += [f._replace(nodes=loop.own[f.nodes], arc=np.unique(loop.own[f.arc])) for f in folds]
         found.sort(key=lambda f: f.opening)
         closing = sum(f.opening < CLOSING for f in found)
-        out[body] = Folding(angle, tuple(found[:closing]), tuple(found[closing:]))
-    return out
+        return Folding(angle, tuple(found[:closing]), tuple(found[closing:]))
 
 
 def _closed(nodes: Index, rim: Index, overlap: Overlap) -> Fold:
@@ -208,7 +263,11 @@ def _least_angle(system: System, u: Array, loop: _Loop) -> float:
 
 def _of_loop(system: System, u: Array, loop: _Loop, below: float, met: list[Index]) -> list[Fold]:
     """Folds of a loop with an opening ``below`` a number, the nearest to closing of each place; not on arcs that have ``met``."""
+    if below <= CLOSING and not turns_back(loop.now):
+        return []
     pairs, opening = _openings(system, u, loop, below)
+    if not len(opening):
+        return []
     across, taken, out = pairs.across(loop.now), np.zeros(loop.whole.n, dtype=bool), list[Fold]()
     places = loop.whole.modelled_side(loop.now[pairs.a] + 0.5 * across)
     for arc in met:
@@ -227,19 +286,23 @@ def _of_loop(system: System, u: Array, loop: _Loop, below: float, met: list[Inde
 
 
 def _openings(system: System, u: Array, loop: _Loop, below: float) -> tuple[_Pairs, Array]:
-    """Pairs of a loop whose opening is ``below`` a number, and their openings."""
-    pairs = _candidates(loop.now, below)
-    pairs = pairs.of(loop.modelled[pairs.a])  # each pair of two images is one of these in a mirror
-    length = np.hypot(*(np.roll(loop.now, -1, axis=0) - loop.now).T)
-    size = 0.5 * (length + np.roll(length, 1))
+    """Pairs of a loop whose opening is ``below`` a number, and their openings.
+
+    What is as far apart as its sides are long is no such pair: first, since in most increments none is left.
+    """
+    pairs, wide = _candidates(loop, below)
+    if not len(wide):
+        return pairs, wide
     gap = np.hypot(*pairs.across(loop.now).T)
     ratio, before = (np.hypot(*pairs.across(x).T) / _along(x, pairs) for x in (loop.now, loop.first))
     # of what was closed at the beginning nothing can go
     opening = np.full(len(gap), np.inf)
     np.divide(UNFOLDED * ratio, before, out=opening, where=before > 0.0)
-    opening = np.maximum(opening, gap / (0.5 * (size[pairs.a] + length[pairs.b])))
+    opening = np.maximum(opening, wide)
     keep = (opening < below) & (gap < np.hypot(*pairs.across(loop.then).T))
     pairs, opening = pairs.of(keep), np.maximum(opening[keep], SMALLEST)
+    if not len(opening):
+        return pairs, opening
     opening = np.maximum(opening, 1.0 + _facing(loop.now, pairs) / opening)
     keep = opening < below
     pairs, opening, across = pairs.of(keep), opening[keep], pairs.of(keep).across(loop.now)
@@ -249,11 +312,14 @@ def _openings(system: System, u: Array, loop: _Loop, below: float) -> tuple[_Pai
     return pairs.of(opening < below), opening[opening < below]
 
 
-def _candidates(x: Array, below: float) -> _Pairs:
-    """Nodes of a loop at x (m, 2) and the nearest places on pieces, not those beside them, less than ``below`` of a size away."""
+def _candidates(loop: _Loop, below: float) -> tuple[_Pairs, Array]:
+    """Nodes of a loop and the nearest places on pieces, not those beside them, less than ``below`` of a size away; that share.
+
+    The size is that of the sides of elements there; of each pair and its images one is enough.
+    """
     from scipy.spatial import cKDTree
 
-    m = len(x)
+    x, m = loop.now, len(loop.nodes)
     length = np.hypot(*(np.roll(x, -1, axis=0) - x).T)
     size = 0.5 * (length + np.roll(length, 1))
     # a place is at most half of a piece away from one of the piece's nodes
@@ -263,11 +329,13 @@ def _candidates(x: Array, below: float) -> _Pairs:
     i, j = i[apart], j[apart]
     a = np.concatenate([i, i, j, j])  # a node, and the pieces before and after the other
     b = np.concatenate([(j - 1) % m, j, (i - 1) % m, i])
-    keep = ((b - a) % m > 0) & ((a - b) % m > 1)
+    keep = ((b - a) % m > 0) & ((a - b) % m > 1) & loop.modelled[a]
     a, b = a[keep], b[keep]
     way = x[(b + 1) % m] - x[b]
     share = ((x[a] - x[b]) * way).sum(axis=1) / np.maximum((way**2).sum(axis=1), SMALLEST)
-    return _Pairs(a, b, np.clip(share, 0.0, 1.0))
+    pairs = _Pairs(a, b, np.clip(share, 0.0, 1.0))
+    wide = np.hypot(*pairs.across(x).T) / (0.5 * (size[a] + length[b]))
+    return pairs.of(wide < below), wide[wide < below]
 
 
 def _along(x: Array, pairs: _Pairs) -> Array:

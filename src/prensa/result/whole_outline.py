@@ -25,7 +25,7 @@ class WholeOutline(NamedTuple):
 
     Node i of image number c is c n + i; image 0 is the body, and what lies on a line is there alone. ``images``: the lines that
     each is mirrored across. ``modelled`` (l,): which pieces of the body's own outline are in it, those on no line. ``loops``:
-    nodes of its closed parts in walking order, of which each has some of the body.
+    nodes of its closed parts in walking order, of which each has some of the body; ``own``: those of the body's outline alone.
     """
 
     n: int
@@ -33,6 +33,7 @@ class WholeOutline(NamedTuple):
     ends: Index
     modelled: Flags
     loops: list[Index]
+    own: list[Index]
 
     @property
     def lines(self) -> list[Line]:
@@ -82,7 +83,8 @@ def _whole(system: System, body: str) -> WholeOutline:
     n, ends = len(mesh.points), segments(mesh.boundary)
     lines = lines_of(first, body, first.X)
     if not lines:
-        return WholeOutline(n, [()], ends, np.ones(len(ends), dtype=bool), _loops(ends))
+        own = _loops(ends)
+        return WholeOutline(n, [()], ends, np.ones(len(ends), dtype=bool), own, own)
     X = system.X[system.span(body)]
     on = {line: np.asarray((np.abs(line.distance(X[ends])) <= NEGLIGIBLE * system.length).all(axis=1)) for line in lines}
     across = [[(), *((line,) for line in lines if line.axis == axis)] for axis in (0, 1)]
@@ -91,7 +93,7 @@ def _whole(system: System, body: str) -> WholeOutline:
     modelled = ~np.any(list(on.values()), axis=0)
     whole = np.concatenate(parts)
     loops = [nodes for nodes in _loops(whole) if (nodes < n).any()]
-    return WholeOutline(n, images, whole, np.asarray(modelled), loops)
+    return WholeOutline(n, images, whole, np.asarray(modelled), loops, _loops(ends))
 
 
 def _loops(ends: Index) -> list[Index]:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prensa.analysis import check_arguments, report_preflight
+from prensa.checks.check import Solved
 from prensa.errors import ArgumentError, take
 from prensa.friction.point import values_of
 from prensa.geometry.plane import cross
@@ -203,10 +204,11 @@ class Recorded(Followed):
         """See `Followed`."""
         return self.room > 0
 
-    def look_inside(self, c: Context, result: NewtonResult) -> None:
+    def look_inside(self, given: Solved) -> None:
         """As `TimeStepping.look_inside`; raises `OnlyForwards` too where a free side comes to a line of symmetry."""
-        super().look_inside(c, result)
-        for line, (x, y) in self.lines.near(result.u) if self.lines is not None else ():
+        super().look_inside(given)
+        c = given.context
+        for line, (x, y) in self.lines.near(given.result.u) if self.lines is not None else ():
             raise OnlyForwards(
                 f"gradient: step {c.plan.name!r}, time {c.time:.6g}: a free side reaches the line of symmetry {line} near "
                 f"({x:.4g}, {y:.4g}), where a plane would be added from here on, which the adjoint does not cover; use "

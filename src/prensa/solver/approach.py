@@ -207,7 +207,8 @@ def first_clamped(system: System, c: Context, loose: list[Loose], policy: Policy
     now, end, length = c.state.clock.time, c.time, c.plan.t1 - c.plan.t0
 
     def at(t: float) -> Approach | None:
-        return approach_of_bodies(system, replace(c, time=t), loose, policy)
+        then = replace(c, time=t, now=c.now + (t - c.time) * c.plan.seconds)
+        return approach_of_bodies(system, then, loose, policy)
 
     _, time = bisected(lambda t: (to := at(t)) is None or to.floating, now, end)
     there = at(time)

@@ -66,7 +66,10 @@ def committed(
     nodal = system.dofs.displacement.slice
     difference, damping = old.damped_difference(du, c.dt, nodal)
     clock = Clock(step, old.clock.number + 1, c.time, dt, damping)
-    damage, places = old.damage, (system.positions(old.u), system.positions(result.u))
+    damage = old.damage
+    if damage:
+        places = system.positions(old.u), system.positions(result.u)
+        damage = damaged(system.problem, system.blocks, damage, old.history, e.history, places)
     return State(
         u=u, du=du, dt_last=0.0 if ended or c.brought_into_contact else c.dt, second_difference=difference,
         history=e.history, contact=contact,
@@ -75,5 +78,5 @@ def committed(
         self_equilibrated=None if c.time >= c.plan.t1 else old.self_equilibrated, stability=stability,
         ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched, softest=softest,
         tool_work=tool_work(system, c, result.u, work), tool_wear=tool_wear(system, c, e), remeshed=old.remeshed,
-        damage=damaged(system.problem, system.blocks, damage, old.history, e.history, places) if damage else (),
+        damage=damage,
     )  # fmt: skip

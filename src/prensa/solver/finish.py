@@ -89,20 +89,20 @@ def finish(
     """
     done = Finish(u, e, eq.norm(e))
     del e  # a large system has no room for one more history
-    _substitute(eq, done, lam, followed)
+    fine = _substitute(eq, done, lam, followed)
     if not done.within(eq):
         return done, False
     e, policy = done.evaluation, eq.policy
     # round-off is estimated from above: a start that nobody has tried to improve may be better than that
     untried = not eq.reduced.factorisation.factored and done.norm > eq.numerics.tolerance * e.scale
     # Tool forces are sums over all nodes: finishing to the tolerance alone left them 8e-9 off (chapter 6).
-    if untried or not (done.fine(eq) or done.rounded_off(eq)) or e.violation > policy.exact_gap_ratio:
+    if untried or not (fine or done.rounded_off(eq)) or e.violation > policy.exact_gap_ratio:
         _refactor(eq, done, lam)
     return done, not done.evaluation.violation > policy.exact_gap_ratio
 
 
-def _substitute(eq: Equilibrium, done: Finish, lam: Array, followed: float | None) -> None:
-    """Substitutions with the factors at hand as long as they are cheaper than a factorisation would be."""
+def _substitute(eq: Equilibrium, done: Finish, lam: Array, followed: float | None) -> bool:
+    """Substitutions with the factors at hand as long as they are cheaper than a factorisation would be; whether all is fine."""
     policy, share = eq.policy, None
     if followed is not None and done.norm > 0:
         # the first is a step of Newton's: as exact as it has to be to be the last, if it can be that
@@ -110,7 +110,7 @@ def _substitute(eq: Equilibrium, done: Finish, lam: Array, followed: float | Non
         share = max(enough, followed, policy.min_forcing)
     # On as long as substitutions, at their present rate, reach the goal for less than a factorisation costs.
     while (
-        not done.fine(eq)
+        not (fine := done.fine(eq))
         and not done.stalled
         and eq.reduced.factorisation.factored
         and done.norm * done.rate**policy.substitutions_per_factorisation <= policy.fine_residual * done.evaluation.scale
@@ -122,6 +122,7 @@ def _substitute(eq: Equilibrium, done: Finish, lam: Array, followed: float | Non
         done.stalled = not size < policy.max_substitution_rate * done.norm
         if size < done.norm:  # a little better may be within the tolerance
             done.u, done.evaluation, done.rate, done.norm = done.u + step, better, size / done.norm, size
+    return fine
 
 
 def _refactor(eq: Equilibrium, done: Finish, lam: Array) -> None:

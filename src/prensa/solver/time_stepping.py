@@ -21,7 +21,7 @@ from prensa.linear.threads import ONE_OF_BLAS
 from prensa.measures import parse
 from prensa.model import problem as model
 from prensa.policy import Policy
-from prensa.result.folding import Fold
+from prensa.result.folding import Fold, Outlined
 from prensa.result.increment import Increment
 from prensa.result.results import increment_of
 from prensa.solver.approach import first_touch, starts_inside
@@ -211,13 +211,15 @@ class TimeStepping(IncrementSolver):
                 due = self.due(state, plan, c.time, result.u)
                 c, result = solve(due) if due < c.time else (c, result)
             if result.converged:
-                c, result = self.before_folds_close(self.as_long_as_balanced((c, result), solve), solve)
+                c, result = self.as_long_as_balanced((c, result), solve)
             if result.converged:
+                given = self.before_folds_close((c, result), solve)
                 # An increment is a function of its end: a search from the same committed state leaves nothing to be undone.
-                c, result = self.stopping.search((c, result), solve)
+                c, result = outcome = self.stopping.search((given.context, given.result), solve)
+                given = given if result is given.result else self.looked_at(outcome)
             if result.converged:
                 # These end the run instead of cutting: a node that came there gradually gets there with shorter increments, too.
-                self.look_inside(c, result)
+                self.look_inside(given)
                 self.stopping.refuse(c)
                 if notes and c.time >= end:
                     c = replace(c, touches=True)
@@ -249,24 +251,28 @@ class TimeStepping(IncrementSolver):
 
         return balanced(outcome, solve, missing, self.numerics.energy_tolerance * energy)
 
-    def before_folds_close(self, outcome: Outcome, solve: Callable[[float], Outcome]) -> Outcome:
+    def before_folds_close(self, outcome: Outcome, solve: Callable[[float], Outcome]) -> Solved:
         """An increment, shorter where a fold would begin and close in it; reported all the same where its end is given."""
-        c, result = outcome
-        if not result.converged:
-            return outcome
-        shortest = self.policy.min_share * (c.plan.t1 - c.plan.t0)
-        halved = before_it_closes(self.new_folds, outcome, solve, shortest)
-        if self.times is None:
-            return halved.outcome
-        if halved.found:
-            c, result = halved.outcome
-            self.messages.report([self.checks.closing], Solved(c, result, self.outlines(result)))
-        return outcome
+        if not self.checks.closing.applies:
+            return self.looked_at(outcome)
+        looked: list[Solved] = []
 
-    def new_folds(self, outcome: Outcome) -> list[Fold]:
-        """Folds at the end of an increment that were not reported yet."""
+        def new(tried: Outcome) -> list[Fold]:
+            if not looked or looked[-1].result is not tried[1]:
+                looked.append(self.looked_at(tried))
+            return self.checks.closing.new(looked[-1])
+
+        plan = outcome[0].plan
+        halved = before_it_closes(new, outcome, solve, self.policy.min_share * (plan.t1 - plan.t0))
+        if self.times is not None and halved.found:
+            self.messages.report([self.checks.closing], looked[-1])
+        return looked[-1] if self.times is None and halved.found else looked[0]
+
+    def looked_at(self, outcome: Outcome) -> Solved:
+        """An increment as checks are given it."""
         c, result = outcome
-        return self.checks.closing.new(c, self.outlines(result))
+        outlines = Outlined(self.system, self.outlines(result), c.state.step_start)
+        return Solved(c, result, outlines, result.recover is None, self.guard)
 
     def reported_folds(self, state: State) -> KnownFolds:
         """Folds that were reported, where the outlines are in a state."""
@@ -326,9 +332,9 @@ class TimeStepping(IncrementSolver):
         self.messages.accepted(c.state, c.plan, result, increment)
         return state, increment
 
-    def look_inside(self, c: Context, result: NewtonResult) -> None:
+    def look_inside(self, given: Solved) -> None:
         """Raise `SolveError` if a check ends the run with an increment, `Nearing` if it has to go on with planes of symmetry."""
-        given = Solved(c, result, self.outlines(result), result.recover is None, self.guard)
+        c = given.context
         reason = self.messages.report(self.checks.solved, given)
         if reason is not None:
             raise SolveError(

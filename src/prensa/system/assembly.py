@@ -290,7 +290,7 @@ class Block:
         """Whether the law's flow follows the `TimeRule` of an increment, as J2's does: others have a rule of their own."""
         return self.law.plastic and isinstance(self.law, Flowing)
 
-    @property
+    @cached_property
     def corners(self) -> Index:
         """Corner nodes (m, 3|4) of the elements, (m, 4|8) in space."""
         solid = self.element.layout.dimension == 3

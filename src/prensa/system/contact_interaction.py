@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
@@ -78,13 +79,15 @@ class ContactInteraction:
         elif (redundant := self._redundant(c, f, round_off, ask.active_sets)) is not None:
             f = f._replace(redundant=redundant)
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
-        stiff = scale.k_n * (f.rests | (f.dp[:, 0] > 0)) * _along_axes(f.by_pressure)
-        stiff += f.area * scale.k_t * f.resists * _along_axes(stencils.e).max(axis=1)
+        assert f.acting is not None
+        stiff = scale.k_n * (f.rests | (f.dp[:, 0] > 0)) * _along_axes(f.acting[1])
+        if law is not None:
+            stiff += f.area * scale.k_t * f.resists * _along_axes(stencils.e).max(axis=1)
         out = Response(floor=_usual_sum(stiff * round_off), trial=f)
         if not (np.isfinite(f.K.sum()) or np.isfinite(f.K).all()):  # most need no flags
             out.failed = FrictionTooSoft(s.name)
             return out
-        out.scale = float(np.abs(f.vectors).sum())
+        out.scale = float(np.abs(f.acting[0]).sum())
         r, K = -f.F, f.K
         if s.exact:
             rows, K = multiplier_rows(f, lam, scale)
@@ -204,4 +207,4 @@ def _usual_sum(most: Array) -> float:
 
 def _along_axes(vectors: Array) -> Array:
     """Sums of the sizes of the components of vectors (…, d): the residual is summed so, and inclined forces count more in it."""
-    return np.asarray(np.abs(vectors).sum(axis=-1))
+    return np.asarray(reduce(np.add, np.abs(vectors).T).T)

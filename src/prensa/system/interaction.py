@@ -122,6 +122,8 @@ class Discretisation(Geometry, Protocol):
 class Context:
     """Committed state, plan of the step, end of the increment, its ``dt`` in steps and in ``seconds``, and arrays made of them.
 
+    ``now``: seconds from the beginning to the end of the increment.
+
     ``weights`` and ``scales`` of the contacts on the committed configuration, friction ``laws`` and what their bounds depend
     on (``law_at``); ``x_n`` (n, d) node positions that increments refer to; ``depth`` (n,) thickness at the nodes at the last
     commit, None in axisymmetry; ``surfaces``: the contacts, their edges cut at sharp corners, and what is ``committed``
@@ -143,6 +145,7 @@ class Context:
     time: float
     dt: float
     seconds: float
+    now: float
     weights: list[Array]
     scales: list[Scale]
     laws: list[FrictionLaw | None]

@@ -23,7 +23,7 @@ from prensa.friction.law import At as FrictionAt
 from prensa.friction.law import FrictionLaw
 from prensa.layout import DofMap
 from prensa.materials.laws import At
-from prensa.mesh.mesh import Mesh, MeshError
+from prensa.mesh.mesh import Mesh, MeshError, segments
 from prensa.model import problem as model
 from prensa.model.interference import interfering
 from prensa.model.seconds import elapsed
@@ -178,12 +178,14 @@ class System:
 
     def place_of(self, t: int, u: Array) -> Array:
         """Displacement and rotation of tool number t."""
-        return self.dofs.tool.of(u)[t]
+        return u[self.dofs.tool.places[t]]
 
     def orientation_of(self, t: int, u: Array) -> Array:
         """Rotation vector (3,) of tool number t in space, of those a turn apart the one near its rotations; (0,) in the plane."""
+        if self.dofs.dimension == 2:
+            return np.zeros(0)
         own, turns = self.dofs.orientation(t), self.dofs.tool.dofs(t)[3:]
-        return rotation_vector(rotation(u[np.append(turns, own)]), u[turns]) if len(own) else np.zeros(0)
+        return rotation_vector(rotation(u[np.append(turns, own)]), u[turns])
 
     def step_begun(self, u: Array) -> Array:
         """Degrees of freedom (ndof,) with the rotations of tools in space counted from where they are, as at a step's start."""
@@ -218,6 +220,11 @@ class System:
     def length(self) -> float:
         """Size of the bodies, the length by which moments are divided."""
         return float(np.ptp(self.X, axis=0).max())
+
+    @cached_property
+    def outlines(self) -> dict[str, Index]:
+        """Straight pieces (k, 2) of the outline of each body in the plane, by its own nodes."""
+        return {body: segments(mesh.boundary) for body, mesh in self.meshes.items()}
 
     def span(self, body: str) -> slice:
         """The nodes of a body among those of all."""
@@ -437,7 +444,7 @@ class System:
             scales.append(s.scale(least))
         interactions = [*self._contacts, *self.more, *loads_of(self, plan, state)]
         return Context(
-            state, plan, time, dt, seconds, weights, scales, laws, law_at, x_n, depth, surfaces, committed,
+            state, plan, time, dt, seconds, now, weights, scales, laws, law_at, x_n, depth, surfaces, committed,
             self.supports(surfaces, plan.fixed), history, rule, interactions,
         )  # fmt: skip
 
@@ -615,9 +622,9 @@ class System:
         du = self.displacement(u if total else u - c.state.u)
         base = self.initial_history if total else c.history
         history, volumetric, scale, floor = [], list[Single | None](), 0.0, self.round_off
-        now, begun = elapsed(self.problem, c.time, c.state.ends), c.rule.share > 0.0
+        begun = c.rule.share > 0.0
         for block, old, held in zip(self.blocks, base, flows or [None] * len(self.blocks)):
-            here = At(c.rule.seconds(block, c.seconds), now, data is not None, secant, held, begun)
+            here = At(c.rule.seconds(block, c.seconds), c.now, data is not None, secant, held, begun)
             out = sweep(block, c.x_n, du, old, here, r, data, self.pattern, c.threads)
             if out.failed:
                 x, y, *z = self.X[block.cells[out.failed.element]].mean(axis=0).tolist()

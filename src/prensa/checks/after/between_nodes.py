@@ -32,6 +32,25 @@ class Dip(NamedTuple):
     length: float
 
 
+class Right(NamedTuple):
+    """A force that finer elements found right, but for the share ``found``, where dips seemed to miss the share ``missed``."""
+
+    missed: float
+    found: float
+
+    def covers(self, missed: float, dip: Dip | None) -> bool:
+        """Whether it says that the force is right too where dips seem to miss another share: then finer elements are spared.
+
+        What is missed grows as dips do, so that neither share is worth saying before the larger of the two is. A ``dip`` that
+        itself is worth a word was there, or it is another contact.
+        """
+        larger = max(self.missed, self.found)
+        return missed <= self.missed or (dip is None and missed * larger <= self.missed * WORTH_SAYING)
+
+
+NEVER_ASKED = Right(-1.0, 0.0)
+
+
 class OnFiner(Protocol):
     """Who computes the surroundings of a contact on finer elements."""
 
@@ -64,13 +83,16 @@ class BetweenNodes:
         self.system, self.on_finer = system, on_finer
         # Meshes that are made anew follow their tools, and what one of them shows is soon gone.
         none = system.on_undeformed or remeshing_of(system.problem) is not None
-        self.contacts = [] if none else [(i, s) for i, s in enumerate(system.tool_contacts) if not _curved(s)]
+        # A plane is nowhere deeper between the ends of a straight piece than at them.
+        flat = {name for name, master in system.tool_masters.items() if master.shape.half_space}
+        own = [(i, s) for i, s in enumerate(system.tool_contacts) if not (_curved(s) or s.against in flat)]
+        self.contacts = [] if none else own
         self.pieces = {s.name: _pieces(s) for _, s in self.contacts}
         self.N, self.parabola = _inside(system.dofs.dimension)
         self.nodal = {s.name for _, s in self.contacts if s.sharp or _by_nodes(s)}
         self.hollow = {s.name: _hollow(system.X[self.pieces[s.name]]) for _, s in self.contacts}
         self.reported: set[str] = set()
-        self.right: dict[str, float] = {}  # shares that dips seemed to miss where finer elements found the force right
+        self.right: dict[str, Right] = {}
 
     def __call__(self, given: Committed) -> Iterator[Finding]:
         """What there is to say of each contact at the end of a step: on the way edges come and go between nodes."""
@@ -95,13 +117,13 @@ class BetweenNodes:
         pressed = s.points.support[f.p > 0.0, 0]
         share = None
         if s.name in self.nodal and (missed > SLIGHT or self._turns(s, pressed, x, u) or (dip is not None and len(pressed))):
-            if missed <= self.right.get(s.name, -1.0):
+            if self.right.get(s.name, NEVER_ASKED).covers(missed, dip):
                 return ""
             nodes = pressed if dip is None else np.union1d(pressed, dip.nodes)
             # what is as many elements away as an edge is small feels nothing of it
             share = None if self.on_finer is None else self.on_finer(self.system, s, given, nodes, round(1.0 / NOTABLE_DEPTH))
             if share is not None and abs(share) <= WORTH_SAYING:
-                self.right[s.name] = missed
+                self.right[s.name] = Right(missed, abs(share))
                 return ""
         pushed = any(dof in given.context.plan.push for dof in self.system.tool_masters[s.against].dofs.tolist())
         if dip is not None:

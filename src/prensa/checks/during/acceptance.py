@@ -202,7 +202,7 @@ def turned_through(system: System, state: State, u: Array, policy: Policy = DEFA
     for s in system.tool_contacts:
         master = system.tool_masters[s.against]
         tool, place = master.tool, master.place(u)
-        turned = (system.place_of(master.number, u) - system.place_of(master.number, state.u))[d:]
+        turned = u[master.dofs[d:]] - state.u[master.dofs[d:]]
         angle = float(np.linalg.norm(turned))
         if not angle > MAX_TOOL_ROTATION:
             continue

@@ -10,7 +10,7 @@ import numpy as np
 from prensa.checks.check import Solved, warning
 from prensa.checks.during.self_intersection import sides_of
 from prensa.errors import Finding
-from prensa.result.folding import CLOSING, Fold, Folding, folding
+from prensa.result.folding import Fold
 from prensa.system.interaction import Context
 from prensa.system.system import System
 from prensa.types import Array, Flags, Index
@@ -23,29 +23,13 @@ KnownFolds: TypeAlias = dict[str, tuple[Array, Flags]]
 """By body: places (k, 2) of nodes of its outline, and which of them (k,) lie between the flanks of folds that were reported."""
 
 
-class _Seen:
-    """Folds of a system where they were last asked for: an increment is looked at before it is accepted, and when it is."""
-
-    def __init__(self, system: System) -> None:
-        self.system = system
-        self.of: tuple[Array, Array] | None = None
-        self.found: dict[str, Folding] = {}
-
-    def folding(self, u: Array, start: Array) -> dict[str, Folding]:
-        """Folds at degrees of freedom u (ndof,), of what has moved since ``start`` (ndof,)."""
-        if self.of is None or not (np.array_equal(u, self.of[0]) and np.array_equal(start, self.of[1])):
-            self.found, self.of = folding(self.system, u, start, CLOSING), (u, start)
-        return self.found
-
-
 class Closing:
     """Two parts of the outline of a body that come together; each place is reported once."""
 
     def __init__(self, system: System) -> None:
-        self.system = system
+        self.system, self.applies = system, system.problem.kinematics != "small"
         self.known: dict[str, Index] = {}
         """By body: nodes of its outline between the flanks of all folds so far."""
-        self._ends, self._starts = _Seen(system), _Seen(system)
 
     def reported(self, u: Array) -> KnownFolds:
         """What is known, with outlines at degrees of freedom u (ndof,)."""
@@ -66,33 +50,28 @@ class Closing:
 
     def __call__(self, given: Solved) -> Iterator[Finding]:
         """Outlines are right in every increment, whatever is condensed."""
-        for body, fold in self._folds(given.context, given.outlines):
-            known = _most(fold, self.known.get(body)) or (fold.across and _most(fold, self._begun(given.context, body)))
+        for body, fold in self._folds(given):
+            known = _most(fold, self.known.get(body)) or (fold.across and _most(fold, _begun(given, body)))
             if not known:
                 yield warning(self._words(given.context, body, fold))
             # flanks close on and on, and what lies between them grows
             self.known[body] = np.union1d(self.known.get(body, fold.arc), fold.arc)
 
-    def new(self, c: Context, u: Array) -> list[Fold]:
-        """Folds that were not reported yet, for degrees of freedom u (ndof,) at the end of an increment.
+    def new(self, given: Solved) -> list[Fold]:
+        """Folds at the end of an increment that were not reported yet.
 
         Across a line of symmetry those that were not there at its start: a run goes on when such a fold has closed, and its
         increments must be as long as those of one that is resumed, which does not know what was reported.
         """
         return [
             fold
-            for body, fold in self._folds(c, u)
-            if not _most(fold, self._begun(c, body) if fold.across else self.known.get(body))
+            for body, fold in self._folds(given)
+            if not _most(fold, _begun(given, body) if fold.across else self.known.get(body))
         ]
 
-    def _begun(self, c: Context, body: str) -> Index:
-        """Nodes between the flanks of the folds of a body across lines of symmetry at the start of an increment."""
-        folds = self._starts.folding(c.state.u, self.system.initial().u)[body].folds
-        return np.concatenate([np.zeros(0, dtype=np.int64), *(f.arc for f in folds if f.across)])
-
-    def _folds(self, c: Context, u: Array) -> Iterator[tuple[str, Fold]]:
-        if self.system.problem.kinematics != "small":
-            for body, found in self._ends.folding(u, c.state.step_start).items():
+    def _folds(self, given: Solved) -> Iterator[tuple[str, Fold]]:
+        if self.applies:
+            for body, found in given.outlines.folds.items():
                 yield from ((body, fold) for fold in found.folds)
 
     def _words(self, c: Context, body: str, fold: Fold) -> str:
@@ -110,6 +89,12 @@ class Closing:
             f"{flanks} {apart}; {end}; change the blank or the die, or end the step there: "
             f"'until: {{measure: {{{body}.folds: 1}}}}'"
         )
+
+
+def _begun(given: Solved, body: str) -> Index:
+    """Nodes between the flanks of the folds of a body across lines of symmetry at the start of an increment."""
+    arcs = [fold.arc for fold in given.began.folds[body].folds if fold.across]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *arcs])
 
 
 def _most(fold: Fold, known: Index | None) -> bool:

@@ -44,9 +44,9 @@ class Watch(NamedTuple):
 
 
 class Penetration:
-    """Metal inside a tool with which it has no contact; ``folding`` knows the elements that fold over themselves."""
+    """Metal inside a tool with which it has no contact; ``folding`` knows the elements that fold over themselves, if any may."""
 
-    def __init__(self, system: System, folding: Folding) -> None:
+    def __init__(self, system: System, folding: Folding | None) -> None:
         self.system, self.folding, self.watched = system, folding, watches(system)
 
     def __call__(self, given: Solved) -> Iterator[Finding]:
@@ -58,8 +58,10 @@ class Penetration:
             t = system.tool_masters[s.against].number
             # Nodes beside a contact may lie as deep as its points sink in: a penalty is no missing contact.
             sunk[t] = max(sunk[t], -float(f.g.min()))
-        folded = self.folding.folded(result.u) if given.complete else []
-        node = inside(system, self.watched, given.outlines, sunk, self.folding.creased(c, folded))
+        creased = None
+        if given.complete and self.folding is not None:
+            creased = self.folding.creased(c, self.folding.folded(result.u))
+        node = inside(system, self.watched, given.outlines.u, sunk, creased)
         # Interiors of condensed bodies are computed only where an outline shows something, or a step ends.
         if not given.complete and (node is not None or c.ends_step):
             node = inside(system, self.watched, given.displacements(), sunk)

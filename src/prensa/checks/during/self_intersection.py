@@ -5,9 +5,8 @@ Nothing keeps a body from passing through itself: there is no contact of a body 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,9 +17,10 @@ from prensa.contact.surface import Surface
 from prensa.elements.shapes import table
 from prensa.errors import Finding, coordinates
 from prensa.mesh.mesh import segments
-from prensa.mesh.overlap import overlaps
+from prensa.mesh.overlap import Overlap
 from prensa.model.problem import Contact
 from prensa.precision import SMALLEST
+from prensa.result.folding import Outlined
 from prensa.system.contact_surfaces import contact_edges
 from prensa.system.failure import Fold, Folded, Hang, Past
 from prensa.system.system import System
@@ -32,29 +32,21 @@ CHORD = 0.25
 """… and depth of its middle in a tool, over that length, beyond which it is caught on a corner of the tool."""
 
 
-class Outline(NamedTuple):
-    """A body: ends (k, 2) of the straight segments of its outline, node numbers of the whole system."""
-
-    body: str
-    ends: Index
-
-
 class SelfIntersection:
     """Bodies that pass through themselves."""
 
     def __init__(self, system: System) -> None:
-        self.system, self.outlines = system, outlines(system)
+        self.system = system
         self.reported: set[str] = set()
         """Bodies in space of which it is said."""
 
     def __call__(self, given: Solved) -> Iterator[Finding]:
         """Of condensed bodies the displacements are known at the end of a step."""
         if given.complete or given.context.ends_step:
-            u = given.displacements()
             if self.system.dofs.dimension == 3:
-                yield from self._in_space(u)
-            elif through := fold(self.system, self.outlines, u):
-                yield ended_by(Folded(through, hanging(self.system, u)))
+                yield from self._in_space(given.displacements())
+            elif through := fold(given.outlines):
+                yield ended_by(Folded(through, hanging(self.system, given.displacements())))
 
     def _in_space(self, u: Array) -> Iterator[Finding]:
         """Bodies in space that have come to lie in themselves, each once: nothing but the answer is lost there."""
@@ -71,17 +63,9 @@ class SelfIntersection:
                 )
 
 
-def outlines(system: System) -> list[Outline]:
-    """Outlines of all bodies; none in space."""
-    if system.dofs.dimension != 2:
-        return []
-    return [Outline(body, segments(mesh.boundary) + system.offsets[body]) for body, mesh in system.meshes.items()]
-
-
-def fold(system: System, bodies: list[Outline], u: Array) -> Fold | None:
-    """The deepest fold of any body, for degrees of freedom u (ndof,); None if there is none."""
-    x = system.positions(u)
-    found = [f for o in bodies if (f := _of_body(system, o, x)) is not None]
+def fold(at: Outlined) -> Fold | None:
+    """The deepest fold of any body in the plane; None if there is none."""
+    found = [f for body, met in at.overlaps.items() if (f := _of_body(at.system, body, met)) is not None]
     return max(found, key=lambda f: f.depth, default=None)
 
 
@@ -109,18 +93,19 @@ def hanging(system: System, u: Array) -> Hang | None:
     return max(out, key=lambda h: h.depth, default=None)
 
 
-def _of_body(system: System, o: Outline, x: Array) -> Fold | None:
-    """The deepest fold of a body with nodes at x (n, 2), of those deeper than outlines that just touch are.
+def _of_body(system: System, body: str, met: Sequence[Overlap]) -> Fold | None:
+    """The deepest of the places where the outline of a body lies in itself, if deeper than outlines that just touch are.
 
     Wrinkles of a surface, one or two sides of elements long, cross too, and nothing is wrong but their elements. By their mean
     depth they are told from flanks that have met: it is less, however far one node is on the wrong side. A wall that has come out
     on the far side of another is through, however thin.
     """
-    deep = [k for k in overlaps(x, o.ends) if k.stretches > 2 or k.depth > TOUCHING_DEPTH * k.size]
+    deep = [k for k in met if k.stretches > 2 or k.depth > TOUCHING_DEPTH * k.size]
     if not deep:
         return None
     worst = max(deep, key=lambda found: found.depth)
-    names = sorted(" and ".join(sides_of(system, o.body, o.ends[k])) for k in worst.pair)
+    ends = system.outlines[body] + system.offsets[body]
+    names = sorted(" and ".join(sides_of(system, body, ends[k])) for k in worst.pair)
     return Fold(names[0], names[1], worst.x, worst.y, worst.depth)
 
 
