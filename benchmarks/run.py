@@ -3,8 +3,8 @@
 ``python benchmarks/run.py [--quick] [--only WORD …] [--old CHECKOUT] [--felupe PYTHON] [--pardiso PYTHON]``: quick takes small
 sizes (minutes instead of half an hour); --old names a checkout of an earlier commit to run against; --felupe an interpreter that
 has felupe (default: this one), --pardiso one that has prensa[mkl]; --space sizes of `in_space.py` to measure, --billet runs of
-`calculix_in_space.py`, beside those of before. Every row is a process of its own, one after the other, with one thread. Sections that are not measured keep what was
-measured before, each with its date.
+`calculix_in_space.py`, beside those of before. Every row is a process of its own, one after the other, with one thread. Sections
+that are not measured keep what was measured before, each with its date.
 """
 
 from __future__ import annotations
