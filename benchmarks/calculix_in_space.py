@@ -1,8 +1,8 @@
 """The eighth of a square billet beside CalculiX: ``python benchmarks/calculix_in_space.py prensa:12 C3D8I:12 C3D20R:8``.
 
 A word names a program (CalculiX by its element; ``prensa/6`` has six equal increments) and bricks along the half width of 10 mm;
-three quarters as many go along the half height of 7.5 mm. Both have the same elastic constants, flow curve (σ_y = 250 + 500 ε̄^0.3;
-a table for CalculiX), planes of symmetry, and top and sides against a flat die with Coulomb friction 0.3; each chooses its
+three quarters as many go along the half height of 7.5 mm. Both have the same elastic constants, flow curve (250 + 500 ε̄^0.3, a
+table for CalculiX), planes of symmetry, and top and sides against a flat die with Coulomb friction 0.3; each chooses its
 increments. CalculiX has the die as one brick all of whose nodes are prescribed, and surface-to-surface penalty contact of
 ``STIFFNESS``. Of its bricks of eight nodes C3D8R (one point, hourglass control) has as many unknowns as the bricks of prensa;
 C3D8I has the amplitudes of its incompatible modes as nine further unknowns each; C3D8 locks: 4.6 % more force on 8 × 6 × 8.
