@@ -201,11 +201,11 @@ HEAD = [
 NOTE = """F is the force of the whole billet. Goal: about ten times at 1e5 unknowns, forces within 1 %. Each program chooses its
 increments, but for rows that say otherwise; CalculiX begins with a tenth of a step of 10 %.
 
-What limits: both factorise in every iteration. Friction makes the matrix of CalculiX unsymmetric, and LU in double precision by
-SPOOLES takes 95 % of its time at 34 050 unknowns and 97 % at 99 000 (perf). LDLᵀ of the symmetric part in single precision under
-GMRES is cheaper by more the larger the system is; what prensa gains there it spends in part on increments, of which it makes three
-times as many for the accuracy of plastic flow. Below some 10 000 unknowns its start counts (imports, kernels from the disk), and
-CalculiX, which has none, is as fast or faster."""
+What limits the ratio: both factorise in every iteration. Friction makes the matrix of CalculiX unsymmetric, and LU in double
+precision by SPOOLES takes 95 % of its time at 34 050 unknowns and 97 % at 96 110 (perf). LDLᵀ of the symmetric part in single
+precision under GMRES is cheaper by more the larger the system is. What prensa gains there it spends in part on increments, three
+times as many, for the accuracy of plastic flow: with six it takes fewer iterations than CalculiX. Below some 10 000 unknowns its
+start counts (imports, kernels from the disk), and CalculiX, which has none, is as fast or faster."""
 
 
 def main() -> None:
