@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
@@ -115,26 +116,45 @@ def press(n: tuple[int, int]) -> tuple[str, tuple[float, ...], float]:
     )  # fmt: skip
 
 
-def solve(text: str, limit: float) -> tuple[float, list[float], int, str]:
-    """Processor seconds, forces along y on the base at the ends of the steps, iterations, and how it ended."""
-    said = ""
+def solve(text: str, limit: float) -> dict[str, Any]:
+    """What CalculiX finds (`figures`) and needs: processor ``seconds``, ``MB`` of memory at most, how it ``ended``."""
     with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "case.inp").write_text(text)
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        try:
-            done = subprocess.run(
-                ["ccx", "case"], cwd=folder, capture_output=True, text=True, timeout=limit, check=False
-            )
-            said = done.stdout
-            how = "completed" if done.returncode == 0 and "*ERROR" not in done.stdout else _error(done.stdout)
-        except subprocess.TimeoutExpired:
-            how = f"stopped after {limit:g} s"
+        at = Path(folder)
+        (at / "case.inp").write_text(text)
+        before, end, most = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic() + limit, 0.0
+        with (at / "said").open("w") as out, subprocess.Popen(["ccx", "case"], cwd=folder, stdout=out) as process:
+            while process.poll() is None and time.monotonic() < end:
+                most = max(most, _peak(process.pid))
+                time.sleep(0.05)
+            stopped = process.poll() is None
+            process.kill()
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        data = Path(folder) / "case.dat"
-        printed = data.read_text() if data.exists() else ""
-    rows = re.findall(r"total force[^\n]*\n\s*\n\s*(\S+)\s+(\S+)\s+(\S+)", printed)
+        said = (at / "said").read_text()
+        printed = (at / "case.dat").read_text() if (at / "case.dat").exists() else ""
+    how = "completed" if process.returncode == 0 and "*ERROR" not in said else _error(said)
     seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return seconds, [float(r[1]) for r in rows], len(re.findall(r"^ *iteration +\d", said, re.MULTILINE)), how
+    ended = f"stopped after {limit:g} s" if stopped else how
+    return {"seconds": seconds, "MB": most, "ended": ended, **figures(said, printed)}
+
+
+def _peak(process: int) -> float:
+    """Most memory (MB) that a process has had since it was started; 0 where the system does not say."""
+    try:
+        known = re.search(r"VmHWM:\s+(\d+)", Path(f"/proc/{process}/status").read_text())
+    except OSError:
+        return 0.0
+    return float(known.group(1)) / 1024 if known else 0.0
+
+
+def figures(said: str, printed: str) -> dict[str, Any]:
+    """``iterations``, ``increments`` and ``unknowns`` that CalculiX says; ``force`` along y on the base as often as printed."""
+    rows = re.findall(r"total force[^\n]*\n\s*\n\s*(\S+)\s+(\S+)\s+(\S+)", printed)
+    equations = re.findall(r"number of equations\s+(\d+)", said)
+    return {
+        "iterations": len(re.findall(r"^ *iteration +\d", said, re.MULTILINE)),
+        "increments": len(re.findall(r"^ *increment +\d+ +attempt +1\b", said, re.MULTILINE)),
+        "unknowns": int(equations[-1]) if equations else 0, "force": [float(r[1]) for r in rows],
+    }  # fmt: skip
 
 
 def _error(printed: str) -> str:
@@ -154,13 +174,10 @@ def main(what: str, nx: int, ny: int, limit: float = 600.0) -> None:
         text, depths, factor = hertz((nx, ny), (0.5,), 1.0)
     else:
         text, depths, factor = (hertz if what == "hertz" else press)((nx, ny))
-    seconds, forces, iterations, how = solve(text, limit)
-    print(
-        json.dumps({
-            "seconds": seconds, "ended": how, "depth": depths[: len(forces)], "force": [factor * f for f in forces],
-            "iterations": iterations, "iteration": seconds / max(iterations, 1),
-        })
-    )  # fmt: skip
+    m = solve(text, limit)
+    forces = [factor * f for f in m["force"]]
+    each = m["seconds"] / max(m["iterations"], 1)
+    print(json.dumps(m | {"depth": depths[: len(forces)], "force": forces, "iteration": each}))
 
 
 if __name__ == "__main__":

@@ -2,9 +2,9 @@
 
 ``python benchmarks/run.py [--quick] [--only WORD …] [--old CHECKOUT] [--felupe PYTHON] [--pardiso PYTHON]``: quick takes small
 sizes (minutes instead of half an hour); --old names a checkout of an earlier commit to run against; --felupe an interpreter that
-has felupe (default: this one), --pardiso one that has prensa[mkl]; --space sizes of `in_space.py` to measure, beside those of
-before. Every row is a process of its own, one after the other, with one thread. Sections that are not measured keep what was
-measured before, each with its date.
+has felupe (default: this one), --pardiso one that has prensa[mkl]; --space sizes of `in_space.py` to measure, --billet runs of
+`calculix_in_space.py`, beside those of before. Every row is a process of its own, one after the other, with one thread. Sections
+that are not measured keep what was measured before, each with its date.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import calculix_in_space
 import common
 import in_space
 import numpy as np
@@ -249,6 +250,18 @@ in 6 GB. The last table is of whole runs of one increment, with all that they wr
 """
 
 
+def billet(quick: bool, runs: list[str]) -> str:
+    """A square billet in space beside CalculiX, of all runs that have been measured."""
+    to = Path(tempfile.gettempdir()) / "calculix_in_space.jsonl" if quick else calculix_in_space.TO
+    words = ["prensa:6", "C3D8R:6"] if quick else runs
+    subprocess.run(
+        [sys.executable, str(HERE / "calculix_in_space.py"), *words, "--to", str(to)], env=ENVIRONMENT, check=True
+    )
+    rows = list(calculix_in_space.compared(in_space.stored(to)))
+    title = f"Square billet in space, μ = {calculix_in_space.MU}"
+    return table(title, calculix_in_space.HEAD, rows, calculix_in_space.NOTE)
+
+
 # seconds that one iteration was to take, LU and symmetric, on a machine where CalculiX and felupe took these
 GOALS, PEERS = (0.9, 0.6), {"CalculiX": 5.2, "felupe": 4.1}
 
@@ -433,6 +446,10 @@ def main() -> None:
     parser.add_argument("--felupe", default=os.environ.get("FELUPE_PYTHON", sys.executable))
     parser.add_argument("--pardiso", default=os.environ.get("PARDISO_PYTHON", ""))
     parser.add_argument("--space", nargs="*", default=["15", "24", "34"], metavar="N", help="sizes of in_space.py")
+    parser.add_argument(
+        "--billet", nargs="*", default=["prensa:12", "C3D8R:12", "C3D8I:12", "C3D20R:8", "prensa:24", "C3D8R:24"],
+        metavar="PROGRAM:N", help="runs of calculix_in_space.py",
+    )  # fmt: skip
     parser.add_argument("--out", type=Path, default=HERE / "RESULTS.md")
     a = parser.parse_args()
     parts: dict[str, Callable[[], str]] = {
@@ -449,6 +466,7 @@ def main() -> None:
         "adjoint": lambda: backwards(a.quick),
         "remeshing": lambda: remeshing(a.quick),
         "space": lambda: space(a.quick, a.space),
+        "billet": lambda: billet(a.quick, a.billet),
         "convergence": lambda: convergence(a.quick),
     }
     for name, part in parts.items():
