@@ -85,7 +85,7 @@ KINDS: dict[str, Kind] = {
     "q8": (lambda n: upset(n, "q8"), (14, 10), LAW),
     "q8, finer": (lambda n: upset(n, "q8"), (20, 14), LAW),
     "capped friction": (
-        lambda n: upset(n, friction=pr.Capped(mu=0.1, m=0.4)), (24, 18), (f"{FRICTION}.mu", f"{FRICTION}.m", *LAW[:2]),
+        lambda n: upset(n, friction=pr.Capped(mu=0.1, m=0.17)), (24, 18), (f"{FRICTION}.mu", f"{FRICTION}.m", *LAW[:2]),
     ),
     "curve": (lambda n: upset(n, material=pr.J2(200e3, 0.3, Power(250.0, 500.0, 0.3))), (24, 18), LAW),
     "metal": (
