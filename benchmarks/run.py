@@ -23,6 +23,7 @@ from typing import Any
 
 import calculix_in_space
 import common
+import further_parameters
 import in_space
 import numpy as np
 
@@ -191,6 +192,27 @@ def derivatives(quick: bool) -> str:
         "upsetting to 30 %, μ = 0.1", "increments", "run, s", "by 1", "by 5", "by 6", "by 10", "by 5, two threads", "by 10",
     ]  # fmt: skip
     return table("Derivatives by parameters of a case", head, rows, note)
+
+
+def further(quick: bool) -> str:
+    """What the second, third and fourth parameter add to a run with derivatives."""
+    rows: Rows = []
+    for kind in ("q8",) if quick else further_parameters.KINDS:
+        m = measured("further_parameters.py", kind, *((2,) if quick else ()))
+        if "skipped" in m:
+            rows.append([kind, "", m["skipped"], *[""] * 5])
+            continue
+        size = f"{m['n'][0]} × {m['n'][1]}"
+        rows.append([
+            kind, size, f"{m['run']:.2f}", f"{m['by 1']:.2f}", *(f"{m[str(k)]:.1f}" for k in (2, 3, 4)), f"**{m['mean']:.1f}**",
+        ])  # fmt: skip
+    head = ["problem", "elements", "run, s", "by 1", "second, %", "third, %", "fourth, %", "mean, %"]
+    note = (
+        "Upsetting to 30 % in 30 increments, the force with its derivatives in every increment. By 1: over the run alone; then "
+        "what each further parameter adds, in per cent of the run alone. Curve and metal: a user's flow curve and J2 plasticity, "
+        "written as point functions. Processor time, of each increment the least of the rounds. Goal: at most 10."
+    )
+    return table("A further parameter", head, rows, note)
 
 
 def backwards(quick: bool) -> str:
@@ -463,6 +485,7 @@ def main() -> None:
         "growth": lambda: growth(a.quick),
         "before": lambda: against_before(a.old),
         "derivatives": lambda: derivatives(a.quick),
+        "further": lambda: further(a.quick),
         "adjoint": lambda: backwards(a.quick),
         "remeshing": lambda: remeshing(a.quick),
         "space": lambda: space(a.quick, a.space),

@@ -6,10 +6,11 @@ from scipy.sparse import coo_matrix, csc_matrix
 
 import prensa as pr
 from prensa.layout import DofMap
-from prensa.linear.reduction import Reduced, Selected
+from prensa.linear.reduction import Controlled, Reduced, Selected
 from prensa.policy import Policy
 from prensa.system.assembly import Part, make_pattern, scatter_stiffness, slots_of
 from prensa.system.planning import plan_step
+from prensa.system.schedule import Control
 from prensa.verify import example1
 
 
@@ -48,6 +49,19 @@ def test_rows_kept_by_those_of_the_free_dofs_are_the_rows():
         assert np.array_equal(pattern.indices, rows)
         assert np.array_equal(shared.indices, plain.indices)
         assert np.array_equal(shared.indptr, plain.indptr)
+
+
+def test_several_solutions_reach_the_dofs_that_one_does():
+    """All dofs from the free ones, zero where prescribed, column by column; with a lead in place of a factor too."""
+    pattern, rng = pr.discretise(pressed()).pattern, np.random.default_rng(7)
+    n = pattern.n
+    choices = [Selected(pattern, fixed) for fixed in (np.arange(0, n, 7), np.arange(n), np.zeros(0, dtype=np.int64))]
+    for restriction in (*choices, Controlled(pattern, np.arange(4), Control(3, n - 1, 0.0))):
+        x = rng.standard_normal((len(restriction.free), 3))
+        expected = np.zeros((n, 3))
+        expected[restriction.free] = x
+        assert np.array_equal(restriction.whole(x, n), expected)
+        assert np.array_equal(restriction.whole(x[:, 1], n), expected[:, 1])
 
 
 def make_alike(pattern, rows):

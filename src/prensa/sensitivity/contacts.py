@@ -90,7 +90,8 @@ class Points:
 
     ``p``, ``t``, ``s``, ``kappa`` (k, d); ``F`` (k, m, d) forces on the unknowns of the stencils; ``lam`` (k, 2, d) multipliers;
     ``area`` (k, d) of tractions; ``bound`` (k, d) of friction at the committed slip; ``friction``, ``stored`` (d,): work of
-    friction, energy in springs. ``q`` (k, m, d): motions of the unknowns; ``x`` (n, 2): where nodes are.
+    friction, energy in springs. ``q`` (k, m, d): motions of the unknowns; ``x`` (n, 2): where nodes are. ``paths`` (k, 2, m): of
+    these motions, gap and way; ``effects`` (k, m, 2 + m): of normal force, of traction and of motions that turn both, forces F.
     """
 
     surface: Surface
@@ -98,8 +99,8 @@ class Points:
     scale: Scale
     before: Committed
     by: Slopes
-    turning: Array
-    forces: tuple[Array, Array]
+    paths: Array
+    effects: Array
     q: Array
     lam: Array
     area: Array
@@ -125,8 +126,10 @@ class Points:
         if s.multipliers is not None:
             lam[:] = before.scale[2][:, None] * s.multipliers.of(u)[:, :, None]
         stencils = f.stencils
-        forces = stencils.act(stencils.n), stencils.act(stencils.e[:, 0])
-        out = cls(s, f, scale, before, slopes_of(c, number, f, u), turning(f), forces, q, lam, before.area, x)
+        paths = np.stack([stencils.dg, stencils.ds[:, 0]], axis=1)
+        forces = [stencils.act(stencils.n)[..., None], stencils.act(stencils.e[:, 0])[..., None]]
+        effects = np.concatenate([*forces, -turning(f)], axis=2)
+        out = cls(s, f, scale, before, slopes_of(c, number, f, u), paths, effects, q, lam, before.area, x)
         if f.stretched is not None:
             out.area = area_rates(s.points, x, before.X) if len(before.X) else np.zeros_like(before.area)
         out._answer()
@@ -139,9 +142,8 @@ class Points:
 
     def _answer(self) -> None:
         """What the points answer to the motions, multipliers and areas up to now."""
-        b, stencils = self.before, self.f.stencils
-        gap = np.einsum("km,kmd->kd", stencils.dg, self.q)
-        self.s = np.einsum("km,kmd->kd", stencils.ds[:, 0], self.q)
+        b, ways = self.before, self.paths @ self.q
+        gap, self.s = ways[:, 0], ways[:, 1]
         found = self.by.along({
             "g": gap[:, None], "way": self.s[:, None] - b.coordinate, "lam_n": self.lam[:, :1], "lam": self.lam[:, 1:],
             "k_n": b.scale[0][:, None], "k_t": b.scale[1][:, None], "weight": b.area[:, None], "area": self.area[:, None],
@@ -150,8 +152,7 @@ class Points:
         })  # fmt: skip
         self.p, self.t, self.kappa, self.bound = (found[name][:, 0] for name in ("p", "t", "slip", "bound"))
         self.friction, self.stored = (found[name].sum(axis=(0, 1)) for name in ("friction", "stored"))
-        Fn, Ft = self.forces
-        self.F = Fn[:, :, None] * found["P"] + Ft[:, :, None] * found["T"] - self.turning @ self.q
+        self.F = self.effects @ np.concatenate([found["P"], found["T"], self.q], axis=1)
 
     def _multipliers(self, r: Array) -> None:
         """Add to r (ndof, d) the equations of multipliers, whose factors change what is zero."""

@@ -1,0 +1,127 @@
+"""What each further parameter costs a run with derivatives: ``python benchmarks/further_parameters.py KIND [ROUNDS]``.
+
+Upsetting to 30 % with a force and its derivatives in every increment, by none to `MOST` parameters of one kind (`KINDS`),
+increment by increment in turn; processor time, of each increment the least of all rounds. Printed as a line of JSON: seconds of
+the run alone, the run with one parameter over it, and what each further parameter adds, in per cent of the run alone.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+import prensa as pr
+from prensa.kernels.record import sqrt, where
+from prensa.materials.corotational import Tensor
+from prensa.materials.hill import Hill
+from prensa.materials.point_material import PointAt
+
+MOST = 4
+INCREMENTS = 30
+FLOW, MATERIAL, FRICTION = "bodies.billet.material.flow", "bodies.billet.material", "contacts.0.friction"
+LAW = (f"{FLOW}.K", f"{FLOW}.n", f"{FLOW}.s0", f"{MATERIAL}.E")
+
+
+class Power(pr.PointCurve):
+    """Ludwik's curve, as a user writes it."""
+
+    s0: float
+    K: float
+    n: float
+
+    def stress(self, strain: Any, rate: Any) -> Any:
+        """Flow stress at a plastic strain."""
+        return self.s0 + self.K * strain**self.n
+
+
+class Metal(pr.PointMaterial):
+    """J2 plasticity with linear hardening of the Cauchy stress, as a user writes it."""
+
+    E: float
+    nu: float
+    s0: float
+    H: float
+    plastic = True
+    variables = ("plastic_strain", "plastic_work")
+
+    def stress(self, strain: Tensor) -> Tensor:
+        """Kirchhoff stress of an elastic strain."""
+        return self.E / (1 + self.nu) * strain.deviator + Tensor.spherical(self.E / (3 - 6 * self.nu) * strain.trace)
+
+    def energy(self, strain: Tensor) -> Any:
+        """Stored energy of an elastic strain."""
+        return 0.5 * self.stress(strain).dot(strain)
+
+    def respond(self, trial: Tensor, old: Sequence[Any], at: PointAt) -> tuple[Tensor, Sequence[Any]]:
+        """Elastic strain and variables after a trial strain."""
+        G, d, was = self.E / (2 + 2 * self.nu), trial.deviator, self.s0 + self.H * old[0]
+        q = 2 * G * sqrt(1.5 * d.dot(d) + 1e-60)
+        over = q - at.J * was
+        rise = where(at.flowing(over > 1e-11 * q), over / (3 * G + at.J * self.H), 0.0)
+        work = 0.5 * (at.J_n * was + at.J * (was + self.H * rise)) * rise
+        return trial - 3 * G * rise / q * d, (old[0] + rise, old[1] + work)
+
+
+def upset(n: tuple[int, int], element: str = "q4_fbar", material: Any = None, friction: Any = None) -> pr.Problem:
+    """The upsetting, on n elements, with a material and a law of friction of its own."""
+    from prensa.verify.forming import upsetting
+
+    p = upsetting(n, 0.1, reductions=(0.1, 0.2, 0.3), increments=INCREMENTS)
+    body, contact = p.bodies["billet"], p.contacts[0]
+    body = replace(body, element=element, material=material or body.material)
+    return replace(p, bodies={"billet": body}, contacts=(replace(contact, friction=friction or contact.friction),))
+
+
+Kind = tuple[Callable[[tuple[int, int]], pr.Problem], tuple[int, int], tuple[str, ...]]
+KINDS: dict[str, Kind] = {
+    "q4_fbar": (upset, (24, 18), LAW),
+    "t6": (lambda n: upset(n, "t6"), (16, 12), LAW),
+    "q8": (lambda n: upset(n, "q8"), (14, 10), LAW),
+    "q8, finer": (lambda n: upset(n, "q8"), (20, 14), LAW),
+    "capped friction": (
+        lambda n: upset(n, friction=pr.Capped(mu=0.1, m=0.17)), (24, 18), (f"{FRICTION}.mu", f"{FRICTION}.m", *LAW[:2]),
+    ),
+    "curve": (lambda n: upset(n, material=pr.J2(200e3, 0.3, Power(250.0, 500.0, 0.3))), (24, 18), LAW),
+    "metal": (
+        lambda n: upset(n, material=Metal(E=200e3, nu=0.3, s0=250.0, H=500.0)), (32, 24),
+        (f"{MATERIAL}.s0", f"{MATERIAL}.H", f"{MATERIAL}.E", f"{MATERIAL}.nu"),
+    ),
+    "hill": (
+        lambda n: upset(n, material=Hill(E=200e3, nu=0.3, flow=pr.Linear(250.0, 500.0))), (32, 24),
+        (f"{FLOW}.s0", f"{FLOW}.H", f"{MATERIAL}.E", f"{MATERIAL}.nu"),
+    ),
+}  # fmt: skip
+
+
+def seconds(problem: pr.Problem, paths: Sequence[str]) -> Iterator[float]:
+    """Processor seconds of each increment of a run with the derivatives of a force."""
+    begun = time.process_time()
+    for inc in pr.solve(problem, pr.Numerics(threads=1), derivatives=paths):
+        inc.derivative("punch.force.y") if paths else inc.force("punch")
+        yield time.process_time() - begun
+        begun = time.process_time()
+
+
+def measured(name: str, rounds: int) -> dict[str, Any]:
+    """A kind of problem: the run alone (s), with one parameter over it, what each further one adds in per cent of the run."""
+    make, n, paths = KINDS[name]
+    counts = range(MOST + 1)
+    for count in counts:
+        sum(seconds(make((4, 3)), paths[:count]))
+    problem = make(n)
+    # The runs of a round advance in turn, an increment each: what else the machine does slows all of them alike.
+    found = [list(zip(*(seconds(problem, paths[:count]) for count in counts), strict=True)) for _ in range(rounds)]
+    total = np.min(found, axis=0).sum(axis=0)
+    further = 100 * np.diff(total[1:]) / total[0]
+    out = {"kind": name, "n": n, "run": round(total[0], 4), "by 1": round(total[1] / total[0], 3)}
+    return out | {f"{k + 2}": round(x, 1) for k, x in enumerate(further)} | {"mean": round(further.mean(), 1)}
+
+
+if __name__ == "__main__":
+    print(json.dumps(measured(sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 9)))
