@@ -56,7 +56,7 @@ sys.path.insert(0, str(ROOT / "tests" / "docs"))
 import structure  # noqa: E402
 
 ORDER = [
-    "types", "errors", "precision", "registry", "layout", "derivatives", "policy", "timer", "reference", "model", "kernels",
+    "types", "precision", "errors", "registry", "layout", "derivatives", "policy", "timer", "reference", "model", "kernels",
     "geometry", "importers", "mesh", "friction", "materials", "tools", "testing", "elements", "contact", "system", "linear",
     "result",
     "measures", "checks", "solver", "remeshing", "conduction", "analysis", "dies", "sensitivity", "output", "verify", "study",
