@@ -32,26 +32,26 @@ class Messages:
         if self.monitor is not None:
             forces = tool_forces(self.system, e)
             places = tool_places(self.system, result.u)
-            self._tell(state, plan, time, "iteration", "", result.iterations, _last(result), forces, places, result.krylov)
+            self._notify(state, plan, time, "iteration", "", result.iterations, _last(result), forces, places, result.krylov)
 
     def rejected(self, state: State, plan: StepPlan, time: float, result: NewtonResult) -> None:
         """An attempt that failed."""
         assert result.reason is not None
         message = sentence(result.reason)
         log.info("increment to time %.6g rejected: %s", time, message)
-        self._tell(state, plan, time, "rejected", message, result.iterations, _last(result), krylov=result.krylov)
+        self._notify(state, plan, time, "rejected", message, result.iterations, _last(result), krylov=result.krylov)
 
     def accepted(self, old: State, plan: StepPlan, result: NewtonResult, increment: Increment) -> None:
         """An increment that is committed; old: the state that it started from."""
         forces = {name: tool.force for name, tool in increment.tools.items()}
         places = {name: tool.place for name, tool in increment.tools.items()}
         cost = increment.statistics.iterations
-        self._tell(old, plan, increment.time, "accepted", "", cost, result.residual, forces, places, result.krylov)
+        self._notify(old, plan, increment.time, "accepted", "", cost, result.residual, forces, places, result.krylov)
 
     def note(self, state: State, plan: StepPlan, message: str) -> None:
         """Something that happened at the state's time."""
         log.info(message)
-        self._tell(state, plan, state.clock.time, "note", message)
+        self._notify(state, plan, state.clock.time, "note", message)
 
     def report(self, checks: Iterable[Check[Given]], given: Given) -> Failure | None:
         """Ask checks, one after the other, and log their warnings, up to the first finding that refuses it; its reason."""
@@ -67,7 +67,7 @@ class Messages:
         for words in sentences:
             log.warning("%s", words)
 
-    def _tell(
+    def _notify(
         self, state: State, plan: StepPlan, time: float, event: str, message: str, iterations: int = 0,
         residual: float = np.nan, forces: Mapping[str, Force] | None = None, places: Mapping[str, Place] | None = None,
         krylov: int = 0,

@@ -1,4 +1,4 @@
-"""Ten times pressed and let go."""
+"""Ten times pressed and unloaded."""
 
 from __future__ import annotations
 

@@ -203,7 +203,7 @@ def _axes(force: tuple[float, float]) -> dict[str, float]:
 
 
 def _half(rng: np.random.Generator) -> Drawn:
-    """Pressed or pushed straight down and let go in part; beside the whole, of which it is the right half."""
+    """Pressed or pushed straight down and released in part; beside the whole, of which it is the right half."""
     p = _posed(rng, 0.0)
     wide = number(rng, 0.5, 1.2) * p.size[0]
     shape, tool, _ = _tool(rng, p, wide)

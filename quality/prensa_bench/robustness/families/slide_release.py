@@ -1,4 +1,4 @@
-"""A tool pressed into a block, moved along its surface, back, and let go."""
+"""A tool pressed into a block, moved along its surface, back, and lifted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A thin sheet squeezed between two flat tools and let go: friction hills."""
+"""A thin sheet squeezed between two flat tools and released: friction hills."""
 
 from __future__ import annotations
 
