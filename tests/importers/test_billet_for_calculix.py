@@ -11,9 +11,13 @@ import pytest
 
 import prensa as pr
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-import calculix
-import calculix_in_space as benchmark
+with pytest.MonkeyPatch.context() as patch:
+    patch.syspath_prepend(str(Path(__file__).parents[2] / "benchmarks"))
+    patch.delitem(sys.modules, "common", raising=False)  # examples have a module of this name too
+    import calculix
+    import calculix_in_space as benchmark
+
+    del sys.modules["common"]
 
 
 def written(folder: Path, kind: str = "C3D8R") -> str:

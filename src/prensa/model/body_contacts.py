@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from prensa.model.default_elements import element_name
 from prensa.model.names import Finding
 from prensa.model.remeshing import remeshing_of
 from prensa.registry import DOORS
@@ -44,7 +45,7 @@ def _findings_of(p: Any, c: Any, path: tuple[str | int, ...], boundary: Boundary
     if owners[0] == owners[1]:
         yield Finding((*path, "master"), "it joins two bodies; contact of a body with itself is not available yet")
     kinds: Any = DOORS["element"]
-    quadratic = [b for b in owners if b in p.bodies and kinds.find(p.element_name(b)).quadratic]
+    quadratic = [b for b in owners if b in p.bodies and kinds.find(element_name(p, b)).quadratic]
     if quadratic:
         yield Finding(path, f"sides of {quadratic[0]!r} have quadratic edges; contact between bodies needs straight ones")
     if c.enforcement.type != "penalty":

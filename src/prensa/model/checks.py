@@ -8,6 +8,7 @@ from math import isclose
 from typing import Any
 
 from prensa.model import body_contacts, crank, feed, heat, interference, press, space, until
+from prensa.model.default_elements import element_name
 from prensa.model.fields import force_along, motions_in
 from prensa.model.names import SYMMETRY, Finding, suggest
 from prensa.model.remeshing import remeshing_of
@@ -301,7 +302,7 @@ def _contacts(p: Any) -> Iterator[Finding]:
         rule: Any = DOORS["integration rule"].find(c.integration)
         if not rule.quadratic_edges:
             for name in bodies:
-                element = p.element_name(name) if p.bodies.get(name) is not None else ""
+                element = element_name(p, name) if p.bodies.get(name) is not None else ""
                 if element and DOORS["element"].find(element).quadratic:  # type: ignore[attr-defined]
                     yield Finding(
                         (*path, "integration"),

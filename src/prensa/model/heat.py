@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field
 
+from prensa.model.default_elements import element_name
 from prensa.model.fields import described
 from prensa.model.names import Finding, suggest
 from prensa.model.units import Number
@@ -63,7 +64,7 @@ def findings(p: Any) -> Iterator[Finding]:
     for name in p.bodies:
         if name not in p.heat.conductors:
             yield Finding(("heat", "conductors"), f"body {name!r} has no conductor; give its conductivity and capacity")
-        element: Any = DOORS["element"].find(p.element_name(name))
+        element: Any = DOORS["element"].find(element_name(p, name))
         if element.quadratic:
             yield Finding(("heat",), f"conduction is so far available only in linear elements, and {name!r} has {element.type!r}")
     for name in p.heat.conductors:

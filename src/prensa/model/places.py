@@ -22,7 +22,7 @@ from prensa.model.text import Node
 from prensa.model.units import Dimension
 
 SECTIONS = ("numerics", "output")
-LISTS: dict[str, str | int] = {"bodies": "", "tools": "", "contacts": 0, "steps": 0}
+SEVERAL: dict[str, str | int] = {"bodies": "", "tools": "", "contacts": 0, "steps": 0}
 """Things of which a case has several, with a key of one."""
 _ONE = {
     "bodies": "body",
@@ -210,7 +210,7 @@ def _owner(place: Place, key: str | int, kind: Any, node: Node | None) -> str:
 
 def having(key: str) -> list[str]:
     """What of a case may have a key: 'a tool', 'a step'."""
-    kinds = ((f"a {_ONE[section]}", below(below(Root, section, None), one, None)) for section, one in LISTS.items())
+    kinds = ((f"a {_ONE[section]}", below(below(Root, section, None), one, None)) for section, one in SEVERAL.items())
     return [words for words, kind in kinds if kind is not None and key in fields_of(kind)]
 
 

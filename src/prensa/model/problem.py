@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from prensa.model.crank import Crank
+from prensa.model.default_elements import element_name
 from prensa.model.doors import name_of, union
 from prensa.model.feed import Feed
 from prensa.model.fields import (
@@ -61,7 +62,7 @@ from prensa.model.meshes import (
 from prensa.model.names import Finding
 from prensa.model.press import Press
 from prensa.model.python_alone import WHOLE
-from prensa.model.remeshing import Remesh, RemeshValue, Sizes, When, remeshing_of
+from prensa.model.remeshing import Remesh, RemeshValue, Sizes, When
 from prensa.model.units import (
     Displacement,
     ForceUnit,
@@ -534,14 +535,7 @@ class Problem:
 
     def element_name(self, body: str) -> str:
         """Name of the element of a body, the default filled in."""
-        b = self.bodies[body]
-        if b.element is not None:
-            return b.element
-        if self.space == "solid":
-            return "t10" if b.mesh.type == "tetrahedra" else "h8_fbar"
-        if b.mesh.type == "outline" or (b.material.plastic and remeshing_of(self) is not None):
-            return "t6"
-        return "q4" if self.space == "plane stress" else "q4_fbar"
+        return element_name(self, body)
 
     def has_quadratic_edges(self, body: str) -> bool:
         """Whether edges of a body's elements have nodes in their middles."""

@@ -87,13 +87,13 @@ class PenaltyShare:
 
 
 def _last_rate(rows: Array) -> float:
-    """The change of the second column of rows (k, 2) over that of the first, from half of its last value to that."""
+    """The change of the second column of rows (k, 2) over that of the first, which ends above 0, from half of its end on."""
     work, stored = rows.T
     below = np.flatnonzero(work <= 0.5 * work[-1])
-    i = int(below[-1]) if len(below) else 0
-    if i + 1 == len(rows):  # the only increment that is known
+    if not len(below):  # of a run that is continued no more is known
         return float(stored[-1] / work[-1])
-    part = max((0.5 * work[-1] - work[i]) / (work[i + 1] - work[i]), 0.0) if len(below) else 0.0
+    i = int(below[-1])
+    part = (0.5 * work[-1] - work[i]) / (work[i + 1] - work[i])
     base = rows[i] + part * (rows[i + 1] - rows[i])
     return float((stored[-1] - base[1]) / (work[-1] - base[0]))
 
