@@ -13,6 +13,7 @@ from prensa.linear.pressure_apart import PressureApart
 from prensa.linear.reduction import Reduced
 from prensa.linear.symmetric_part import SymmetricPart
 from prensa.policy import Policy
+from prensa.system import assembly
 from prensa.system.discretise import discretise
 from prensa.system.planning import plan_step
 
@@ -176,3 +177,13 @@ def test_unknowns_that_follow_others_have_their_shares_of_pressures():
     policy = Policy(multigrid_coarsest=60)
     (*_, direct), (*_, found) = (pr.solve(problem, pr.Numerics(solver=s), policy=policy) for s in ("superlu", MULTIGRID))
     assert found.statistics.krylov > 0 and found.force("t").y == pytest.approx(direct.force("t").y, rel=1e-8)
+
+
+@pytest.mark.parametrize(("solver", "asked"), [("superlu", False), ("ldlt", True)])
+def test_elements_are_looked_at_for_preconditioners_alone(monkeypatch, solver, asked):
+    """A system that is solved by factors of its own matrix needs no parts of stiffnesses."""
+    seen = []
+    plain = assembly.volumetric_part
+    monkeypatch.setattr(assembly, "volumetric_part", lambda *given: seen.append(1) or plain(*given))
+    next(iter(pr.solve(wedge(2), pr.Numerics(solver=solver))))
+    assert bool(seen) == asked

@@ -8,6 +8,7 @@ import synthetic
 
 import prensa as pr
 from prensa.errors import PrensaError
+from prensa.geometry.outline import nearest_to_box
 from prensa.output import history, plot
 from prensa.output.outline import outlines
 from prensa.result.increment import Force, Place, ToolState
@@ -175,3 +176,15 @@ def test_a_tool_of_one_straight_side_needs_no_more_room_than_the_body():
     state = dataclasses.replace(increment.tools["cylinder"], at=np.zeros(2), place=Place(0.0, 0.0, 0.0))
     low, high = plot.limits(dataclasses.replace(increment, tools={"cylinder": state}), wall)[2:]
     assert low > -60.0 and high < 20.0
+
+
+def test_the_nearest_place_of_a_polygon_to_a_box():
+    """Ends of sides, feet of corners and crossings: no point close together with others on the sides is nearer."""
+    rng, share = np.random.default_rng(3), np.linspace(0.0, 1.0, 2001)[:, None, None]
+    for _ in range(50):
+        polygon, (low, high) = rng.uniform(-3.0, 3.0, (5, 2)), np.sort(rng.uniform(-1.0, 1.0, (2, 2)), axis=0)
+        points = (polygon + share * (np.roll(polygon, -1, axis=0) - polygon)).reshape(-1, 2)
+        best = np.hypot(*(points - np.clip(points, low, high)).T).min()
+        x = nearest_to_box(polygon, low, high)
+        found = np.hypot(*(x - np.clip(x, low, high)))
+        assert best - 5e-3 <= found <= best + 1e-12

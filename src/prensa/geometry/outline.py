@@ -11,8 +11,6 @@ from prensa.geometry.plane import cross
 from prensa.precision import SMALLEST
 from prensa.types import Array
 
-POINTS_OF_A_SIDE = 100
-
 
 def of_chain(pieces: Sequence[Piece], closed: bool, depth: float) -> Array:
     """Outline of a chain; the ends of an open one are closed far inside the tool."""
@@ -39,9 +37,16 @@ def around(hole: Array, depth: float) -> Array:
 
 
 def nearest_to_box(polygon: Array, low: Array, high: Array) -> Array:
-    """The place (2,) on the sides of a polygon (n, 2), of points close together on them, that is nearest to a box."""
-    share = np.linspace(0.0, 1.0, POINTS_OF_A_SIDE, endpoint=False)[:, None, None]
-    points = ((1.0 - share) * polygon + share * np.roll(polygon, -1, axis=0)).reshape(-1, 2)
+    """The place (2,) on the sides of a polygon (n, 2) that is nearest to a box.
+
+    It is an end of a side, where that crosses a line of the box, or the foot of a corner of the box on it.
+    """
+    way = np.roll(polygon, -1, axis=0) - polygon
+    crossings = [(end - polygon)[:, k] / np.where(way[:, k] == 0.0, np.inf, way[:, k]) for end in (low, high) for k in (0, 1)]
+    length = np.maximum((way**2).sum(axis=1), SMALLEST)
+    feet = [(((x, y) - polygon) * way).sum(axis=1) / length for x in (low[0], high[0]) for y in (low[1], high[1])]
+    share = np.clip([np.zeros(len(polygon)), *crossings, *feet], 0.0, 1.0)[:, :, None]
+    points = (polygon + share * way).reshape(-1, 2)
     away = points - np.clip(points, low, high)
     return np.asarray(points[np.argmin(np.hypot(*away.T))])
 

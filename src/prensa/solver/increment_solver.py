@@ -80,8 +80,11 @@ class IncrementSolver:
         """Everything that an increment from a state to the time ``end`` needs, with plastic flow by a ``rule``."""
         c = self.system.context(state, plan, end, rule)
         viscous = self.stabilisation.forces(c)
+        by_parts = self.reduced is not None and self.reduced.part is not None
         picard_friction, threads = self.numerics.iteration == "paper", threads_of(self.numerics, self.system.ndof, self.policy)
-        return replace(c, picard_friction=picard_friction, interactions=[*c.interactions, *viscous], threads=threads)
+        return replace(
+            c, picard_friction=picard_friction, interactions=[*c.interactions, *viscous], threads=threads, preconditioned=by_parts
+        )
 
     def rule(self, state: State, plan: StepPlan, end: float) -> TimeRule:
         """How plastic flow goes on from a state to the time ``end``, unless the increment is cut.

@@ -338,15 +338,16 @@ class Sweep(NamedTuple):
 
 
 def sweep(
-    block: Block, x_n: Array, du: Array, old: Array, at: At, r: Array, data: Array | None, pattern: Pattern, threads: int = 1
+    block: Block, x_n: Array, du: Array, old: Array, at: At, r: Array, data: Array | None, pattern: Pattern, threads: int = 1,
+    preconditioned: bool = True,
 ) -> Sweep:  # fmt: skip
     """Add internal forces to r (ndof,) and, unless data is None, the stiffness to data (nnz,) of the pattern.
 
     x_n (n, d): configuration that increments refer to; du (n, d): increments of the nodes; old (m, q, h) history; ``threads``
-    that may answer for chunks of elements at once.
+    that may answer for chunks of elements at once. ``preconditioned``: see `prensa.system.interaction.Context`.
     """
     points, new, total = old.shape[1], np.empty_like(old), 0.0
-    common, volumetric = _volumetric(block, data)
+    common, volumetric = _volumetric(block) if preconditioned and data is not None else (None, None)
 
     def answer(first: int, room: _Room) -> Failure | None:
         """Forces, stiffness and history of the chunk that begins with element ``first``, in a room of its own."""
@@ -374,12 +375,12 @@ def sweep(
     return Sweep(total, new, None, volumetric)
 
 
-def _volumetric(block: Block, data: Array | None) -> tuple[Array | None, Single | None]:
+def _volumetric(block: Block) -> tuple[Array | None, Single | None]:
     """Where elements have their dilatation in common (see `Element.common_dilatation`) and room for their `volumetric_part`.
 
-    In space alone, where preconditioners are made of it, and where stiffness is asked for.
+    In space alone, where preconditioners are made of it.
     """
-    slopes = block.element.common_dilatation(block.mode) if data is not None and block.element.layout.dimension == 3 else None
+    slopes = block.element.common_dilatation(block.mode) if block.element.layout.dimension == 3 else None
     return slopes, None if slopes is None else np.empty((len(block), 3 * slopes.size + 1), dtype=np.float32)
 
 

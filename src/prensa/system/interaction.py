@@ -129,6 +129,7 @@ class Context:
     commit, None in axisymmetry; ``surfaces``: the contacts, their edges cut at sharp corners, and what is ``committed``
     of their points; ``picard_friction``: the contact stiffness is the paper's symmetric one (see `forces`);
     ``interactions``: contacts, in the order of the description, then loads. ``threads`` that may answer for elements at once.
+    ``preconditioned``: whether matrices may be solved for by preconditioners, which need more of the elements.
     ``stopped``: what ends the step here before its
     time, in words; '' if nothing does. ``watched`` (criteria,): values of what may end it. ``touches``: whether a prescribed
     tool first meets a body at the end of the increment. ``brought``: whether it begins elsewhere
@@ -160,6 +161,7 @@ class Context:
     interactions: Sequence[Interaction] = ()
     picard_friction: bool = False
     threads: int = 1
+    preconditioned: bool = True
     stopped: str = ""
     watched: Array = field(default_factory=lambda: np.zeros(0))
     touches: bool = False

@@ -625,7 +625,7 @@ class System:
         begun = c.rule.share > 0.0
         for block, old, held in zip(self.blocks, base, flows or [None] * len(self.blocks)):
             here = At(c.rule.seconds(block, c.seconds), c.now, data is not None, secant, held, begun)
-            out = sweep(block, c.x_n, du, old, here, r, data, self.pattern, c.threads)
+            out = sweep(block, c.x_n, du, old, here, r, data, self.pattern, c.threads, c.preconditioned)
             if out.failed:
                 x, y, *z = self.X[block.cells[out.failed.element]].mean(axis=0).tolist()
                 return Bulk(scale, floor, (), ElementFailed(out.failed.element, block.body, x, y, out.failed.why, *z))

@@ -38,7 +38,7 @@ def pushed_tools(system: System) -> Iterator[Finding]:
         begun.add(m.plan.number)
     for name in pushed:
         surfaces = list(dict.fromkeys("+".join(s.description.surface) for s in system.tool_contacts if s.against == name))
-        if name in left and surfaces and any(_forces(p.steps[i].push[name], system.dofs.dimension).any() for i in pushed[name]):
+        if name in left and surfaces and any(forces_of(p.steps[i].push[name], system.dofs.dimension).any() for i in pushed[name]):
             yield Finding(
                 f"steps.{pushed[name][0]}.push.{name}",
                 f"it pushes the tool away from {' and '.join(map(repr, surfaces))}, which it never presses; check the sign and "
@@ -52,7 +52,7 @@ def _towards(step: Step, name: str, g: Array, n: Array) -> bool:
     Where none sees it, nothing is known.
     """
     push = step.push.get(name)
-    forces = np.zeros((1, n.shape[1])) if push is None else _forces(push, n.shape[1])
+    forces = np.zeros((1, n.shape[1])) if push is None else forces_of(push, n.shape[1])
     if not forces.any():
         return False
     shares = forces[:, None] * n[np.isfinite(g)]
@@ -61,7 +61,7 @@ def _towards(step: Step, name: str, g: Array, n: Array) -> bool:
     return not len(high) or bool(((high > none) | (low > -none)).any())
 
 
-def _forces(push: Push, dimension: int) -> Array:
+def forces_of(push: Push, dimension: int) -> Array:
     """Forces (k, d) along each of the axes, the smallest and the largest of each."""
     given = [getattr(push, axis) for axis in "xyz"[:dimension]]
     values = [[v for _, v in f] if isinstance(f, tuple) else [f or 0.0] for f in given]

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.before.pushed_tools import forces_of
 from prensa.checks.thresholds import SLIGHT
 from prensa.errors import Finding, along
 from prensa.system.moments import moments
@@ -36,10 +37,7 @@ def _ways(system: System, number: int, name: str) -> Array:
     own = system.dofs.tool.dofs(number)[: system.dofs.dimension]
     u = np.array([system.initial().u[own], *(m.u[own] for m in moments(system))])
     pushes = [step.push[name] for step in system.problem.steps if name in step.push]
-    forces = [
-        [f[-1][1] if isinstance(f, tuple) else f or 0.0 for f in (getattr(push, axis) for axis in "xyz")] for push in pushes
-    ]
-    ways = np.concatenate([np.diff(u, axis=0), np.array(forces).reshape(-1, 3)])
+    ways = np.concatenate([np.diff(u, axis=0), *(forces_of(push, system.dofs.dimension) for push in pushes)])
     return np.asarray(ways[(ways != 0.0).any(axis=1)])
 
 
