@@ -25,6 +25,7 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "gradient": "prensa.sensitivity.adjoint",
     "discretise": "prensa.system.discretise",
     "run": "prensa.output.run",
+    "resume": "prensa.output.run",
     "particles": "prensa.output.flow",
     "converge": "prensa.study.converge",
     "sweep": "prensa.study.sweep",
@@ -66,7 +67,7 @@ def __getattr__(name: str) -> Any:
         import importlib
 
         value = getattr(importlib.import_module(_WHERE[name]), name)
-        if name in ("solve", "gradient", "run", "results"):
+        if name in ("solve", "gradient", "run", "resume", "results"):
             import prensa.output.views
     elif name == "__all__":
         value = __dir__()

@@ -181,3 +181,34 @@ def test_guards_around_one_another_put_the_handlers_back():
             seen.append("written")
         assert signal.getsignal(signal.SIGTERM) == outer
     assert seen == ["written"] and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+def test_a_signal_waits_for_the_end_of_an_import(tmp_path, monkeypatch):
+    """Ctrl-C while a module is imported comes when it is whole: a kernel goes on with it."""
+    (tmp_path / "imported_slowly.py").write_text(
+        "import os, signal, time\nos.kill(os.getpid(), signal.SIGINT)\ntime.sleep(0.2)\nwhole = True\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(KeyboardInterrupt), Interruptible():
+        import imported_slowly
+
+        time.sleep(5.0)
+    assert imported_slowly.whole
+
+
+def test_an_interrupted_run_is_resumed_from_python(tmp_path, monkeypatch):
+    """`pr.resume` goes on from the checkpoint, as the command does."""
+    written = []
+
+    def stop(self, increment):
+        write(self, increment)
+        written.append(increment.number)
+        if len(written) == 3:
+            raise KeyboardInterrupt
+
+    write = module._Run._write
+    monkeypatch.setattr(module._Run, "_write", stop)
+    with pytest.raises(KeyboardInterrupt):
+        pr.run(small(increments=6), tmp_path / "run", quiet=True)
+    assert pr.results(tmp_path / "run").status == "interrupted"
+    assert pr.resume(tmp_path / "run", quiet=True).status == "completed"

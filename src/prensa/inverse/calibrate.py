@@ -23,6 +23,7 @@ from prensa.inverse.result import Finer, Fit, fit_of, half_widths, idle_channels
 from prensa.inverse.rivals import compared
 from prensa.inverse.tables import DataError
 from prensa.model.problem import Case, Problem
+from prensa.output.interrupt import Interruptible
 from prensa.sensitivity.parameters import value_of
 from prensa.types import Array
 
@@ -138,8 +139,9 @@ def calibrate(
         tests = [Test(case, data, observe, along), *tests]
     experiments, known = _checked(tests, parameters)
     objective = Objective(experiments, known, Path(keep) if keep is not None else None, report or log.info)
-    found, first = _best(objective, starts, seed, report or log.warning)
-    return _around(objective, found, first, refine, profiles, compare)
+    with Interruptible():
+        found, first = _best(objective, starts, seed, report or log.warning)
+        return _around(objective, found, first, refine, profiles, compare)
 
 
 def _around(

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import _thread
 import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType, TracebackType
 from typing import Any
+
+
+IMPORT_WAIT = 0.05
+"""Seconds until a signal that came while a module was imported is looked at again: less than anybody notices."""
+IMPORTING = "<frozen importlib._bootstrap>"
+"""File name in the code of Python's import."""
 
 
 class Terminated(KeyboardInterrupt):
@@ -19,7 +26,7 @@ class Interruptible:
 
     Inside ``with guard.postponed():`` a Ctrl-C waits for the end of the block and then raises KeyboardInterrupt, SIGTERM
     `Terminated`. A handler of SIGTERM that a program has set stays; that of a guard around this one is replaced until the end
-    of this one.
+    of this one. While a module is imported signals wait too: a half-imported package fails ever after, in notebooks too.
     """
 
     def __init__(self) -> None:
@@ -53,9 +60,23 @@ class Interruptible:
             raise _interruption(number)
 
     def _received(self, number: int, frame: FrameType | None) -> None:
-        if not self._depth:
+        if self._depth:
+            self._pending = number
+        elif _imports(frame):
+            again = threading.Timer(IMPORT_WAIT, _thread.interrupt_main, (number,))
+            again.daemon = True
+            again.start()
+        else:
             raise _interruption(number)
-        self._pending = number
+
+
+def _imports(frame: FrameType | None) -> bool:
+    """Whether a module is being imported by what runs in a frame."""
+    while frame is not None:
+        if frame.f_code.co_filename == IMPORTING:
+            return True
+        frame = frame.f_back
+    return False
 
 
 def _interruption(number: int) -> KeyboardInterrupt:
