@@ -104,8 +104,11 @@ def _user(door: Door) -> Callable[[Any, ValidationInfo], Any]:
         if not isinstance(value, dict):
             if not isinstance(value, door.base_class()):
                 usual = door.default or next(iter(door.own()))
+                first = next((f.name for f in dataclasses.fields(door.own()[usual]) if f.name != "type"), "")
+                number = isinstance(value, int | float) and not isinstance(value, bool)
+                values = f"{first}: {value:g}" if first and number else "…"
                 raise ValueError(
-                    f"{shown(value)} is not a valid {door.kind}: write its type and values, {{type: {usual}, …}}; "
+                    f"{shown(value)} is not a valid {door.kind}: write its type and values, {{type: {usual}, {values}}}; "
                     f"your own class in Python must derive from prensa.{door.base_class().__name__}"
                 )
             return value

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import difflib
+import re
+import typing
 from collections.abc import Iterable
 from typing import Any
 
@@ -58,6 +60,11 @@ def _follows(error: Any, place: Place, errors: list[Any], places: list[Place]) -
     """Whether a mistake is only the consequence of another: a key missing for a typo, a list short of bad items."""
     if error["type"] == "too_short":
         return any(len(p.path) > len(place.path) and p.path[: len(place.path)] == place.path for p in places)
+    if error["type"] == "unexpected_keyword_argument" and place.parent is not None:
+        # the second length of 'size: 15 mm, 40 mm' has become a key
+        lists = [p for p in places if p.parent is not None and p.parent.path == place.parent.path and _scalar_for_list(p)]
+        if str(place.path[-1])[:1].isdigit() and lists:
+            return True
     if error["type"] == "missing" and isinstance(place.path[-1], str):
         typos = [
             str(p.path[-1])
@@ -86,6 +93,7 @@ def explain(error: Any, place: Place) -> Mistake:
             remedy = f"; {key!r} is a key of the case, at its outermost level"
         if above.parent is None and (things := having(str(key))):
             remedy = f"; {key!r} is a key of {' or of '.join(things)}"
+        remedy = _of_another_shape(str(key), fields) or remedy
         if key in ("z", "r") and "y" in fields_of(above.kind, above.node):
             remedy += " In axisymmetry x is the radius and y the axis"
         return Mistake(place.mark(at_key=True), f"unknown key {key!r}{where}{remedy}")
@@ -110,6 +118,36 @@ def explain(error: Any, place: Place) -> Mistake:
     if kind == "metal":  # names what is unknown itself
         return Mistake(place.mark(), f"{above.owner or 'the material'}: {ctx['words']}")
     return Mistake(place.mark(), _wrong(error, place))
+
+
+def _of_another_shape(key: str, fields: list[str]) -> str:
+    """What to write for a key whose number stands elsewhere: in the flow curve, in 'size', in 'radius'; '' of others."""
+    if of_the_trade(key) == "s0" and "flow" in fields:
+        return "; the yield stress is one of 'flow', such as {type: perfect, s0: 250 MPa}"
+    if key == "diameter" and "radius" in fields:
+        return "; give 'radius', half of it"
+    if key in ("diameter", "radius", "height", "width", "length") and "size" in fields:
+        return "; lengths are given as 'size', one for each axis (in axisymmetry radius and height)"
+    return ""
+
+
+def _scalar_for_list(place: Place) -> bool:
+    """Whether one value stands where a list of a known number of them belongs."""
+    args = typing.get_args(bare(place.kind)[0])
+    is_list = typing.get_origin(bare(place.kind)[0]) is tuple and args[-1] is not Ellipsis
+    return is_list and place.node is not None and not isinstance(place.node.value, list | dict)
+
+
+def _as_list(place: Place) -> str:
+    """How to write as a list what stands there as one value: '15x40', '15 40', 20, or 15 mm, 40 mm without brackets."""
+    count, text = len(typing.get_args(bare(place.kind)[0])), str(place.node.value).strip("( ") if place.node else ""
+    given = place.parent.node.value if place.parent is not None and place.parent.node is not None else {}
+    rest = [str(k).strip(") ") for k in given if str(k)[:1].isdigit()] if isinstance(given, dict) else []
+    values = [text, *rest]
+    if len(values) == 1 and text[:1].isdigit():
+        values = re.findall(r"\d[\d.]*(?: ?[a-z]+\b)?", re.sub(r"(?<=\d) ?[x×;] ?(?=\d)", " ", text))
+        values = values * count if len(values) == 1 else values
+    return f"; write [{', '.join(values)}]" if len(values) == count and text[:1].isdigit() else ""
 
 
 def _missing(place: Place, above: Place) -> Mistake:
@@ -189,4 +227,29 @@ def _wrong(error: Any, place: Place) -> str:
         remedy = "; begin each entry with '- '"
     if "table" in offered(place.kind) and str(error["input"]).lower().endswith((".csv", ".txt")):
         remedy = f"; a curve from a file is {{type: table, points: {error['input']}}}"
+    remedy = _by_example(error["input"], place, wanted) or remedy
     return f"{place.label} is {_shown(error, place)}; {wanted} is expected{remedy}"
+
+
+def _by_example(value: Any, place: Place, wanted: str) -> str:
+    """How to write what was written too shortly: '; such as {y: -20 mm}'; '' where that is not known."""
+    key, number = place.path[-1] if place.path else "", str(value).lstrip("+-")[:1].isdigit()
+    if isinstance(value, list | dict):
+        return ""
+    if _scalar_for_list(place):
+        return _as_list(place)
+    if key == "increments" and value == "auto":
+        return "; leave it out, and their number is found on the way"
+    if key == "fixed" and isinstance(value, str) and "." in value:
+        return f"; such as {{{value}: x}}"
+    if key == "force" and number and wanted == "a mapping of names":
+        return f"; name the tool and the axis, such as {{punch: {{y: {value}}}}}"
+    if key == "until" and number:
+        return f"; such as {{force: {{punch: {{y: {value}}}}}}}"
+    if number and {"x", "y"} <= set(fields_of(place.kind, place.node)):
+        return f"; name the axis, such as {{y: {value}}}"
+    if "j2" in offered(place.kind) and isinstance(value, str):
+        return f"; a metal of the library is {{type: j2, of: {value}}}, and 'prensa materials' lists them"
+    if {"perfect", "table"} <= set(offered(place.kind)) and number:
+        return f"; a constant flow stress is {{type: perfect, s0: {value}}}"
+    return ""

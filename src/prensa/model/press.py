@@ -191,6 +191,7 @@ def findings(p: Any) -> Iterator[Finding]:
         path = ("tools", name, "press")
         if p.space in ("plane strain", "plane stress") and p.thickness == 1.0:
             message = "a press forms the whole part, and forces here are per length: give 'thickness', how long the part is"
+            message += "" if "space" in p.stated else ", or 'space: axisymmetric' of a round part"
             yield Finding(path, message)
         if whole:
             yield from _driven(p, path, name, tool.press)

@@ -237,11 +237,23 @@ def _converter(dimension: Dimension, per_depth: bool = False) -> Callable[[Any, 
                     # Forces of plane problems belong to the whole thickness: given per length of it, they are multiplied.
                     per = (dimension.force, dimension.length - 1)
                     return depth * factor(value, units["length"], units["force"], per)
+            if dimension is FORCE and (weight := _weight(value)):
+                raise ValueError(f"{value!r} is a mass, and {dimension.name} is meant: its weight is '{weight}'") from None
             if "did you mean" in reason:
                 raise ValueError(f"{value!r}: {reason}") from None
             raise ValueError(f"{value!r} is not {dimension.name} ({reason}); {remedy}") from None
 
     return convert
+
+
+def _weight(text: str) -> str:
+    """Weight of a mass under standard gravity, such as '2450 kN' of 250 t; '' of what is no mass."""
+    match = _NUMBER.match(text)
+    with suppress(ValueError):
+        if match is not None and match[2] and _product(match[2])[1:] == (1, -1, 2):
+            newton = float(Fraction(match[1]) * _product(match[2])[0] * _SI["kgf"][0])
+            return f"{newton / 1000:.4g} kN" if newton >= 1000 else f"{newton:.4g} N"
+    return ""
 
 
 def _is_force(text: str, units: Any) -> bool:
