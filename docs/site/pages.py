@@ -40,7 +40,7 @@ MENU = (
     ("Book", "developer/book"),
 )
 GROUPS = {
-    "Running and results": ("load", "dump", "solve", "run", "results", "ProgressBar", "discretise", "evaluate", "particles"),
+    "Running and results": ("load", "dump", "solve", "run", "resume", "results", "ProgressBar", "discretise", "evaluate", "particles"),
     "Problem and steps": ("Problem", "Units", "Start", "Step", "Until", "ToolForce", "ToolTravel", "Case", "Numerics", "Output"),
     "Bodies and meshes": (
         "Body", "Rectangle", "Grade", "Strip", "Wire", "Nose", "Disc", "Annulus", "Patch", "ArcSide", "SplineSide", "Points",
@@ -155,7 +155,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         if path.suffix == ".md":
             files.append(File.generated(config, where, content=path.read_text(encoding="utf-8")))
         elif path.suffix in SHOWN:
-            listing = f"# {path.name}\n\n```{SHOWN[path.suffix]}\n{path.read_text(encoding='utf-8')}\n```\n"
+            hidden = "---\nsearch: {exclude: true}\n---\n\n" if path.suffix == ".csv" else ""  # numbers: nobody looks for them
+            listing = f"{hidden}# {path.name}\n\n```{SHOWN[path.suffix]}\n{path.read_text(encoding='utf-8')}\n```\n"
             files.append(File.generated(config, where, content=listing))
         else:
             files.append(File.generated(config, where, abs_src_path=str(path)))

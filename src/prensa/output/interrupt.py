@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from types import FrameType, TracebackType
 from typing import Any
 
-
 IMPORT_WAIT = 0.05
 """Seconds until a signal that came while a module was imported is looked at again: less than anybody notices."""
 IMPORTING = "<frozen importlib._bootstrap>"

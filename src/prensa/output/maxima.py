@@ -20,6 +20,9 @@ from prensa.types import Array
 
 SLENDER = 5.0  # length over thickness from which a body is a sheet, whose thinning is of interest
 
+SHOWN = 1e-4
+"""Of the largest coordinate of a place: what pages show of it, in four digits."""
+
 
 class Maximum(NamedTuple):
     """A largest value: ``value`` in ``unit`` of ``what`` in ``of``, at the current place (d,), or None, in an increment."""
@@ -161,7 +164,8 @@ def _damage(name: str, body: BodyState, problem: Problem) -> Iterator[tuple[str,
 
 
 def _place(x: Array) -> tuple[float, ...]:
-    return tuple(map(float, x))
+    """A point x (d,); coordinates that four digits of the largest one do not show are zero, such as depths of a penalty."""
+    return tuple(float(v) for v in np.where(np.abs(x) < SHOWN * np.abs(x).max(), 0.0, x))
 
 
 def _when(stored: Stored, k: int) -> tuple[str, int, float]:

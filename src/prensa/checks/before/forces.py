@@ -11,6 +11,7 @@ from prensa.errors import Finding, Severity
 from prensa.materials.flow_curve import stress_at
 from prensa.materials.material import Material
 from prensa.model.fields import motions_in
+from prensa.model.press import drives
 from prensa.system.system import System
 
 CRUSHED = 50.0
@@ -19,6 +20,8 @@ STIFFEST_MOUNT = 1e6
 """Stiffness of a spring over that of the bodies, beyond which its tool is as good as held."""
 MOUNT_LOST = 1e8
 """The same, beyond which round-off of the spring's length is a force above the tolerance."""
+WEAK = 1e-3
+"""Of the force under which a body's least section yields: a unit of force is a thousand times the next smaller one."""
 
 
 def pushes(system: System) -> Iterator[Finding]:
@@ -42,6 +45,55 @@ def pushes(system: System) -> Iterator[Finding]:
                         f"{' and '.join(dict.fromkeys(repr(s.body) for s in own))} can carry over the whole contact surface; "
                         "is the unit right?",
                     )
+
+
+def weak(system: System) -> Iterator[Finding]:
+    """Presses, pushes and forces to wait for under which no body would yield anywhere: of another unit than they are meant in."""
+    for name, (path, force) in _largest_forces(system).items():
+        own = [s for s in system.surfaces if s.against == name]
+        sizes = [(_smallest(system, s.body), system.problem.bodies[s.body].material) for s in own]
+        if not own or any(getattr(material, "flow", None) is None for _, material in sizes):
+            continue
+        yields = min(material.flow.proof() * size**2 for size, material in sizes)
+        if 0.0 < force < WEAK * yields:
+            unit = system.problem.units.force
+            body = repr(own[0].body)
+            yield Finding(
+                path, f"{force:g} {unit} is {force / yields:.1g} of the force at which the smallest section of {body} yields, "
+                f"{yields:.3g} {unit}: give its unit, such as '{force:g} kN'",
+            )  # fmt: skip
+
+
+def _largest_forces(system: System) -> dict[str, tuple[str, float]]:
+    """Tool → place in the description and size of the largest force that it has: its press, pushes, what steps wait for.
+
+    A tool that a step moves without waiting for a force presses as hard as it has to: then only its press counts.
+    """
+    p, found = system.problem, dict[str, tuple[str, float]]()
+    for name, tool in p.tools.items():
+        given = [
+            (f"steps.{i}.{kind}.{name}", abs(v))
+            for i, step in enumerate(p.steps)
+            for kind, forces in (("push", step.push), ("until.force", step.until.force if step.until is not None else {}))
+            for v in (getattr(forces.get(name), axis, None) for axis in "xyz")
+            if isinstance(v, float | int)
+        ]
+        moved = any(drives(step, name, a) and not (step.until is not None and name in step.until.force)
+                    for step in p.steps for a in "xyz" if not drives(step, name, a, ("push",)))  # fmt: skip
+        if tool.press is not None and isinstance(tool.press.capacity, float | int):
+            found[name] = f"tools.{name}.press", float(tool.press.capacity)
+        elif given and not moved:
+            found[name] = max(given, key=lambda g: g[1])
+    return found
+
+
+def _smallest(system: System, body: str) -> float:
+    """Least extent of a body: in the plane the thickness of the problem counts too."""
+    nodes = np.flatnonzero(system.has(body, np.arange(len(system.X))))
+    extents = np.ptp(system.X[nodes], axis=0)
+    if system.dofs.dimension == 2 and not system.axisymmetric:
+        extents = np.append(extents, system.problem.thickness)
+    return float(extents.min())
 
 
 def _area(system: System, s: Surface, axis: int) -> float:

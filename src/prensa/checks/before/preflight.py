@@ -13,7 +13,7 @@ from prensa.checks.before.edges_between_nodes import edges_between_nodes
 from prensa.checks.before.feeding import feeding
 from prensa.checks.before.file_units import file_units
 from prensa.checks.before.flow_curves import flow_curves
-from prensa.checks.before.forces import mounts, pushes
+from prensa.checks.before.forces import mounts, pushes, weak
 from prensa.checks.before.joint_motions import joint_motions
 from prensa.checks.before.measured_places import measured_places
 from prensa.checks.before.mesh_shapes import mesh_shapes
@@ -46,7 +46,7 @@ from prensa.system.system import System
 AT_REST: tuple[Check[System], ...] = (tool_sizes, surface_corners, starting_places, overlapping_bodies)
 """Those of where things are before anything moves."""
 CHECKS: tuple[Check[System], ...] = (
-    obsolete_keys, new_meshes, flow_curves, tables, lengths, pushes, mesh_shapes, stiff_in_bending, bores, table_starts,
+    obsolete_keys, new_meshes, flow_curves, tables, lengths, pushes, weak, mesh_shapes, stiff_in_bending, bores, table_starts,
     standstills, travels, small_strain, feeding, new_sizes, mounts, turns, off_centre, thick_sheets, file_units,
     *AT_REST, tools_inside, tool_faces,
     tool_paths, pushed_tools, edges_between_nodes, rigid_motions, joint_motions, tied_gaps, measured_places, closed_dies,

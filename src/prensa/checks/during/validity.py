@@ -66,6 +66,7 @@ class Validity:
         self.rubbed: dict[tuple[str, str], tuple[float, float]] = {}
         self.squeezed: dict[str, float] = {}
         self.stretched: dict[str, float] = {}
+        self.reported: set[str] = set()
         self._slopes: dict[str, Array] = {}
         self._areas: dict[str, Array] = {}
         self._volumes: dict[str, Array] = {}
@@ -78,6 +79,16 @@ class Validity:
         # of condensed bodies the displacements are known at the end of a step
         if given.complete and (reason := self.look(given.state.u, given.state.history)):
             yield ended_by(reason)
+        yield from self._elastic_metals()
+
+    def _elastic_metals(self) -> Iterator[Finding]:
+        """As soon as it is seen, once a body: elastic metals that are strained as no metal can be."""
+        for body in self.stretched.keys() - self.reported:
+            self.reported.add(body)
+            yield warning(
+                f"body {body!r} is elastic with the modulus of a metal, and a twentieth of it is strained by more than "
+                f"{STRAIN_WARNING:g}: metals yield long before; give it a 'j2' material with its flow curve"
+            )
 
     def look(self, u: Array, history: Sequence[Array]) -> BeyondSmall | None:
         """Note an increment that ends at dofs u (ndof,) with a ``history``; why it is refused, or None."""
@@ -139,11 +150,6 @@ class Validity:
                 + ", or friction that no shear strength bounds presses it" * rubbed
                 + "; check supports and travels" + ", and take 'capped' or 'shear' friction" * rubbed
             )  # fmt: skip
-        for body, strain in self.stretched.items():
-            yield (
-                f"body {body!r} is elastic with the modulus of a metal, and a twentieth of it is strained by more than "
-                f"{strain:.2g}: metals yield long before; give it a 'j2' material with its flow curve"
-            )
         for body, strain in self.used_to.items():
             end = self.system.problem.bodies[body].material.flow.known_to()
             yield (
