@@ -14,11 +14,13 @@ import shapely
 from scipy.interpolate import BSpline
 
 import prensa as pr
+from prensa.checks.before.file_units import file_units
 from prensa.errors import CaseError
 from prensa.geometry.chain import chain, corner
 from prensa.importers.segments import Segment
 from prensa.model.plausibility import warnings_of
 from prensa.model.schema import loads
+from prensa.system.discretise import discretise
 
 CASE = """
 name: press
@@ -492,3 +494,12 @@ def test_a_drawing_without_lines_says_what_to_do(tmp_path, draw, remedy):
     drawing.saveas(tmp_path / "a.dxf")
     with pytest.raises(CaseError, match=remedy):
         Read(tmp_path)
+
+
+@pytest.mark.parametrize(("unit", "said"), [(6, True), (4, False)])
+def test_a_drawing_in_metres_of_a_die_in_millimetres_is_warned_of(tmp_path: Path, unit: int, said: bool) -> None:
+    """The header of a drawing says metres: a die a thousand times as large as the body."""
+    drawing(tmp_path, lambda d: d.modelspace().add_lwpolyline(U), unit=unit)
+    found = [str(f) for f in file_units(discretise(Read(tmp_path).problem))]
+    assert len(found) == said
+    assert all("the tool measures" in f and "unit: mm}" in f for f in found)

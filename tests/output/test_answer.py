@@ -241,7 +241,7 @@ def test_warnings_are_ordered_by_their_weight():
     ordered = answer.weighed(handler.texts, handler.about)
     assert ordered[:3] == ["nothing comes of it", "failed here", "of the result; do this"]
     assert ordered[3:] == ["of the case", "tools.punch: of a key", "a picture"]
-    short = ["6 warnings, the gravest first:", "  nothing comes of it", "  failed here", "  of the result"]
+    short = ["6 warnings, the most severe first:", "  nothing comes of it", "  failed here", "  of the result"]
     assert list(answer.in_short(ordered))[:4] == short
     assert list(answer.in_short([])) == [] and len(heard) == 5
 

@@ -139,7 +139,7 @@ SEEDED = {
         Seeded("unit of another dimension", (("E: 70e3", "E: 70 kN"),), "6:29", ("is not a stress", "'10 GPa'")),
         Seeded("negative friction", (("mu: 0.1", "mu: -0.1"),), "10:85", ("at least 0",)),
         Seeded("softening friction without an end", (("mu: 0.1", "mu: {mu0: 0.3, slope: -1}"),), "10:81", ("'limit'",)),
-        Seeded("friction as a number", (("{type: coulomb, mu: 0.1}", "0.1"),), "10:65", ("0.1 is not a valid friction", "{type: coulomb, …}")),
+        Seeded("friction as a number", (("{type: coulomb, mu: 0.1}", "0.1"),), "10:65", ("0.1 is not a valid friction", "{type: coulomb, mu: 0.1}")),
         Seeded(
             "metal of the library, and a tool without a place", ((ELASTIC[0], "type: j2, of: AA6061-O"), (", touching: strip.top", "")), "8:3",
             ("tool 'die' has no position", "'touching'"),
@@ -542,7 +542,7 @@ SEEDED = {
             "end that is there from the beginning", (("increments: 4}", "until: {contact: {die: touches}}}"),), "", ("until.contact.die is met when the step begins",), False, "run",
         ),
     ],
-    "what only the run can tell": [
+    "found only by running": [
         Seeded(
             "side that walks through a wall", (("contacts:", "  wall: {type: plane, normal: [-1, 0], at: [4, 0]}\ncontacts:\n  - {surface: strip.bottom, against: wall}"),), "",
             ("of 'strip.right'", "inside tool 'wall', which no contact of that side is against", "'surface: strip', the whole outline"), verb="run",

@@ -65,14 +65,14 @@ Changes = Annotated[
 Quiet = Annotated[
     bool,
     typer.Option(
-        "--quiet", "-q", help="Print only warnings, errors and tables; nothing of a run, whose answer is in its files."
+        "--quiet", "-q", help="Print only warnings, errors and tables; the answer of a run is in its files."
     ),
 ]
 Verbose = Annotated[
     bool, typer.Option("--verbose", "-v", help="Print the log and the traceback of errors on standard error.")
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as one JSON document, and nothing else.")]
-Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; one a core if not given.")]
+Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; one per core if not given.")]
 Memory = Annotated[str | None, typer.Option(help="Memory of each process, as in 2GB.")]
 Cluster = Annotated[
     str | None, typer.Option(help="Address of the scheduler of a Dask cluster, or its scheduler file.")
@@ -111,7 +111,7 @@ def main() -> None:
 
 @app.callback(invoke_without_command=True)
 def _main(
-    version: Annotated[bool, typer.Option("--version", "-V", help="Print the version and leave.")] = False,
+    version: Annotated[bool, typer.Option("--version", "-V", help="Print the version and exit.")] = False,
 ) -> None:
     if version:
         from prensa import __version__
@@ -342,7 +342,7 @@ def window(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:  # fmt: skip
-    """Map measures over two parameters, with the limits that they have to keep; every run has the command that repeats it."""
+    """Map measures over two parameters, with their limits; every run has the command that repeats it."""
     source = Source(case)
     with Voice(quiet, verbose, json, interrupted=KEPT) as voice:
         from prensa.study.values import split_changes
@@ -440,7 +440,7 @@ def calibrate(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:  # fmt: skip
-    """Find the parameters with which a case says what was measured, with intervals and a page to hand in."""
+    """Fit parameters of a case to measured tables, with confidence intervals and a report page."""
     source = Source(file, changes)
     with Voice(quiet, verbose, json, source=source, interrupted=KEPT) as voice:
         from prensa.inverse.calibrate import calibrate as fit_case
@@ -656,13 +656,13 @@ def plot(
         bool | None, typer.Option("--mesh/--no-mesh", help="Draw the sides of the elements; if not given, where there is room.")
     ] = None,
     size: Annotated[str | None, typer.Option(help="Width and height in inches, as 6x4.")] = None,
-    dpi: Annotated[float | None, typer.Option(help="Pixels an inch.")] = None,
+    dpi: Annotated[float | None, typer.Option(help="Pixels per inch.")] = None,
     out: Annotated[
         Path | None,
         typer.Option(help="File of the picture (.png, .svg, .pdf) or film (.gif, .mp4); in DIR if not given."),
     ] = None,
     film: Annotated[
-        bool, typer.Option("--film", help="A film over the run instead, .gif if OUT says nothing else.")
+        bool, typer.Option("--film", help="Make a film of the run; .gif unless OUT names another type.")
     ] = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
@@ -739,7 +739,7 @@ def die(
         Path | None, typer.Option(help="A mesh of the die (.msh, .inp), in the coordinates of the case, instead.")
     ] = None,
     span: Annotated[
-        str | None, typer.Option(metavar="FROM:TO", help="Part of its outline; else the contact and a thickness more.")
+        str | None, typer.Option(metavar="FROM:TO", help="Part of its outline; the contact and one thickness on each side if not given.")
     ] = None,
     at: Annotated[
         str | None, typer.Option(
@@ -749,13 +749,13 @@ def die(
     ] = None,
     modulus: Annotated[float | None, typer.Option("--E", help="Young's modulus of the die; steel if not given.")] = None,
     nu: Annotated[float | None, typer.Option(help="Poisson's ratio of the die; 0.3 if not given.")] = None,
-    size: Annotated[float | None, typer.Option(help="Elements at the face; 1/40 of what is in contact if not given.")] = None,
+    size: Annotated[float | None, typer.Option(help="Element size at the face; 1/40 of the contact length if not given.")] = None,
     fix: Annotated[
-        list[str] | None, typer.Option(metavar="SIDE=xy", help="Supports of the die, as in back=y; repeatable. Else its back.")
+        list[str] | None, typer.Option(metavar="SIDE=xy", help="Supports of the die, as in back=y; repeatable. Its back if not given.")
     ] = None,
     back_pressure: Annotated[float, typer.Option(help="Pre-pressure on the back of the die.")] = 0.0,
     ring: Annotated[
-        str | None, typer.Option(metavar="THICKNESS:INTERFERENCE", help="A shrink ring about the die, as in 20:0.05.")
+        str | None, typer.Option(metavar="THICKNESS:INTERFERENCE", help="A shrink ring around the die, as in 20:0.05.")
     ] = None,
     k: Annotated[float | None, typer.Option("--k", help="Archard's coefficient of wear.")] = None,
     hardness: Annotated[float | None, typer.Option(help="Of the tool, a pressure.")] = None,

@@ -22,7 +22,8 @@ FIELD_WORDS = {
     "displacement": "move", "travel": "move", "stroke": "move", "force": "push",
     "time": "duration", "total_time": "duration", "period": "duration",
     "supports": "fixed", "support": "fixed", "boundary": "fixed", "boundary_conditions": "fixed", "constraints": "fixed",
-    "3d": "solid", "three_dimensional": "solid", "axi": "axisymmetric", "axisymmetry": "axisymmetric", "rotational": "axisymmetric",
+    "3d": "solid", "three_dimensional": "solid",
+    "axi": "axisymmetric", "axisymmetry": "axisymmetric", "rotational": "axisymmetric",
     "parts": "bodies", "workpiece": "bodies", "workpieces": "bodies", "blank": "bodies",
     "interactions": "contacts", "pairs": "contacts", "dies": "tools", "rigid_bodies": "tools",
 }  # fmt: skip

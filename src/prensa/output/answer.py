@@ -174,7 +174,7 @@ def _energy(value: float, problem: Problem) -> str:
 
 
 def weighed(warnings: Iterable[str], about: Mapping[str, str]) -> list[str]:
-    """Warnings, the gravest first: a failure, then the result, the case, and files that could not be drawn.
+    """Warnings, the most severe first: a failure, then the result, the case, and files that could not be drawn.
 
     ``about``: what each is about, one of `ABOUT`; of those that it lacks, the case.
     """
@@ -182,13 +182,13 @@ def weighed(warnings: Iterable[str], about: Mapping[str, str]) -> list[str]:
 
 
 ABOUT = ("failure", "result", "case", "files")
-"""What a warning is about, the gravest first."""
+"""What a warning is about, the most severe first."""
 
 
 def in_short(warnings: list[str]) -> Iterator[str]:
     """Warnings that were shown in full before: what is wrong of each, without the remedy."""
     if warnings:
-        yield f"{len(warnings)} warning{'s, the gravest first' if len(warnings) > 1 else ''}:"
+        yield f"{len(warnings)} warning{'s, the most severe first' if len(warnings) > 1 else ''}:"
         yield from (f"  {text.splitlines()[0].split('; ')[0]}" for text in warnings)
 
 

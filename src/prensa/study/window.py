@@ -175,7 +175,7 @@ def _write_runs(study: Study, source: Source) -> None:
 
 
 def _warned(folder: Path) -> str:
-    """What a run warned of, the gravest first, without remedies; nothing where no summary is left."""
+    """What a run warned of, the most severe first, without remedies; nothing where no summary is left."""
     try:
         known = read_summary(folder)["warnings"]
     except PrensaError:
