@@ -40,7 +40,9 @@ MENU = (
     ("Book", "developer/book"),
 )
 GROUPS = {
-    "Running and results": ("load", "dump", "solve", "run", "resume", "results", "ProgressBar", "discretise", "evaluate", "particles"),
+    "Running and results": (
+        "load", "dump", "solve", "run", "resume", "results", "ProgressBar", "discretise", "evaluate", "particles",
+    ),
     "Problem and steps": ("Problem", "Units", "Start", "Step", "Until", "ToolForce", "ToolTravel", "Case", "Numerics", "Output"),
     "Bodies and meshes": (
         "Body", "Rectangle", "Grade", "Strip", "Wire", "Nose", "Disc", "Annulus", "Patch", "ArcSide", "SplineSide", "Points",

@@ -120,7 +120,7 @@ def check_arguments(
             "problem",
             problem,
             model.Problem,
-            "give a Problem or what discretise makes of it (case.problem of a case)",
+            "give a Problem or what discretise makes of it (case.problem of a case, load(file).problem of a file)",
         )
     for name, value, kind in (
         ("numerics", numerics, model.Numerics),

@@ -1,7 +1,10 @@
 """What was written too shortly in a case file is answered by how to write it."""
 
+from pathlib import Path
+
 import pytest
 
+from prensa.cli import BAD_INPUT, main
 from prensa.errors import CaseError
 from prensa.model.schema import loads
 
@@ -49,6 +52,22 @@ def test_the_answer_is_how_to_write_it(old, new, words):
     with pytest.raises(CaseError) as error:
         loads(CASE.replace(old, new, 1))
     assert words in str(error.value) and len(str(error.value).splitlines()) == 1
+
+
+def test_commands_without_a_verb_and_files_for_folders(tmp_path, monkeypatch, capsys):
+    """A case alone, a case for the folder of its run, and a tool without 'tools'."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "upset.yaml").write_text(CASE)
+    for arguments, words in [
+        (["upset.yaml"], "did you mean 'prensa run upset.yaml'?"),
+        (["view", "upset.yaml"], f"name the folder of a run, such as {Path('results') / 'upset'}"),
+        (["resume", "upset.yaml"], f"name the folder of a run, such as {Path('results') / 'upset'}"),
+        (["check", "upset.yaml", "--set", "punch.press=2MN"], "did you mean 'tools.punch.press'?"),
+    ]:
+        with pytest.raises(SystemExit) as left:
+            monkeypatch.setattr("sys.argv", ["prensa", *arguments])
+            main()
+        assert left.value.code == BAD_INPUT and words in " ".join(capsys.readouterr().err.split())
 
 
 def test_keys_that_are_numbers_of_another_place():

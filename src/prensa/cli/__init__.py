@@ -39,7 +39,10 @@ class _Commands(TyperGroup):
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         if cmd_name == "bench" and find_spec(BENCH) is not None:
             return typer.main.get_command(import_module(f"{BENCH}.cli").app)
-        return super().get_command(ctx, cmd_name)
+        found = super().get_command(ctx, cmd_name)
+        if found is None and cmd_name.endswith((".yaml", ".yml")):
+            ctx.fail(f"{cmd_name!r} is no command; did you mean 'prensa run {cmd_name}'?")
+        return found
 
 
 app = typer.Typer(

@@ -156,5 +156,8 @@ def _key(place: Place, parts: list[str], mark: Mark) -> tuple[str, list[str]]:
     known = fields_of(place.kind, place.node)
     if parts[0] not in known:
         where = f" in {place.owner or place.path[-1]}" if place.path else ""
+        for section in ("tools", "bodies") if not place.path else ():  # the name of a thing, without what it is
+            if section in place.node.value and parts[0] in place.node.value[section].value:
+                raise CaseError([Mistake(mark, f"unknown key {parts[0]!r}; did you mean {'.'.join((section, *parts))!r}?")])
         raise CaseError([Mistake(mark, f"unknown key {parts[0]!r}{where}{suggest_key(parts[0], known)}")])
     return parts[0], parts[1:]

@@ -79,7 +79,7 @@ def run(
         After Ctrl-C, when everything is written; `resume` continues.
 
     """
-    take("run", "case", case, (Case, Problem), "give a Case: what load returns, or Case(problem)")
+    take("run", "case", case, (Case, Problem), "give a Case: what load(file) returns, or Case(problem)")
     case = Case(case) if isinstance(case, Problem) else case
     take("run", "out", out, (str, PathLike, type(None)), "give the path of a folder or None")
     began = clocks.perf_counter()
@@ -118,6 +118,7 @@ def resume(directory: str | Path, quiet: bool = False, bar: ProgressBar | None =
     """
     take("resume", "directory", directory, (str, PathLike), "give the folder of a run")
     directory = take_path("resume", directory)
+    summary.refuse_file(directory)
     if not (directory / checkpoint.CHECKPOINT).is_file():
         raise PrensaError(f"{directory / checkpoint.CHECKPOINT}: there is no checkpoint; start with 'prensa run'")
     with locked(directory):

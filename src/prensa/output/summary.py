@@ -111,9 +111,17 @@ def read_summary(directory: str | Path) -> dict[str, Any]:
     return _as_it_stands(directory, summary, held)
 
 
+def refuse_file(directory: Path) -> None:
+    """Refuse a file, such as that of the case, where the folder of a run belongs (PrensaError)."""
+    if directory.is_file():
+        folder = Path("results") / directory.stem
+        raise PrensaError(f"{directory}: this is a file; name the folder of a run, such as {folder}, which 'prensa run' makes")
+
+
 def stored_summary(directory: Path) -> Contents:
     """Content of ``summary.json`` as it is; raises PrensaError when there is none or it is damaged."""
     path = directory / SUMMARY
+    refuse_file(directory)
     try:
         read = json.loads(path.read_text(encoding="utf-8"), object_pairs_hook=lambda entries: Contents(path, entries))
         return Contents(path, read)

@@ -21,7 +21,8 @@ def file_units(system: System) -> Iterator[Finding]:
             continue
         sizes = f"the tool measures {size:.3g} {system.problem.units.length} and the bodies {length:.3g}"
         if own:
-            where, why = "unit", "an STL file states no unit; say what one is in it, such as 'unit: mm', 'unit: m' or 'unit: inch'"
+            where, why = "unit", "an STL file states no unit; say what one is in it, such as 'unit: mm', 'unit: m' or "\
+                "'unit: inch'"
         else:
             where, why = "points", "the unit that a drawing states is often not its own; give it, 'points: {file: …, unit: mm}'"
         yield Finding(f"tools.{tool.name}.{where}", f"{sizes}: {why}")
