@@ -742,7 +742,7 @@ def die(
         Path | None, typer.Option(help="A mesh of the die (.msh, .inp), in the coordinates of the case, instead.")
     ] = None,
     span: Annotated[
-        str | None, typer.Option(metavar="FROM:TO", help="Part of its outline; the contact and one thickness on each side if not given.")
+        str | None, typer.Option(metavar="FROM:TO", help="Part of its outline; the contact and one thickness more if not given.")
     ] = None,
     at: Annotated[
         str | None, typer.Option(
@@ -754,7 +754,7 @@ def die(
     nu: Annotated[float | None, typer.Option(help="Poisson's ratio of the die; 0.3 if not given.")] = None,
     size: Annotated[float | None, typer.Option(help="Element size at the face; 1/40 of the contact length if not given.")] = None,
     fix: Annotated[
-        list[str] | None, typer.Option(metavar="SIDE=xy", help="Supports of the die, as in back=y; repeatable. Its back if not given.")
+        list[str] | None, typer.Option(metavar="SIDE=xy", help="Supports, as in back=y; repeatable; its back if not given.")
     ] = None,
     back_pressure: Annotated[float, typer.Option(help="Pre-pressure on the back of the die.")] = 0.0,
     ring: Annotated[
