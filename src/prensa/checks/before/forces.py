@@ -20,7 +20,7 @@ STIFFEST_MOUNT = 1e6
 """Stiffness of a spring over that of the bodies, beyond which its tool is as good as held."""
 MOUNT_LOST = 1e8
 """The same, beyond which round-off of the spring's length is a force above the tolerance."""
-WEAK = 1e-3
+NEXT_UNIT = 1e-3
 """Of the force under which a body's least section yields: a unit of force is a thousand times the next smaller one."""
 
 
@@ -55,7 +55,7 @@ def weak(system: System) -> Iterator[Finding]:
         if not own or any(getattr(material, "flow", None) is None for _, material in sizes):
             continue
         yields = min(material.flow.proof() * size**2 for size, material in sizes)
-        if 0.0 < force < WEAK * yields:
+        if 0.0 < force < NEXT_UNIT * yields:
             unit = system.problem.units.force
             body = repr(own[0].body)
             yield Finding(
