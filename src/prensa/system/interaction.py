@@ -181,6 +181,7 @@ class Context:
         last = state.du[fixed]
         if not np.abs(last).max(initial=0.0) > NEGLIGIBLE * np.abs(state.du).max(initial=0.0):  # forces drive, or nothing moved
             return self.dt
+        # Least squares: the multiple of the last way of all that is prescribed which is nearest to this one.
         way = self.plan.values(self.time) - state.u[fixed]
         return max(float(way @ last) / float(last @ last), 0.0) * state.dt_last
 
