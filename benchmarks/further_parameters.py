@@ -12,60 +12,21 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import prensa as pr
-from prensa.kernels.record import sqrt, where
-from prensa.materials.corotational import Tensor
 from prensa.materials.hill import Hill
-from prensa.materials.point_material import PointAt
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from users_metals import Metal, Power
 
 MOST = 4
 INCREMENTS = 30
 FLOW, MATERIAL, FRICTION = "bodies.billet.material.flow", "bodies.billet.material", "contacts.0.friction"
 LAW = (f"{FLOW}.K", f"{FLOW}.n", f"{FLOW}.s0", f"{MATERIAL}.E")
-
-
-class Power(pr.PointCurve):
-    """Ludwik's curve, as a user writes it."""
-
-    s0: float
-    K: float
-    n: float
-
-    def stress(self, strain: Any, rate: Any) -> Any:
-        """Flow stress at a plastic strain."""
-        return self.s0 + self.K * strain**self.n
-
-
-class Metal(pr.PointMaterial):
-    """J2 plasticity with linear hardening of the Cauchy stress, as a user writes it."""
-
-    E: float
-    nu: float
-    s0: float
-    H: float
-    plastic = True
-    variables = ("plastic_strain", "plastic_work")
-
-    def stress(self, strain: Tensor) -> Tensor:
-        """Kirchhoff stress of an elastic strain."""
-        return self.E / (1 + self.nu) * strain.deviator + Tensor.spherical(self.E / (3 - 6 * self.nu) * strain.trace)
-
-    def energy(self, strain: Tensor) -> Any:
-        """Stored energy of an elastic strain."""
-        return 0.5 * self.stress(strain).dot(strain)
-
-    def respond(self, trial: Tensor, old: Sequence[Any], at: PointAt) -> tuple[Tensor, Sequence[Any]]:
-        """Elastic strain and variables after a trial strain."""
-        G, d, was = self.E / (2 + 2 * self.nu), trial.deviator, self.s0 + self.H * old[0]
-        q = 2 * G * sqrt(1.5 * d.dot(d) + 1e-60)
-        over = q - at.J * was
-        rise = where(at.flowing(over > 1e-11 * q), over / (3 * G + at.J * self.H), 0.0)
-        work = 0.5 * (at.J_n * was + at.J * (was + self.H * rise)) * rise
-        return trial - 3 * G * rise / q * d, (old[0] + rise, old[1] + work)
 
 
 def upset(n: tuple[int, int], element: str = "q4_fbar", material: Any = None, friction: Any = None) -> pr.Problem:

@@ -10,7 +10,8 @@ import tempfile
 from pathlib import Path
 
 PAGE = Path(__file__).parent / "guide" / "mistakes.md"
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "robustness"))
+TESTS = Path(__file__).parents[1] / "tests"
+sys.path[:0] = [str(TESTS / "robustness"), str(TESTS)]
 
 from seeded import CASE, IN_SPACE, SEEDED, said, the_line  # noqa: E402
 

@@ -2,6 +2,7 @@
 
     python quality/measure_structure.py [SOURCE]              of src/prensa, or of another one, such as that of an older checkout
     python quality/measure_structure.py [SOURCE] --no-trace   without running anything
+    python quality/measure_structure.py --moves 40            the calls between files that the easiest increment makes most, alone
 
 Definitions
 -----------
@@ -279,6 +280,7 @@ class Trace:
         self.calls = self.moves = 0
         self.functions: dict[tuple[str, str, int], int] = {}
         self.between: Counter[tuple[str, str]] = Counter()
+        self.pairs: Counter[str] = Counter()
 
     def __call__(self, frame: object, event: str, _: object) -> None:
         """See `sys.setprofile`."""
@@ -293,6 +295,8 @@ class Trace:
         if caller is not None and caller.f_code.co_filename != code.co_filename:
             self.moves += 2  # there and back
             self.between[caller.f_code.co_filename, code.co_filename] += 1
+            ends = (caller.f_code, code)
+            self.pairs["{} → {}".format(*(f"{c.co_filename[len(self.prefix) + 1 :]}:{c.co_qualname}" for c in ends))] += 1
 
 
 def easiest(predictor: bool) -> Iterator[object]:
@@ -311,18 +315,18 @@ def easiest(predictor: bool) -> Iterator[object]:
     return pr.solve(problem, pr.Numerics(condense=False, threads=1, predictor=predictor))
 
 
-def trace(source: Path) -> None:
-    """Print what the last of three easy increments runs through."""
+def trace(source: Path, most: int = 0) -> None:
+    """Print what the last of three easy increments runs through: files, or the ``most`` frequent calls between them."""
     if "prensa" not in sys.modules:
         sys.path.insert(0, str(source.parent))
     import prensa
 
     assert Path(prensa.__file__).parent == source, f"another prensa is imported: {prensa.__file__}"
     for predictor in (True, False):
-        _trace(source, predictor)
+        _trace(source, predictor, most)
 
 
-def _trace(source: Path, predictor: bool) -> None:
+def _trace(source: Path, predictor: bool, most: int) -> None:
     list(easiest(predictor))  # imports and compilation
     run, watch = easiest(predictor), Trace(source)
     next(run), next(run)
@@ -336,7 +340,9 @@ def _trace(source: Path, predictor: bool) -> None:
         f"{len(watch.functions)} functions in {len(own)} files, {sum(watch.functions.values())} lines, "
         f"{watch.moves} moves between files"
     )
-    for name in sorted(own):
+    for pair, times in watch.pairs.most_common(most):
+        print(f"    {times:4} {pair}")
+    for name in sorted(own) if not most else ():
         functions = sum(1 for f, *_ in watch.functions if f == name)
         into = sum(n for (_, b), n in watch.between.items() if b == name)
         print(f"    {Path(name).relative_to(source)}: {functions} functions, {into} moves into it")
@@ -347,8 +353,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("source", nargs="?", type=Path, default=ROOT / "src" / "prensa")
     parser.add_argument("--no-trace", action="store_true")
+    parser.add_argument("--moves", type=int, default=0, metavar="N", help="print the N most frequent calls between files alone")
     given = parser.parse_args()
     source = given.source.resolve()
+    if given.moves:
+        trace(source, given.moves)
+        return
     graph_of(source)
     numbers_of(source)
     types_and_lines(source)

@@ -8,6 +8,7 @@ import pytest
 import prensa as pr
 from prensa.checks.after.between_nodes import NEVER_ASKED, BetweenNodes, Dip, Right
 from prensa.checks.before.preflight import preflight
+from prensa.solver import finer_contact
 from prensa_bench.punches import FINENESS, answer, draw, verdict
 from problems import pressed_block, stroke
 
@@ -251,6 +252,27 @@ def test_a_force_found_right_is_looked_at_again_where_that_may_change() -> None:
     assert Right(0.06, 0.0).covers(0.06, None) and not Right(0.06, 0.0).covers(0.061, None)
     assert Right(0.0, 0.01).covers(0.0, None) and not Right(0.0, 0.01).covers(0.001, None)
     assert not NEVER_ASKED.covers(0.0, None)
+
+
+@pytest.mark.parametrize(
+    ("material", "asked"), [(pr.Elastic(1000.0, 0.3), 6), (pr.J2(1000.0, 0.3, pr.Linear(5.0, 20.0)), None)]
+)
+def test_finer_elements_go_the_way_of_the_same_increments(material, asked, monkeypatch) -> None:
+    """Of elastic bodies in one increment a step, whatever the run is asked for; of metal in as many as its own elements took."""
+    taken, solved = [], finer_contact._solved
+
+    def watched(problem, *args, **kwargs):
+        out = solved(problem, *args, **kwargs)
+        taken.append(([step.increments for step in problem.steps], out.increments))
+        return out
+
+    monkeypatch.setattr(finer_contact, "_solved", watched)
+    (step,) = deep((12, 6)).steps
+    bodies = {"block": replace(deep((12, 6)).bodies["block"], material=material)}
+    list(pr.solve(replace(deep((12, 6)), bodies=bodies, steps=(replace(step, increments=asked),))))
+    (own, count), *_, (fine, _) = taken
+    assert (own, fine) == (([1], [1]) if asked else ([None], count))
+    assert asked or count[0] > 1
 
 
 def test_planes_are_not_looked_at_between_nodes() -> None:

@@ -8,23 +8,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from coining import coining
 from prensa.cli import app
 
-CASE = """\
-name: coining
-space: solid
-bodies:
-  block:
-    mesh: {type: box, size: [10, 5, 10], n: [4, 3, 4]}
-    material: {type: j2, E: 210e3, nu: 0.3, flow: {type: swift, K: 600, e0: 0.01, n: 0.2}}
-tools:
-  ball: {type: sphere, radius: 20, touching: block.top, at: [0, 0, 0]}
-contacts:
-  - {surface: block.top, against: ball, friction: {mu: 0.1}}
-fixed: {block.bottom: y, block.left: x, block.back: z}
-steps:
-  - {name: press, move: {ball: {y: -0.3}}, increments: 3}
-"""
+CASE = coining("[4, 3, 4]", "ball", "type: sphere, radius: 20", "{mu: 0.1}", 0.3, 3)
 SECOND = """\
 bodies:
   base:

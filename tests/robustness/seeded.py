@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from typer.testing import CliRunner
 
+from coining import coining
 from prensa.cli import app
 from prensa.verify.stl import icosphere, write
 
@@ -28,22 +29,9 @@ steps:
   - {name: press, move: {die: {y: -0.2}}, increments: 4}
 """
 
-IN_SPACE = """\
-name: coining
-space: solid
-bodies:
-  block:
-    mesh: {type: box, size: [10, 5, 10], n: [5, 3, 5]}
-    material: {type: j2, E: 210e3, nu: 0.3, flow: {type: swift, K: 600, e0: 0.01, n: 0.2}}
-tools:
-  roll: {type: extruded, section: {type: circle, radius: 20}, axis: [0, 0, 1], touching: block.top, at: [0, 0, 0]}
-contacts:
-  - {surface: block.top, against: roll, friction: {type: coulomb, mu: 0.1}}
-fixed: {block.bottom: y, block.left: x, block.back: z}
-steps:
-  - {name: press, move: {roll: {y: -0.5}}, increments: 5}
-"""
-ROLL = "type: extruded, section: {type: circle, radius: 20}, axis: [0, 0, 1], touching: block.top, at: [0, 0, 0]"
+SECTION = "type: extruded, section: {type: circle, radius: 20}, axis: [0, 0, 1]"
+IN_SPACE = coining("[5, 3, 5]", "roll", SECTION, "{type: coulomb, mu: 0.1}", 0.5, 5)
+ROLL = f"{SECTION}, touching: block.top, at: [0, 0, 0]"
 BALL = "type: sphere, radius: 20, touching: block.top, at: [0, 0, 0]"
 BRICKS = "type: box, size: [10, 5, 10], n: [5, 3, 5]"
 

@@ -101,6 +101,7 @@ def cuts_of(shape: Tool, at: Array, place: Array, x: Array, edges: Index, limit:
         along = (to * t).sum(axis=1) / length
         # Edges that look the same way as the corner are on the far side of the body, or on another body's.
         facing = outward @ (R @ [ey, -ex]) < 0.0
+        # A corner over a node covers whole edges: there is nothing to cut.
         over = np.flatnonzero(facing & (along > NEGLIGIBLE) & (along < 1.0 - NEGLIGIBLE))
         if not len(over):
             continue

@@ -174,7 +174,7 @@ def forces(
     """
     k, t = lam.shape[0], lam.shape[1] - 1
     p, touching, rests = normal(x.g, lam[:, 0], scale.k_n, scale.h, round_off, committed.closed, want)
-    slope = touching.astype(np.float64)  # 0 where nothing touches
+    slope = touching.astype(np.float64)  # −∂p/∂g over k_n: 1 of a closed point, 0 where nothing touches
     if foundation is not None:
         springs = foundation[:, 0] > 0.0
         slope, touching = np.where(springs, foundation[:, 0], slope), touching | springs

@@ -115,12 +115,13 @@ class Points:
         a, b = x[self.edges[s.edge, 0]], x[self.edges[s.edge, 1]]
         t = b - a
         length = np.hypot(*t.T)
+        # The first end pulls the edge longer as it goes back along it, the second as it goes on.
         dL = np.stack([-t, t], axis=1) / length[:, None, None]
         if not self.axisymmetric:
             return np.asarray(self.thickness * s.factor[:, None, None] * dL)
         N = np.stack([1 - s.at, s.at], axis=1)
         out = (N[:, 0] * a[:, 0] + N[:, 1] * b[:, 0])[:, None, None] * dL
-        out[:, :, 0] += length[:, None] * N
+        out[:, :, 0] += length[:, None] * N  # the radius is the mean of both ends', by their shares
         return np.asarray(2 * np.pi * s.factor[:, None, None] * out)
 
     def stretched_dofs(self, field: Field, dofs: Index, own: Index) -> Index:

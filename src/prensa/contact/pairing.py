@@ -113,7 +113,7 @@ def rotation_vector(Q: Array, near: Array) -> Array:
 
     x, y, z, w = Rotation.from_matrix(Q).as_quat()
     axis, size = np.array([x, y, z]), math.sqrt(x * x + y * y + z * z)
-    if size == 0.0:
+    if size == 0.0:  # whole turns have no axis in Q: they go on about the last one
         axis, size = near, float(np.linalg.norm(near)) or 1.0
     angle = 2.0 * math.atan2(math.sqrt(x * x + y * y + z * z), w)
     axis = axis / size
@@ -150,6 +150,7 @@ def current_pairs(shape: Closer, x: Array, at: Array, place: Array) -> Pairs:
     c, s = math.cos(place[2]), math.sin(place[2])
     arm, n = x - (at + place[:2]), np.empty((k, 2))
     e, dg, ds, turn = np.empty((k, 1, 2)), np.empty((k, 5)), np.empty((k, 1, 5)), np.empty((k, 1, 5))
+    # Rows times the rotation are places turned back, into the frame of the tool.
     close = shape.closest(arm @ np.array([[c, -s], [s, c]]) if s else arm)
     _turn_into_space(close.g, close.c, close.n, place, arm, n, e, dg, ds, turn)
     return Pairs(close.g, close.s[:, None], n, e, dg, ds, turn, arm, True)
@@ -166,6 +167,7 @@ def _turn_into_space(g, c, n_tool, place, arm, n, e, dg, ds, turn):
         for i in range(2):
             dg[k, i], along[i] = n[k, i], e[k, 0, i]
             dg[k, 2 + i], along[2 + i] = -n[k, i], -e[k, 0, i]
+        # A turn θ of the tool moves its surface at the point by θ × arm, and g by −n·(θ × arm).
         dg[k, 4] = arm[k, 1] * n[k, 0] - arm[k, 0] * n[k, 1]
         along[4] = arm[k, 1] * e[k, 0, 0] - arm[k, 0] * e[k, 0, 1]
         for i in range(5):

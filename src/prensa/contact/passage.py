@@ -49,6 +49,7 @@ def passing(system: Geometry, s: Surface, f: ContactForces, before: Array, after
     old, new = (s.points.at(system.positions(u))[closed] for u in (before, after))
     way = new - _carried(system, s, old, f.stencils.arm[closed], f.stencils.n[closed], before, after)
     along = (way * f.stencils.e[closed, 0]).sum(axis=1)
+    # Elements stretch as they go through: a passage is over when the length is gone that they have now.
     share, weight = along / s.points.at(lengths(system, s, system.positions(after)))[closed], f.weight[closed]
     pressure = float(weight @ f.p[closed] / weight.sum())
     return Passing(abs(float(weight @ share / weight.sum())), _elements(system, s, int(closed.sum())), pressure)

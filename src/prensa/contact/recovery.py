@@ -127,6 +127,7 @@ def _along(members, begin, end, cells, x):
             length = dx * dx + dy * dy
             if length > 0.0:
                 c, s = dx * dx - dy * dy, 2.0 * dx * dy
+                # the fourth power of the side over its length squared: long sides count more, by their length squared
                 real += (c * c - s * s) / length
                 imaginary += 2.0 * c * s / length
     angle = 0.25 * math.atan2(imaginary, real)

@@ -50,11 +50,7 @@ def read_calibration(path: str | Path, overrides: Iterable[str] = ()) -> Calibra
 
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise CaseError([Mistake(Mark(str(path)), f"cannot be read: {error}")]) from None
-    tree, known = yaml.read(text, str(path))
+    tree, known = yaml.read(yaml.content_of(path), str(path))
     reader = _Reader(path, list(overrides), list(known))
     found = reader.calibration(tree)
     if found is None or reader.mistakes:

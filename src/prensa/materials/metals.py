@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, get_args, get_origi
 
 from pydantic import Field, ValidationError
 
-from prensa.errors import CaseError, Mark, Mistake, PrensaError
+from prensa.errors import CaseError, Mistake, PrensaError
 from prensa.materials.flow_curve import FlowCurve
 from prensa.model.doors import union
 from prensa.model.fields import described
@@ -132,13 +132,9 @@ def _read(path: Path, _time: int) -> tuple[Metal, MetalFile]:
 
     from prensa.model.messages import mistakes
     from prensa.model.places import Place
-    from prensa.model.text import read
+    from prensa.model.text import content_of, read
 
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise CaseError([Mistake(Mark(str(path)), f"cannot be read: {error}")]) from None
-    tree, known = read(text, str(path))
+    tree, known = read(content_of(path), str(path))
     if not isinstance(tree.value, dict):
         raise CaseError([*known, Mistake(tree.mark, "a metal is a mapping with E, nu, flow, strain and source")])
     if known:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,12 +61,7 @@ class SideNames:
 
     def _own(self, found: Iterable[str]) -> list[str]:
         """What there is to say of the names in the file."""
-        found, names = list(found), dict.fromkeys([*self.deck.lines, *self.deck.points])
-        notes = [f"{listed(found)}: {self.deck.source} of {self.file}"] if found else []
-        if missing := [name for name in names if name not in found]:
-            notes.append(f"{listed(missing)} of {self.file} is not on the outline of this body")
-        if not names:
-            notes.append(f"{self.file} names no sides (names are its {self.deck.source})")
+        notes = names_of_file(self.file, self.deck, self.deck.lines, list(found), "outline")
         if not self.parts and not self.deck.parts and len(self.deck.surfaces) > 1:
             notes.append(f"one body of all its surfaces; 'part' takes some of {listed(self.deck.surfaces)}")
         return notes
@@ -122,6 +117,15 @@ def _points(
         elif name not in edges and len(found := edges_between(outline, some)):
             edges[name] = found
     return {k: v for k, v in corners.items() if k not in edges}
+
+
+def names_of_file(file: str, deck: Deck, sides: Iterable[str], found: Sequence[str], where: str) -> list[str]:
+    """What there is to say of the names in a file: of its ``sides`` and points, ``found`` on the outline or outside."""
+    names = dict.fromkeys([*sides, *deck.points])
+    notes = [f"{listed(found)}: {deck.source} of {file}"] if found else []
+    if missing := [name for name in names if name not in found]:
+        notes.append(f"{listed(missing)} of {file} is not on the {where} of this body")
+    return notes if names else [*notes, f"{file} names no sides (names are its {deck.source})"]
 
 
 def _placed(points: Array, sides: Mapping[str, Index]) -> list[str]:

@@ -11,7 +11,7 @@ from prensa.importers.deck import LABELS, Deck, FileError
 from prensa.mesh.brick_checks import bent_over, check_joints, face_keys, jacobians, near, tetrahedron_jacobians
 from prensa.mesh.bricks import BrickMesh, corner_keys
 from prensa.mesh.mesh import CORNERS, MeshError, named
-from prensa.mesh.names import listed
+from prensa.mesh.names import listed, names_of_file
 from prensa.mesh.places import SPATIAL_SIDES, faces_by_place
 from prensa.mesh.read import deck_of, fitting, in_units, merged
 from prensa.model import meshes as model
@@ -154,12 +154,7 @@ class SpatialNames:
 
     def _own(self, faces: Mapping[str, object], found: list[str]) -> list[str]:
         """What there is to say of the names in the file."""
-        names = dict.fromkeys([*faces, *self.deck.points])
-        notes = [f"{listed(found)}: {self.deck.source} of {self.file}"] if found else []
-        if missing := [name for name in names if name not in found]:
-            notes.append(f"{listed(missing)} of {self.file} is not on the outside of this body")
-        if not names:
-            notes.append(f"{self.file} names no sides (names are its {self.deck.source})")
+        notes = names_of_file(self.file, self.deck, faces, found, "outside")
         if not self.parts and not self.deck.volumes and len(self.deck.volume_numbers) > 1:
             notes.append(f"one body of all its volumes; 'part' takes some of {listed(self.deck.volume_numbers)}")
         return notes

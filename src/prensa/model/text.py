@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from prensa.errors import CaseError, Mark, Mistake
@@ -102,6 +103,21 @@ def resolve(text: str) -> Any:
     if _RADIX.fullmatch(text):
         return int(text, 0)
     return text
+
+
+def content_of(path: Path) -> str:
+    """Text of a file of other data than a case.
+
+    Raises
+    ------
+    CaseError
+        If it cannot be read.
+
+    """
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise CaseError([Mistake(Mark(str(path)), f"cannot be read: {error}")]) from None
 
 
 def read(text: str, source: str, marked: bool = True, bounded: bool = True) -> tuple[Node, list[Mistake]]:

@@ -26,8 +26,7 @@ class HertzLine:
 
     def pressure(self, x: ArrayLike) -> Array:
         """x: any shape (length) -> same shape (stress); p0 sqrt(1 - x^2/a^2) within |x| < a, zero outside."""
-        s = np.asarray(x, dtype=float) / self.a
-        return np.asarray(self.p0 * np.sqrt(np.clip(1.0 - s * s, 0.0, None)))
+        return _semi_elliptic(np.asarray(x, dtype=float) / self.a, self.p0)
 
 
 @dataclass(frozen=True)
@@ -43,8 +42,12 @@ class HertzSphere:
 
     def pressure(self, r: ArrayLike) -> Array:
         """r: any shape (length) -> same shape (stress); p0 sqrt(1 - r^2/a^2) within r < a, zero outside."""
-        s = np.asarray(r, dtype=float) / self.a
-        return np.asarray(self.p0 * np.sqrt(np.clip(1.0 - s * s, 0.0, None)))
+        return _semi_elliptic(np.asarray(r, dtype=float) / self.a, self.p0)
+
+
+def _semi_elliptic(s: Array, p0: float) -> Array:
+    """Pressure at distances s over the half-width: an ellipse with its peak p0 in the middle, zero outside."""
+    return np.asarray(p0 * np.sqrt(np.clip(1.0 - s * s, 0.0, None)))
 
 
 def hertz_line(P: float, R: float, E: float, nu: float) -> HertzLine:

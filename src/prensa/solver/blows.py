@@ -41,7 +41,7 @@ def balanced(outcome: Outcome, solve: Callable[[float], Outcome], missing: Missi
         if not half[1].converged:
             break
         left = abs(missing(half))
-        if left > 0.5 * off:
+        if left > 0.5 * off:  # in proportion to the length; of the trapezoid an eighth would be left, a quarter at a kink
             break
         outcome, off = half, left
     return outcome

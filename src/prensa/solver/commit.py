@@ -52,6 +52,7 @@ def committed(
             f.record, speed=(f.kappa - before.slip) / c.seconds, time=before.time + touched, path=before.path + slid
         )
         contact = contact.replaced(s.rows, record)
+        # Multipliers of an augmented contact are its whole pressures when it has converged: the next increment begins there.
         lam[s.rows, 0], lam[s.rows, 1:] = f.p, record.traction
     work = nodal_work(system, c, e)
     ended, du = c.ends_step, result.u - old.u
@@ -70,6 +71,7 @@ def committed(
     if damage:
         places = system.positions(old.u), system.positions(result.u)
         damage = damaged(system.problem, system.blocks, damage, old.history, e.history, places)
+    # dt_last 0: nothing is extrapolated, neither over a step's end, where supports and ways change, nor from a motion in air.
     return State(
         u=u, du=du, dt_last=0.0 if ended or c.brought_into_contact else c.dt, second_difference=difference,
         history=e.history, contact=contact,

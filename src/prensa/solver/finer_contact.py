@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -58,19 +59,21 @@ def missed_on_finer(
         if (own := part_of(system, given.context, given.state, s, nodes, layers, 0)) is None:
             return None
         way = _way(system, s, given)
-        here, whole = _force(s, way, *solved(own.problem)), _carried(system, s, given, own.nodes, way)
+        coarse = solved(own.problem)
+        here, whole = _force(s, way, coarse), _carried(system, s, given, own.nodes, way)
         known = np.abs(here - whole) <= WORTH_SAYING * whole
         if not known[0]:
             return None
         alone = 0.0
         if len(own.nodes) < len(system.meshes[s.body].points):  # else its border is held by supports
-            bare, last = solved(own.without(s.against))
-            alone, _ = work_in(bare, last.state, s.body)
+            bare = solved(own.without(s.against))
+            alone, _ = work_in(bare.system, bare.last.state, s.body)
         share = max(own.work - alone, 0.0) / own.total if own.total > 0.0 else 1.0
         if share <= WORTH_SAYING:  # what may be missed, too, unless the force is several times too large
             return 0.0
-        fine = part_of(system, given.context, given.state, s, nodes, layers, 2)
-        there = np.zeros(2) if fine is None else _force(s, way, *solved(fine.problem))
+        # In the same increments, or what differs would be theirs too: contact elements a quarter as long ask for shorter ones.
+        fine = part_of(system, given.context, given.state, s, nodes, layers, 2, coarse.increments)
+        there = np.zeros(2) if fine is None else _force(s, way, solved(fine.problem))
     except PrensaError:  # what has no answer as a part says nothing of the whole
         return None
     if not there[0] > 0.0:
@@ -97,8 +100,16 @@ def _carried(system: System, s: Surface, given: Committed, nodes: Index, way: Ar
     return _sizes(system, force[system.tool_masters[s.against].dofs[:2]], way)
 
 
-def _solved(problem: model.Problem, numerics: model.Numerics, policy: Policy) -> tuple[System, Increment]:
-    """The problem of a part, and its last increment.
+class _Solved(NamedTuple):
+    """The ``system`` of a part, its ``last`` increment, and how many ``increments`` each of its steps took."""
+
+    system: System
+    last: Increment
+    increments: list[int]
+
+
+def _solved(problem: model.Problem, numerics: model.Numerics, policy: Policy) -> _Solved:
+    """The problem of a part, solved.
 
     Raises
     ------
@@ -108,14 +119,16 @@ def _solved(problem: model.Problem, numerics: model.Numerics, policy: Policy) ->
     """
     own = discretise(problem)
     stepping = TimeStepping(own, numerics, policy, _Silent(own, None), Timer(), condense=False)
-    *_, last = stepping.run(own.initial())
-    return own, last
+    increments = [0] * len(problem.steps)
+    for last in stepping.run(own.initial()):
+        increments[last.step_number - 1] += 1
+    return _Solved(own, last, increments)
 
 
-def _force(s: Surface, way: Array, own: System, last: Increment) -> Array:
+def _force(s: Surface, way: Array, part: _Solved) -> Array:
     """The force of a contact's tool, as `_sizes` has it."""
-    force = last.force(s.against)
-    return _sizes(own, np.array([force.x, force.y]), way)
+    force = part.last.force(s.against)
+    return _sizes(part.system, np.array([force.x, force.y]), way)
 
 
 def _sizes(system: System, force: Array, way: Array) -> Array:

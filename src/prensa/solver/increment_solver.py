@@ -51,6 +51,7 @@ class IncrementSolver:
     ) -> None:
         self.system, self.numerics, self.policy = system, numerics, policy
         self.messages, self.timer, self.condense = messages, timer, condense
+        self.threads = threads_of(numerics, system.ndof, policy)
         self.checks, self.stabilisation = RunChecks(system, policy), Stabilisation(system, policy)
         self.reduced: Reduced | None = None
         self.ahead: Ahead | None = None  # who makes the matrix of the first step meanwhile
@@ -81,9 +82,9 @@ class IncrementSolver:
         c = self.system.context(state, plan, end, rule)
         viscous = self.stabilisation.forces(c)
         by_parts = self.reduced is not None and self.reduced.part is not None
-        picard_friction, threads = self.numerics.iteration == "paper", threads_of(self.numerics, self.system.ndof, self.policy)
+        picard_friction, interactions = self.numerics.iteration == "paper", [*c.interactions, *viscous]
         return replace(
-            c, picard_friction=picard_friction, interactions=[*c.interactions, *viscous], threads=threads, preconditioned=by_parts
+            c, picard_friction=picard_friction, interactions=interactions, threads=self.threads, preconditioned=by_parts
         )
 
     def rule(self, state: State, plan: StepPlan, end: float) -> TimeRule:

@@ -27,7 +27,7 @@ from prensa.types import Array, Index
 
 def bisected(below: Callable[[float], bool], lo: float, hi: float) -> tuple[float, float]:
     """Bracket of the argument at which the predicate *below* turns false."""
-    for _ in range(60):
+    for _ in range(60):  # halves of a double's 53 binary digits, and some for brackets that begin far from their size
         mid = 0.5 * (lo + hi)
         lo, hi = (mid, hi) if below(mid) else (lo, mid)
     return lo, hi
@@ -83,7 +83,7 @@ class RigidBalance:
         """Of one tool whose ``dofs`` go along a ``force`` (d,) on them, with its contacts ``own``; bodies stay where they are."""
         direction = force / np.linalg.norm(force)
         if not force[: system.dofs.dimension].any():
-            direction = direction / system.length  # an angle
+            direction = direction / system.length  # an angle: ways of all unknowns are lengths, as gaps and tolerances are
         forces = np.zeros(system.ndof)
         forces[dofs] = force
         return cls(system, c, base, [], [(dofs, direction)], forces, 0.0, own)

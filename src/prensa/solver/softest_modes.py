@@ -65,7 +65,7 @@ def softest_modes(system: System, reduced: Reduced, policy: Policy, exactly: boo
         compliance, vectors = np.linalg.eig(basis.T @ forces)
         negative = (compliance.real < 0) & (np.abs(compliance.imag) <= policy.max_mode_residual * np.abs(compliance))
         if not negative.any():
-            if sweep > 0:
+            if sweep > 0:  # one sweep leaves too much of stiffer modes in a random block to say that none is negative
                 break
             continue
         # a negative one counts when it is an eigenvalue, not only a Ritz value of a block that is not there yet
@@ -77,6 +77,7 @@ def softest_modes(system: System, reduced: Reduced, policy: Policy, exactly: boo
     softest = vectors[:, int(np.argmax(np.abs(compliance)))]
     if not exactly and not factors.resolves_soft_modes((basis @ softest).real, (answer @ softest).real):
         return None
+    # What is held has no compliance, and a stiffness without bound.
     stiffness = 1.0 / np.where(compliance == 0, np.inf, compliance).real
     at = int(np.argmin(np.where(negative, compliance.real, np.inf)) if negative.any() else np.argmax(compliance.real))
     mode = reduced.restriction.whole((basis @ vectors[:, at]).real, system.ndof)

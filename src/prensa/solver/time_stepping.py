@@ -241,8 +241,7 @@ class TimeStepping(IncrementSolver):
     def as_long_as_balanced(self, outcome: Outcome, solve: Callable[[float], Outcome]) -> Outcome:
         """An increment, shorter where a blow's work would not be accurate enough and its length is not asked for."""
         plan = outcome[0].plan
-        energy = blow_energy(self.system.problem, plan.number)
-        if not energy or plan.increments or self.times is not None:
+        if plan.increments or self.times is not None or not (energy := blow_energy(self.system.problem, plan.number)):
             return outcome
 
         def missing(outcome: Outcome) -> float:
@@ -327,8 +326,8 @@ class TimeStepping(IncrementSolver):
         if ended:
             self.messages.warn(self.stopping.unmet(c))
             self.messages.report([self.passages, *self.checks.step_ends], done)
-            self.messages.warn(self.stabilisation.warnings(state.energy, state.stability))
-        self.messages.warn(stability_warnings(c, result))
+        viscous = self.stabilisation.warnings(state.energy, state.stability) if ended else ()
+        self.messages.warn([*viscous, *stability_warnings(c, result)])
         self.messages.accepted(c.state, c.plan, result, increment)
         return state, increment
 

@@ -7,6 +7,7 @@ Ainsworth and Oden 2000, chapter 3). All of them, and the tools, go from where t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -61,10 +62,12 @@ def may_part(system: System, s: Surface) -> bool:
 
 
 def part_of(
-    system: System, c: Context, end: State, s: Surface, nodes: Index, layers: int, halvings: int
+    system: System, c: Context, end: State, s: Surface, nodes: Index, layers: int, halvings: int,
+    increments: Sequence[int | None] = (),
 ) -> Part | None:  # fmt: skip
     """Surroundings of nodes of a contact in the state at the end of an increment: so many layers of elements, halved so often.
 
+    ``increments`` of its steps, of metal; those of its last step are the run's if nothing is said, those before it automatic.
     None where nothing of their border is held.
     """
     u = end.u
@@ -83,7 +86,11 @@ def part_of(
     # would miss a turn between steps.
     ways = [values[:, k : k + 2] for k in range(2, values.shape[1], 2)]
     steps = [_step(system, s.body, marked[:, :2], *way) for way in zip(ways, stages)]
-    steps[-1] = replace(steps[-1], increments=c.plan.increments)
+    # Elastic bodies have no history but that of friction, and one increment a step, cut where it is too long, ends as many do.
+    if not any(b.law.plastic for b in system.blocks if b.body == s.body):
+        increments = [1] * len(steps)
+    increments = increments or [None] * (len(steps) - 1) + [c.plan.increments]
+    steps = [replace(step, increments=count) for step, count in zip(steps, increments)]
     problem = _problem(system, c, s.body, contacts, steps, values[:, :2], cells, marked)
     return None if problem is None else Part(problem, part.nodes, *work_in(system, end, s.body, part.chosen))
 

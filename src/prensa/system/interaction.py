@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple, Protocol, TypedDict
 
 import numpy as np
@@ -169,7 +170,7 @@ class Context:
     through_air: Array | None = None
     floating: Sequence[str] = ()
 
-    @property
+    @cached_property
     def extrapolated_for(self) -> float:
         """Time for which the last increment is extrapolated: that in which prescribed motions would go as far as they do now.
 
@@ -180,10 +181,11 @@ class Context:
         last = state.du[fixed]
         if not np.abs(last).max(initial=0.0) > NEGLIGIBLE * np.abs(state.du).max(initial=0.0):  # forces drive, or nothing moved
             return self.dt
+        # Least squares: the multiple of the last way of all that is prescribed which is nearest to this one.
         way = self.plan.values(self.time) - state.u[fixed]
         return max(float(way @ last) / float(last @ last), 0.0) * state.dt_last
 
-    @property
+    @cached_property
     def ends_step(self) -> bool:
         """Whether the increment is the last one of its step."""
         return bool(self.stopped) or self.time >= self.plan.t1

@@ -18,6 +18,7 @@ from prensa.system.self_equilibrated import SelfEquilibrated, per_block
 from prensa.system.state import State
 from prensa.types import Array, Index
 
+# Degree 3 for two nodes, 5 for three: N and 2πr are linear or quadratic, the tangent is constant or linear.
 _GAUSS = {2: np.polynomial.legendre.leggauss(2), 3: np.polynomial.legendre.leggauss(3)}
 
 
@@ -52,6 +53,7 @@ def boundary_force(
     ``depth`` (n,): thickness at the nodes; None in axisymmetry (2πr). Traction −p n + q τ + t with τ along the edge.
     """
     f = np.zeros((*edges.shape, 2))
+    # M turns the tangent dx/dξ, body on the left of it: shear goes along it, pressure against the normal on its right.
     M = np.array([[shear, -pressure], [pressure, shear]])
     t = np.array(traction)
     for weight, N, _, d, rho in _points(x, edges, depth):
@@ -67,7 +69,7 @@ def follower_stiffness(x: Array, edges: Index, depth: Array | None, pressure: fl
     M = np.array([[shear, -pressure], [pressure, shear]])
     for weight, N, dN, d, rho in _points(x, edges, depth):
         K -= (weight * rho)[:, None, None, None, None] * np.einsum("a,b,ij->aibj", N, dN, M)
-        if depth is None:
+        if depth is None:  # a node that goes outwards has a longer circle to be pressed on
             K[..., 0] -= 2 * np.pi * weight * np.einsum("a,b,ki->kaib", N, N, d @ M.T)
     return K.reshape(k, 2 * m, 2 * m)
 
@@ -197,6 +199,7 @@ def loads_of(system: Discretisation, plan: StepPlan, state: State) -> list[Inter
     out += [ToolForce(dof, amplitude) for dof, amplitude in plan.push.items()]
     release = state.release
     if plan.control is not None:
+        # before springs are among them, which answer to where tools are and are no loads
         out = [Proportional(load) for load in out]
         if release is not None:
             changed = np.isin(np.arange(system.ndof), _loaded(system, plan))

@@ -9,6 +9,7 @@ import numpy as np
 
 from prensa.model.feed import ends_early
 from prensa.model.problem import Problem, Step, tools_removed
+from prensa.system.once import once
 from prensa.system.planning import plan_step
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
@@ -32,8 +33,13 @@ class Stage(NamedTuple):
     known_after: Flags
 
 
-def stages(system: System) -> Iterator[Stage]:
+@once
+def stages(system: System) -> tuple[Stage, ...]:
     """The steps of a problem, one after the other, with bodies where supports leave them."""
+    return tuple(_stages(system))
+
+
+def _stages(system: System) -> Iterator[Stage]:
     start, known, before = system.initial().u, np.ones(system.ndof, dtype=bool), None
     for number, step in enumerate(system.problem.steps):
         plan = plan_step(system, number, start)

@@ -36,6 +36,7 @@ def release_forces(system: System, state: State, plan: StepPlan) -> Array | None
     if before.control is not None:  # what its factor has come to is not known any more, what acts on free dofs is
         carried = np.where(np.isin(np.arange(system.ndof), before.held), carried, state.work)
     out = carried - asked
+    # Reactions are no external forces: what a support held that this step frees is in the nodal forces alone.
     freed = np.setdiff1d(before.held, plan.held)
     out[freed] += state.work[freed] - carried[freed]
     # A tool whose motion is prescribed has any force that its motion needs: nothing of it is to be released.
@@ -51,7 +52,7 @@ def removed_tools(system: System, state: State, plan: StepPlan) -> State:
     springs of contacts and tools had stored leaves with the tools.
     """
     alone = replace(state, release=None, self_equilibrated=None)
-    c = replace(system.context(alone, plan, plan.t0), dt=1.0)
+    c = replace(system.context(alone, plan, plan.t0), dt=1.0)  # no time passes; nothing moves, so rates are 0 over any
     e = system.evaluate(c, state.u, state.lam, stiffness=False)
     missing = system.to_masters(e.r)
     release = missing.copy()

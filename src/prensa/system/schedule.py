@@ -135,14 +135,9 @@ class Prescribed:
     support: tuple[str, str] | None = None
     found: bool = False
 
-    def at(self, t: float, t0: float, t1: float, there: float) -> Array:
-        """Values (k,) at time t; ``there``: time at which what lay elsewhere has come to its table."""
-        if self.amplitude is None:
-            return self.start
-        s = min(max((t - t0) / (t1 - t0), 0.0), 1.0)
-        if self.amplitude.ramp:
-            # a ramp brings every unknown from where it is to the target
-            return (1.0 - s) * self.start + s * self.amplitude.values[1]
+    def at(self, t: float, t0: float, there: float) -> Array:
+        """Values (k,) of a table at time t; ``there``: time at which what lay elsewhere has come to it."""
+        assert self.amplitude is not None
         way = self.start + self.amplitude(t) if self.amplitude.relative else np.full(len(self.dofs), self.amplitude(t))
         return way if t >= there else way + (there - t) / (there - t0) * self.missing(t0)
 
@@ -213,12 +208,25 @@ class StepPlan:
         dofs = np.concatenate([g.dofs for g in self.groups]) if self.groups else np.zeros(0, dtype=np.int64)
         self._order = np.argsort(dofs, kind="stable")
         self.fixed = dofs[self._order]
+        # Held and ramped ones, as on a border of which each node has its own way, are found all at once.
+        self._begin = np.concatenate([np.zeros(0), *(g.start for g in self.groups)])
+        self._ramped, self._target = np.zeros(len(dofs), dtype=bool), self._begin.copy()
+        self._others: list[tuple[slice, Prescribed]] = []
+        ends = np.cumsum([0, *(len(g.dofs) for g in self.groups)]).tolist()
+        for g, a, b in zip(self.groups, ends, ends[1:]):
+            if g.amplitude is not None and g.amplitude.ramp:
+                self._ramped[a:b], self._target[a:b] = True, g.amplitude.values[1]
+            elif g.amplitude is not None:
+                self._others.append((slice(a, b), g))
 
     def values(self, t: float) -> Array:
         """Values (k,) of the prescribed degrees of freedom at time t, in the order of ``fixed``."""
-        if not self.groups:
-            return np.zeros(0)
-        return np.concatenate([g.at(t, self.t0, self.t1, self._there) for g in self.groups])[self._order]
+        s = min(max((t - self.t0) / (self.t1 - self.t0), 0.0), 1.0)
+        # a ramp brings every unknown from where it is to the target
+        out = np.where(self._ramped, (1.0 - s) * self._begin + s * self._target, self._begin)
+        for own, g in self._others:
+            out[own] = g.at(t, self.t0, self._there)
+        return out[self._order]
 
     @property
     def held(self) -> Index:

@@ -90,7 +90,7 @@ class SelfEquilibrated:
         if ask.stiffness:
             (m, a), d = self.block.cells.shape, self.system.dofs.dimension
             blocks = np.zeros((m, a, d, a, d))
-            for axis in range(d):
+            for axis in range(d):  # the same along all axes, and none couples two: else K y would have a moment
                 blocks[:, :, axis, :, axis] = -left * self.K
             stiffness = blocks.reshape(m, d * a, d * a)
         part = Part(f"strings {self.block.body}", dofs, r.reshape(len(dofs), -1), stiffness)

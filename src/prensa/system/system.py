@@ -410,8 +410,8 @@ class System:
         u = np.zeros(self.ndof)
         t = self.dofs.dimension - 1
         contact = ContactRecord.initial(n_points, t)
-        for s in self.surfaces:
-            contact.coordinate[s.rows] = self.stencils(s, u).s
+        for s, coordinates in zip(self.surfaces, self._touched_at_first):
+            contact.coordinate[s.rows] = coordinates
         return State(
             u=u, du=np.zeros(self.ndof), dt_last=0.0, second_difference=np.zeros(self.ndof),
             history=self.initial_history,
@@ -419,6 +419,11 @@ class System:
             clock=Clock(), step_start=u.copy(), tool_work=np.zeros(len(self.tools)),
             tool_wear=np.zeros(len(self.tools)), damage=undamaged(self.problem, self.blocks),
         )  # fmt: skip
+
+    @cached_property
+    def _touched_at_first(self) -> list[Array]:
+        """Coordinates (k, t) on their masters of the points of each contact, undeformed: a search, which many ask for."""
+        return [self.stencils(s, np.zeros(self.ndof)).s for s in self.surfaces]
 
     def context(self, state: State, plan: StepPlan, time: float, rule: TimeRule = BACKWARD_EULER) -> Context:
         """Everything an increment from *state* to *time* needs, with plastic flow by a ``rule``; evaluated once an increment."""

@@ -46,6 +46,7 @@ class TimeRule(NamedTuple):
 
     def seconds(self, block: Block, dt: float) -> float:
         """In which a block's law answers with plastic strain, of dt."""
+        # Rates of strain are those of the flow that is left to the law, in the part of the increment that it has.
         return self.part * dt if self.part != 1.0 and block.flows else dt
 
     def begun(self, block: Block, history: Array) -> Array:

@@ -433,11 +433,7 @@ def other_plate(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     for element in CONTACT_ELEMENTS:
         n = 64 if element == "q4_enhanced" else 32
         inc = balance.last(on(friction.plate(n, E_scale, mu_scale), element))
-        c = inc.contacts["plate.bottom-plane"]
-        order = np.argsort(c.X[:, 0])
-        X, ux = c.X[order, 0], (c.x - c.X)[order, 0]
-        for x, u in tables.PLATE_UX_CONVERGED.items():
-            yield row(f"{element}: u_x at x = {x:g} (10⁻³)", u, 1e3 * float(np.interp(x, X, ux)), 0.005)
+        yield from friction.plate_rows(inc, f"{element}: ")
     yield from balance.rows()
 
 

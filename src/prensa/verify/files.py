@@ -10,8 +10,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from importlib import resources
 
-import numpy as np
-
 import prensa as pr
 from prensa.reference import layer_line, tables
 from prensa.verify import example1, forming, friction
@@ -54,11 +52,7 @@ def plate(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     balance = Balance()
     problem = friction.plate(1, E_scale, mu_scale)
     inc = balance.last(replace(problem, bodies={"plate": pr.Body(mesh("plate.inp"), problem.bodies["plate"].material)}))
-    c = inc.contacts["plate.bottom-plane"]
-    order = np.argsort(c.X[:, 0])
-    X, ux = c.X[order, 0], (c.x - c.X)[order, 0]
-    for x, u in tables.PLATE_UX_CONVERGED.items():
-        yield row(f"u_x at x = {x:g} (10⁻³)", u, 1e3 * float(np.interp(x, X, ux)), 0.005)
+    yield from friction.plate_rows(inc)
     yield from balance.rows()
 
 

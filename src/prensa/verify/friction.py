@@ -35,17 +35,24 @@ def plate(n: int, E_scale: float, mu_scale: float) -> pr.Problem:
     )  # fmt: skip
 
 
+def plate_rows(inc: Increment, what: str = "") -> Iterator[Row]:
+    """Displacements of the plate along its plane beside the mesh-converged ones; ``what``: what each row begins with."""
+    c = inc.contacts["plate.bottom-plane"]
+    order = np.argsort(c.X[:, 0])
+    for x, u in tables.PLATE_UX_CONVERGED.items():
+        found = float(np.interp(x, c.X[order, 0], (c.x - c.X)[order, 0]))
+        yield row(f"{what}u_x at x = {x:g} (10⁻³)", u, 1e3 * found, 0.005)
+
+
 @case("plate with friction", suite="friction")
 def plate_with_friction(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Feijóo, Barbosa & Zouain's plate (code_aster SSNV128) moves by the mesh-converged amounts on 64 × 64 elements."""
     balance = Balance()
     inc = balance.last(plate(64, E_scale, mu_scale))
+    yield from plate_rows(inc)
     c = inc.contacts["plate.bottom-plane"]
     order = np.argsort(c.X[:, 0])
-    X, ux = c.X[order, 0], (c.x - c.X)[order, 0]
-    for x, u in tables.PLATE_UX_CONVERGED.items():
-        yield row(f"u_x at x = {x:g} (10⁻³)", u, 1e3 * float(np.interp(x, X, ux)), 0.005)
-    status = c.status[order]
+    X, status = c.X[order, 0], c.status[order]
     h = 40 / 64
     yield row("lift-off ends at x", 3.3, _edge(X, status > 0), h, "absolute")
     yield row("slip ends at x", 29.7, _edge(X, status == 1), h, "absolute")

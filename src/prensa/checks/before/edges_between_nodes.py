@@ -10,6 +10,7 @@ from prensa.checks.after.between_nodes import NO_FORCE, BetweenNodes
 from prensa.errors import Finding
 from prensa.linear.rigid_modes import CLOSED
 from prensa.system.moments import contact_path, driven, moments
+from prensa.system.once import once
 from prensa.system.system import System
 
 
@@ -18,6 +19,7 @@ def edges_between_nodes(system: System) -> Iterator[Finding]:
     yield from dips(system).values()
 
 
+@once
 def dips(system: System) -> dict[str, Finding]:
     """By contact, what there is to say of such a tool."""
     between = BetweenNodes(system)

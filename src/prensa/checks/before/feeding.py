@@ -13,7 +13,7 @@ from prensa.geometry.plane import turned
 from prensa.linear.rigid_modes import CLOSED
 from prensa.model.feed import Feed, ends_early
 from prensa.model.fields import motions_in
-from prensa.system.planning import plan_step
+from prensa.system.moments import stages
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array
@@ -27,10 +27,8 @@ def feeding(system: System) -> Iterator[Finding]:
 
     The body goes as a rigid one. A roll that brakes on purpose does not draw stock in, which is what ends a feed.
     """
-    u = system.initial().u
     seen: set[str] = set()
-    for number, step in enumerate(system.problem.steps):
-        plan = plan_step(system, number, u)
+    for step, (plan, _, u, *_) in zip(system.problem.steps, stages(system)):
         for boundary, feed in step.feed.items():
             body = boundary.partition(".")[0]
             if feed is not None and body not in seen:
@@ -40,8 +38,6 @@ def feeding(system: System) -> Iterator[Finding]:
         seen |= {name.partition(".")[0] for name in system.problem.driven(step)}
         if ends_early(step):
             return  # anywhere on its way, after which no place is known
-        u = u.copy()
-        u[plan.fixed] = plan.values(plan.t1)
 
 
 def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) -> Iterator[Finding]:

@@ -60,7 +60,7 @@ def joint_motions(system: System) -> Iterator[Finding]:
         return  # they push each other on
     frames = Frame.of_all(system)
     reported: set[str] = set()
-    never = never_resisted(system, frames)
+    never = never_resisted(system)
     for stage in stages(system):
         if tools_removed(system.problem, stage.plan.number):
             continue

@@ -14,6 +14,7 @@ from prensa.linear.rigid_modes import Frame, support_rows
 from prensa.model import problem as model
 from prensa.model.problem import tools_removed
 from prensa.system.moments import stages
+from prensa.system.once import once
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array
@@ -71,11 +72,13 @@ def flight(system: System, body: str, frame: Frame, plan: StepPlan) -> Array | N
     return away if (cone @ away > NO_DIFFERENCE).all() else np.zeros(d)
 
 
-def never_resisted(system: System, frames: dict[str, Frame]) -> set[str]:
+@once
+def never_resisted(system: System) -> set[str]:
     """Bodies that whatever presses them pushes away, in all steps that press them, wherever they come to on the way.
 
     What an earlier run left may be held by it.
     """
+    frames = Frame.of_all(system)
     ways: dict[str, list[bool]] = {body: [] for body in frames}
     for stage in stages(system) if system.problem.start is None else ():
         for body, frame in frames.items():

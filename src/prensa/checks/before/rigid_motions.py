@@ -15,7 +15,7 @@ from prensa.errors import Finding, Severity
 from prensa.geometry.plane import turned
 from prensa.linear.rigid_modes import CLOSED, Frame, along_all, free_in_words, free_motions, rows_of, support_rows
 from prensa.model.problem import tools_removed
-from prensa.system.planning import plan_step
+from prensa.system.moments import stages
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array
@@ -23,11 +23,9 @@ from prensa.types import Array
 
 def rigid_motions(system: System) -> Iterator[Finding]:
     """Rigid-body motions of each body that nothing resists: named, fatal when not even a contact can."""
-    at_start = system.initial().u
     reported: set[str] = set()
     frames = Frame.of_all(system)
-    for number in range(len(system.problem.steps)):
-        plan = plan_step(system, number, at_start)
+    for number, (plan, *_) in enumerate(stages(system)):
         for name, frame in frames.items():
             held = support_rows(system, frame, plan)
             gone = tools_removed(system.problem, number)
@@ -44,7 +42,7 @@ def rigid_motions(system: System) -> Iterator[Finding]:
                 reported.add(name)
                 if not fatal and len(frames) > 1 and name in unjoined(system):
                     continue
-                if not fatal and not system.problem.body_contacts and name in never_resisted(system, frames):
+                if not fatal and not system.problem.body_contacts and name in never_resisted(system):
                     continue  # a tool that touched it would not help: `joint_motions` refuses it
                 if not fatal and (lacking := list(_symmetry(system, name, frame, held))):
                     yield from lacking  # what is free then goes with the planes that are named
@@ -73,9 +71,6 @@ def rigid_motions(system: System) -> Iterator[Finding]:
                 )
             if not number and name not in reported and system.dofs.dimension == 3:
                 yield from _symmetry(system, name, frame, held)
-        values = at_start.copy()
-        values[plan.fixed] = plan.values(plan.t1)
-        at_start = values
 
 
 def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
