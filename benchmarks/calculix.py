@@ -147,14 +147,24 @@ def _peak(process: int) -> float:
 
 
 def figures(said: str, printed: str) -> dict[str, Any]:
-    """``iterations``, ``increments`` and ``unknowns`` that CalculiX says; ``force`` along y on the base as often as printed."""
-    rows = re.findall(r"total force[^\n]*\n\s*\n\s*(\S+)\s+(\S+)\s+(\S+)", printed)
+    """``iterations``, ``increments`` and ``unknowns`` that CalculiX says; ``force`` along y on the base, as often as printed,
+    at ``times``; final displacements ``u`` where these are printed.
+    """
+    rows = re.findall(r"total force[^\n]*time\s+(\S+)\s*\n\s*\n\s*(\S+)\s+(\S+)\s+(\S+)", printed)
     equations = re.findall(r"number of equations\s+(\d+)", said)
     return {
         "iterations": len(re.findall(r"^ *iteration +\d", said, re.MULTILINE)),
         "increments": len(re.findall(r"^ *increment +\d+ +attempt +1\b", said, re.MULTILINE)),
-        "unknowns": int(equations[-1]) if equations else 0, "force": [float(r[1]) for r in rows],
+        "unknowns": int(equations[-1]) if equations else 0, "force": [float(r[2]) for r in rows],
+        "times": [float(r[0]) for r in rows], **last_shape(printed),
     }  # fmt: skip
+
+
+def last_shape(printed: str) -> dict[str, list[float]]:
+    """Displacements ``u`` (3 n) of the last printed set of nodes; nothing where none were asked for."""
+    _, found, after = printed.rpartition("displacements (vx,vy,vz)")
+    rows = [line.split() for line in after.splitlines()[1:]]
+    return {"u": [float(v) for row in rows if len(row) == 4 for v in row[1:]]} if found else {}
 
 
 def _error(printed: str) -> str:

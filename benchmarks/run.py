@@ -279,9 +279,12 @@ def billet(quick: bool, runs: list[str]) -> str:
     subprocess.run(
         [sys.executable, str(HERE / "calculix_in_space.py"), *words, "--to", str(to)], env=ENVIRONMENT, check=True
     )
-    rows = list(calculix_in_space.compared(in_space.stored(to)))
-    title = f"Square billet in space, μ = {calculix_in_space.MU}"
-    return table(title, calculix_in_space.HEAD, rows, calculix_in_space.NOTE)
+    known = in_space.stored(to)
+    rows, title = list(calculix_in_space.compared(known)), f"Square billet in space, μ = {calculix_in_space.MU}"
+    speed = table(title, calculix_in_space.HEAD, rows, calculix_in_space.NOTE)
+    rows = list(calculix_in_space.errors(known))
+    # within the section: a title of its own would be another one
+    return f"{speed}\n{table('', calculix_in_space.HEAD_OF_ERRORS, rows, calculix_in_space.NOTE_OF_ERRORS)[4:].lstrip()}"
 
 
 # seconds that one iteration was to take, LU and symmetric, on a machine where CalculiX and felupe took these
@@ -469,8 +472,10 @@ def main() -> None:
     parser.add_argument("--pardiso", default=os.environ.get("PARDISO_PYTHON", ""))
     parser.add_argument("--space", nargs="*", default=["15", "24", "34"], metavar="N", help="sizes of in_space.py")
     parser.add_argument(
-        "--billet", nargs="*", default=["prensa:12", "C3D8R:12", "C3D8I:12", "C3D20R:8", "prensa:24", "C3D8R:24"],
-        metavar="PROGRAM:N", help="runs of calculix_in_space.py",
+        "--billet", nargs="*", default=[
+            "prensa:12", "C3D8R:12", "C3D8I:12", "C3D20R:8", "prensa:24", "C3D8R:24", "prensa/6:12", "prensa-bdf2/6:12",
+            "prensa/18:12", "prensa@0.1:12", "prensa-bdf2/400:12", "C3D8R@0.0025:12", "C3D8R/18:12", "C3D8R/100:12",
+        ], metavar="PROGRAM:N", help="runs of calculix_in_space.py",
     )  # fmt: skip
     parser.add_argument("--out", type=Path, default=HERE / "RESULTS.md")
     a = parser.parse_args()

@@ -71,4 +71,33 @@ def test_figures_are_read_from_what_calculix_says() -> None:
     )
     total = " total force (fx,fy,fz) for set BOTTOM and time  0.{}E+00\n\n        1.0E+00  {}E+02  3.0E+00\n"
     found = calculix.figures(said, total.format(5, "2.5") + total.format(9, "4.0"))
-    assert found == {"iterations": 4, "increments": 2, "unknowns": 124, "force": [250.0, 400.0]}
+    assert found == {"iterations": 4, "increments": 2, "unknowns": 124, "force": [250.0, 400.0], "times": [0.5, 0.9]}
+    printed = "".join(
+        f" displacements (vx,vy,vz) for set BODY and time  0.{t}E+00\n\n         1  0.0E+00 {t}.0E-01  3.0E-01\n" for t in (5, 9)
+    )
+    assert calculix.figures(said, printed)["u"] == [0.0, 0.9, 0.3]
+
+
+def test_a_word_says_the_program_its_increments_and_the_first_of_them() -> None:
+    """As the command line is given them; the deck has equal increments, or the first one and CalculiX's own."""
+    assert benchmark.Program.of("C3D8R/18") == ("C3D8R", 18, None)
+    assert benchmark.Program.of("prensa-bdf2/6").in_words() == "prensa, second order, 6 increments"
+    first = benchmark.Program.of("C3D8R@0.0025")
+    assert (first.first, first.in_words()) == (0.0025, "CalculiX, C3D8R, first increment 0.0025")
+    assert "*STATIC\n0.0025, 1., 1e-6\n" in benchmark.deck(4, 0.1, "C3D8R", None, 0.0025)
+    assert "*STATIC, DIRECT\n0.0625, 1.\n" in benchmark.deck(4, 0.1, "C3D8R", 16)
+
+
+def test_errors_are_those_beside_the_most_increments_of_the_same_program() -> None:
+    """A force that is 1 % off at the end, half the work missed, and a node off by a tenth of the way; no row of the reference."""
+    many = np.linspace(0.0, 1.0, 101)[1:]
+    same = {"n": 4, "reduction": 0.1, "ended": "completed", "iterations": 3}
+    reference = {"program": "C3D8R/100", "increments": 100, "times": many.tolist(), "u": [0.0] * 6, **same}
+    reference["force"] = [100.0] * 100
+    u = [0.0, 0.1 * 0.1 * benchmark.HEIGHT, 0.0, 0.0, 0.0, 0.0]
+    coarse = {"program": "C3D8R", "increments": 1, "times": [1.0], "force": [101.0], "u": u, **same}
+    other = {**coarse, "program": "prensa"}  # has no reference
+    (row,) = benchmark.errors([coarse, reference, other])
+    work = 100.0 * (50.5 / 99.5 - 1.0)
+    assert row[0] == "CalculiX, C3D8R" and row[2:5] == ["1", "3", "100"]
+    assert [float(v) for v in row[5:]] == pytest.approx([1.0, 1.0, work, 10.0, 10.0 / np.sqrt(2.0)], abs=6e-3)

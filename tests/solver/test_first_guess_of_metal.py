@@ -9,8 +9,10 @@ import pytest
 
 import prensa as pr
 from equilibria import of_first_increment
+from prensa.result.increment import Increment
 from prensa.solver import newton, predictor
 from prensa.solver.predictor import initial_guess
+from prensa_bench.robustness.families import drawn
 
 METAL = pr.J2(128e3, 0.34, pr.Linear(190.0, 570.0))
 SOFTER = pr.J2(92e3, 0.31, pr.Swift(318.0, 0.01, 0.2))
@@ -104,3 +106,22 @@ def test_contact_goes_on_to_be_decided_where_the_guess_flows(monkeypatch):
     (found,) = pr.solve(tilted(0.4))
     assert decided.force("t").y == pytest.approx(found.force("t").y, rel=1e-8)
     assert decided.statistics.iterations < found.statistics.iterations
+
+
+def first_contact(seed: int, number: int) -> Increment:
+    """The first increment with contact of a random problem in space whose steps have three increments each."""
+    found = drawn("space", seed, number)
+    problem = replace(found.problem, steps=tuple(replace(step, increments=3) for step in found.problem.steps))
+    return next(inc for inc in pr.solve(problem, found.numerics) if inc.state.contact.closed.any())
+
+
+@pytest.mark.parametrize(("seed", "number"), [(8117, 37), (32, 3)])
+def test_errors_of_volume_that_long_steps_leave_are_put_right(seed, number, monkeypatch):
+    """No point changes in these, it is flow alone: steps that are corrected are fewer, and lead to the same answer."""
+    corrected = first_contact(seed, number)
+    monkeypatch.setattr(newton, "_volume_put_right", lambda eq, u, lam, full, secant: (u, full))
+    left = first_contact(seed, number)
+    assert corrected.statistics.cutbacks == left.statistics.cutbacks == 0
+    assert corrected.statistics.iterations <= 8 < left.statistics.iterations
+    forces = [[inc.force(tool).y for tool in inc.tools] for inc in (corrected, left)]
+    assert forces[0] == pytest.approx(forces[1], rel=1e-7, abs=1e-7)

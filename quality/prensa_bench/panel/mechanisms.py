@@ -246,6 +246,11 @@ TIMELY = (
         (replaced(newton, newton.init, _by_newton(newton.init)),),
     ),
     Mechanism(
+        "volume_put_right",
+        "Where metal still flows in a first guess, steps are corrected with their factors while that lowers the residual.",
+        (replaced(newton, newton._volume_put_right, lambda eq, u, lam, full, secant: (u, full)),),
+    ),
+    Mechanism(
         "linear_start_at_first_touch",
         "Where tools meet bodies at rest, their rest is not extrapolated: the increment starts from the linearised system.",
         (replaced(predictor, predictor._first_touch, _no),),

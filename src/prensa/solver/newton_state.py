@@ -82,7 +82,8 @@ class NewtonState:
     """Where an iteration stands: the ``iterate``, multipliers lam (points, 1 + t), and what is remembered of the way there.
 
     ``contact``: how it has changed, None before that is known; ``best``: the iterate to which the line search goes back;
-    ``least``: least residual up to each iteration. ``by_contact``: contact steps are taken from here on.
+    ``least``: least residual up to each iteration. ``by_contact``: contact steps are taken from here on. ``flows``: metal still
+    flowed in the first guess, with contact decided.
     """
 
     iterate: Iterate
@@ -92,6 +93,7 @@ class NewtonState:
     best: Best | None = None
     least: list[float] = field(default_factory=list)
     by_contact: bool = False
+    flows: bool = False
 
     @property
     def changed(self) -> int:
