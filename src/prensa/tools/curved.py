@@ -26,7 +26,7 @@ from prensa.tools.tool import Touched
 from prensa.types import Array, Flags, Index
 
 _LOOKS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.5, 0.0], [1.0, 0.5], [0.5, 0.5], [0.75, 0.25]])
-"""Places e, z on a patch at which it must not be folded: corners, middles of sides, the inside."""
+"""Places e, z on a patch at which it must not turn too far: corners, middles of sides, the inside."""
 
 
 class Curved(Analytic):
@@ -126,10 +126,12 @@ class Curved(Analytic):
         side = (self.surface.sides[edge, 1] == np.arange(len(edge))[:, None]).astype(np.int64)
         while True:
             C = own[edge, side]
-            folded = self._folded(C)
-            if not folded.any():
+            turned = np.flatnonzero(self._turned(C))
+            if not turned.size:
                 return np.ascontiguousarray(C), np.ascontiguousarray(curve[edge])
-            own[edge[folded]], curve[edge[folded]] = 0.0, 0.0
+            # The steepest side becomes straight: of a sliver a long one, which a normal that is a little off bends too far.
+            worst = edge[turned, np.argmax(self._slopes(C)[turned], axis=1)]
+            own[worst], curve[worst] = 0.0, 0.0
 
     def _edge_coefficients(self) -> tuple[Array, Array]:
         """Coefficients of edges as sides of the patches at them (k, 2, 3), and as curves (k, 3)."""
@@ -160,16 +162,31 @@ class Curved(Analytic):
             out[:, k] = np.einsum("mi,mi->m", self._R[:, k] - self._C[:, k], inward) / height
         return np.where(self.facets.edge_kinds[self.facets.side_edges] == CREASE, out, 0.0)
 
-    def _folded(self, C: Array) -> Flags:
-        """Which curved patches (m,) turn from their flat triangle by more than a sharp edge does."""
-        P, out = self._P, np.zeros(len(C), dtype=bool)
-        least = np.cos(self.sharp)
+    def _slopes(self, C: Array) -> Array:
+        """How far sides (m, 3) rise from their flat triangle, over its height there."""
+        rise = np.abs(np.einsum("mki,mi->mk", C, self.facets.normals))
+        ends = self._P[:, SIDE_CORNERS]
+        slopes = rise * np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
+        # A side that is curved within the triangle alone comes last, but comes.
+        return np.where((C != 0.0).any(axis=2), np.maximum(slopes, np.finfo(float).tiny), 0.0)
+
+    def _turned(self, C: Array) -> Flags:
+        """Which curved patches (m,) turn from their flat triangle by more than twice what the normals at their corners do.
+
+        Of a sphere, a cylinder or any surface that these normals are right of they turn by as much, wherever one looks.
+        """
+        P, out, f = self._P, np.zeros(len(C), dtype=bool), self.facets
+        lean = np.arctan2(
+            np.linalg.norm(np.cross(f.corner_normals, f.normals[:, None]), axis=2),
+            np.einsum("mci,mi->mc", f.corner_normals, f.normals),
+        ).max(axis=1)  # fmt: skip
+        least = np.cos(np.minimum(2.0 * lean, 0.5 * np.pi))
         for e, z in _LOOKS:
             a, b = 1.0 - e, e - z
             xe = P[:, 1] - P[:, 0] - C[:, 0] * (a - b) - C[:, 1] * z + C[:, 2] * z
             xz = P[:, 2] - P[:, 1] + C[:, 0] * a - C[:, 1] * (b - z) - C[:, 2] * a
             n = np.cross(xe, xz)
-            out |= np.einsum("mi,mi->m", n, self.facets.normals) < least * np.linalg.norm(n, axis=1)
+            out |= np.einsum("mi,mi->m", n, f.normals) < least * np.linalg.norm(n, axis=1)
         return out & (C != 0.0).any(axis=(1, 2))
 
     def _places(self) -> tuple[Index, Array]:
