@@ -153,14 +153,15 @@ class Curved(Analytic):
         return own, np.where((self.facets.edge_kinds == CREASE)[:, None], both, own[:, 0])
 
     def _trims(self) -> Array:
-        """How far the curves go beyond the sides of patches (m, 3), over four heights of the triangle there."""
-        P, out = self._P, np.zeros((len(self._P), 3))
+        """How far the curves go beyond the sides of patches, and where the corner opposite is (m, 3, 2): `patches._within`."""
+        P, out = self._P, np.zeros((len(self._P), 3, 2))
         for k, (i, j) in enumerate(SIDE_CORNERS):
             d, inward = P[:, j] - P[:, i], P[:, 3 - i - j] - P[:, i]
-            inward = inward - (np.einsum("mi,mi->m", inward, d) / np.einsum("mi,mi->m", d, d))[:, None] * d
-            height = np.einsum("mi,mi->m", inward, inward)
-            out[:, k] = np.einsum("mi,mi->m", self._R[:, k] - self._C[:, k], inward) / height
-        return np.where(self.facets.edge_kinds[self.facets.side_edges] == CREASE, out, 0.0)
+            out[:, k, 1] = np.einsum("mi,mi->m", inward, d) / np.einsum("mi,mi->m", d, d)
+            inward = inward - out[:, k, 1, None] * d
+            out[:, k, 0] = np.einsum("mi,mi->m", self._R[:, k] - self._C[:, k], inward) / np.einsum("mi,mi->m", inward, inward)
+        out[self.facets.edge_kinds[self.facets.side_edges] != CREASE, 0] = 0.0
+        return out
 
     def _slopes(self, C: Array) -> Array:
         """How far sides (m, 3) rise from their flat triangle, over its height there."""

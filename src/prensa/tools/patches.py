@@ -121,24 +121,28 @@ def _on_side(a, b, c, p):
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _within(T, e, z):
-    """Whether a place is on the patch, which goes beyond its side k by T_k s (1 − s) of the triangle's height there."""
+    """Whether a place is on the patch, which goes T[k, 0] s (1 − s) of the triangle's height beyond its side k.
+
+    s is where the place is along the side, from which the corner opposite is at T[k, 1].
+    """
     u, v, w = 1.0 - e, e - z, z
-    if w < -ROUND_OFF - T[0] * _arc(v, u) or u < -ROUND_OFF - T[1] * _arc(w, v):
+    if w < -ROUND_OFF - T[0, 0] * _arc(v + T[0, 1] * w) or u < -ROUND_OFF - T[1, 0] * _arc(w + T[1, 1] * u):
         return False
-    return v >= -ROUND_OFF - T[2] * _arc(w, u)
+    return v >= -ROUND_OFF - T[2, 0] * _arc(w + T[2, 1] * v)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _arc(a, b):
-    """s (1 − s) at the place s = a / (a + b) of a side, 0 beyond its ends."""
-    return a * b / ((a + b) * (a + b)) if a > 0.0 and b > 0.0 else 0.0
+def _arc(s):
+    """The product s (1 − s), 0 beyond the ends of a side."""
+    return s * (1.0 - s) if 0.0 < s < 1.0 else 0.0
 
 
 @njit(cache=True, error_model="numpy")
 def _nearest_of(X, C, R, T, curved, p, x, xe, xz, found):
     """Squared distance of p to a patch, and where: inside, or the number of the side or corner; found (2,): its e, z or s.
 
-    C: coefficients of the patch; R: those of the curves that bound it, T: how far these are beyond its sides.
+    C: coefficients of the patch; R: those of the curves that bound it; T (3, 2): how far these are beyond its sides,
+    see `_within`.
     """
     # The foot on the flat triangle is where Newton's method begins, and all there is of a flat one.
     s11, s12, s22, f1, f2 = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -185,8 +189,8 @@ def _beyond(box, p):
 def nearest(P, C, R, T, curved, boxes, order, xi, triangle, where, at):
     """Points xi (k, 3) → nearest triangles (k,), where on them (k,), and parameters there (k, 2).
 
-    P, C, R (m, 3, 3), T (m, 3), curved (m,): patches and the curves that bound them. ``boxes`` (2 l, 6): binary heap, node i with children 2i and 2i + 1, leaves last, of
-    which ``order`` (l,) are the triangles (−1: none).
+    P, C, R (m, 3, 3), T (m, 3, 2), curved (m,): patches and the curves that bound them, see `_nearest_of`. ``boxes`` (2 l, 6):
+    binary heap, node i with children 2i and 2i + 1, leaves last, of which ``order`` (l,) are the triangles (−1: none).
     """
     first = boxes.shape[0] // 2
     x, xe, xz, found = np.empty(3), np.empty(3), np.empty(3), np.empty(2)
