@@ -129,7 +129,7 @@ def test_what_files_get_wrong_is_mended(folder):
     tool = pr.Stl(path)
     surface = tool.shape(DOWN, 0.0).surface
     assert (surface.closed, surface.turned, len(surface.points)) == (True, 1, len(points))
-    assert tool.notes() == ("loose.stl: 1 triangles looked the other way than their neighbours, and are turned",)
+    assert tool.notes() == ("loose.stl: 1 triangles looked the other way than the others, and are turned",)
     twice = pr.Stl(write(folder / "twice.stl", points, np.concatenate([triangles, triangles[3:5, [2, 0, 1]]])))
     assert (twice.shape(DOWN, 0.0).surface.closed, len(twice.shape(DOWN, 0.0).surface.triangles)) == (True, len(triangles))
     assert "twice.stl: 2 triangles were there twice, and count once" in twice.notes()
