@@ -288,7 +288,7 @@ def test_check_says_where_a_surface_looks(folder):
         said[name] = tool.details(tool.shape(DOWN, 0.0), DOWN)
     assert "open, looks along -y," in said["die.stl"]
     assert "looks" not in said["ball.stl"]
-    assert "good for contacts deeper than 0.31, normals off by up to 2.3° on long strips" in said["die.stl"]
+    assert "good for contacts deeper than 0.31, normals off by up to 2.3° on slivers" in said["die.stl"]
     assert "closed, its largest flat looks along +y," in said["punch.stl"]
 
 

@@ -16,7 +16,7 @@ from prensa.types import Array
 
 TEXT = frozenset((*range(9, 14), *range(32, 127)))
 """Bytes of which a text is made."""
-HEADER, TRIANGLE = 84, 50
+BINARY_HEADER, BINARY_TRIANGLE = 84, 50
 """Bytes of a binary file before its triangles, and of each triangle."""
 _VERTEX = re.compile(rb"\bvertex\s+(\S+\s+\S+\s+\S+)")
 
@@ -31,13 +31,13 @@ def corners(path: Path) -> Array:
 
     """
     data, name = path.read_bytes(), path.name
-    said = int.from_bytes(data[HEADER - 4 : HEADER], "little") if len(data) >= HEADER else -1
-    there = (len(data) - HEADER) // TRIANGLE
+    said = int.from_bytes(data[BINARY_HEADER - 4 : BINARY_HEADER], "little") if len(data) >= BINARY_HEADER else -1
+    there = (len(data) - BINARY_HEADER) // BINARY_TRIANGLE
     if said == there or (said >= 0 and not _is_text(data)):
         if there != said:
             why = f"{name!r} is cut off: its" if there < said else f"{name!r} is damaged: its"
             raise ValueError(f"{why} header says {said} triangles, and {there} are in it; export or copy it again")
-        found = np.frombuffer(data, dtype=_BINARY, count=said, offset=HEADER)["x"].astype(np.float64)
+        found = np.frombuffer(data, dtype=_BINARY, count=said, offset=BINARY_HEADER)["x"].astype(np.float64)
     else:
         found = _of_text(name, data)
     if not np.isfinite(found).all():

@@ -121,7 +121,7 @@ class Stl(ToolShape):
         angle = math.degrees(float(shape.facet_angles.max()))
         coarse = f"facets up to {angle:.3g}° apart"
         coarse += f" with chords up to {chord:.2g}, good for contacts deeper than {50.0 * chord:.2g}" if chord else ""
-        coarse += f", normals off by up to {0.25 * angle:.2g}° on long strips" if chord else ""
+        coarse += f", normals off by up to {0.25 * angle:.2g}° on slivers" if chord else ""
         looks, flat = shape.looks, shape.facets.largest_flat
         way = f", looks along {along(looks)}" if looks is not None else ""
         way = f", its largest flat looks along {along(flat)}" if not way and flat is not None else way
