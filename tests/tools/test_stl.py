@@ -129,7 +129,7 @@ def test_what_files_get_wrong_is_mended(folder):
     tool = pr.Stl(path)
     surface = tool.shape(DOWN, 0.0).surface
     assert (surface.closed, surface.turned, len(surface.points)) == (True, 1, len(points))
-    assert tool.notes() == ("loose.stl: 1 triangles looked the other way than their neighbours, and are turned",)
+    assert tool.notes() == ("loose.stl: 1 triangles looked the other way than the others, and are turned",)
     twice = pr.Stl(write(folder / "twice.stl", points, np.concatenate([triangles, triangles[3:5, [2, 0, 1]]])))
     assert (twice.shape(DOWN, 0.0).surface.closed, len(twice.shape(DOWN, 0.0).surface.triangles)) == (True, len(triangles))
     assert "twice.stl: 2 triangles were there twice, and count once" in twice.notes()
@@ -288,7 +288,7 @@ def test_check_says_where_a_surface_looks(folder):
         said[name] = tool.details(tool.shape(DOWN, 0.0), DOWN)
     assert "open, looks along -y," in said["die.stl"]
     assert "looks" not in said["ball.stl"]
-    assert "good for contacts deeper than 0.31, normals off by up to 2.3° on long strips" in said["die.stl"]
+    assert "good for contacts deeper than 0.31, normals off by up to 2.3° on slivers" in said["die.stl"]
     assert "closed, its largest flat looks along +y," in said["punch.stl"]
 
 

@@ -9,13 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from prensa.errors import coordinates
+from prensa.importers import stl_files
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.types import Array, Flags, Index
-
-TEXT = frozenset((*range(9, 14), *range(32, 127)))
-"""Bytes of which a text is made."""
-BINARY_HEADER, BINARY_TRIANGLE = 84, 50
-"""Bytes of a binary file before its triangles, the last four of them their number, and of each triangle."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +20,7 @@ class Surface:
 
     ``points`` (n, 3); ``triangles`` (m, 3), counter-clockwise seen from outside. ``edges`` (k, 2): pairs of points; ``sides``
     (k, 2): the two triangles at each edge, the second −1 at an open border. ``turned``: triangles that looked the other way than
-    most of their neighbours; ``left_out``: those without an area; ``doubled``: those that were there twice; ``parts``: pieces
+    most of the others; ``left_out``: those without an area; ``doubled``: those that were there twice; ``parts``: pieces
     that share no edge.
     """
 
@@ -41,6 +37,16 @@ class Surface:
     def closed(self) -> bool:
         """Whether it has no open border."""
         return bool((self.sides[:, 1] >= 0).all())
+
+    @property
+    def holes(self) -> Index:
+        """Edges (h,) at the borders of a surface that looks all ways, and that triangles like those there would close."""
+        x = self.points[self.triangles]
+        areas = 0.5 * np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
+        border = np.flatnonzero(self.sides[:, 1] < 0)
+        missing, each = float(np.linalg.norm(areas.sum(axis=0))), np.linalg.norm(areas, axis=1)
+        small = missing < min(each[np.unique(self.sides[border, 0])].sum(), 0.5 * each.sum())
+        return border if small else border[:0]
 
     @property
     def volume(self) -> float:
@@ -63,45 +69,16 @@ def read(path: str, digest: str) -> Surface:
     Raises
     ------
     ValueError
-        If it cannot be read, has no triangles, or edges of more than two, or cannot be turned to look one way.
+        If it cannot be read, has no triangles, or they do not hang together, more than two meet in an edge, or they cannot be
+        turned to look one way.
 
     """
-    import meshio
-
     name = Path(path).name
-    _refuse_cut_off(name, Path(path))
-    try:
-        with np.errstate(over="ignore"):  # of a number of triangles that it finds in the middle of a text
-            mesh = meshio.stl.read(path)
-        points, triangles = np.array(mesh.points, dtype=np.float64), np.array(mesh.get_cells_type("triangle"))
-    except Exception:  # of a damaged file it may be any
-        raise ValueError(
-            f"{name!r} is not an STL file that can be read, neither as text nor as binary; export it again"
-        ) from None
-    if not len(triangles):
+    corners = stl_files.corners(Path(path)).reshape(-1, 3)
+    if not len(corners):
         raise ValueError(f"{name!r} has no triangles; is it an STL file of a surface or body?")
-    if not np.isfinite(points).all():
-        raise ValueError(f"{name!r} has coordinates that are not finite numbers; export it again")
-    return joined(name, points, triangles.astype(np.int64))
-
-
-def _refuse_cut_off(name: str, path: Path) -> None:
-    """Refuse a binary file that ends before the triangles whose number is in its header (84 bytes, then 50 for each).
-
-    Raises
-    ------
-    ValueError
-        If it does.
-
-    """
-    with path.open("rb") as file:
-        head = file.read(2048)
-    if len(head) < BINARY_HEADER or not set(head) - TEXT:
-        return
-    said = int.from_bytes(head[BINARY_HEADER - 4 : BINARY_HEADER], "little")
-    there = (path.stat().st_size - BINARY_HEADER) // BINARY_TRIANGLE
-    if there < said:
-        raise ValueError(f"{name!r} is cut off: its header says {said} triangles, and {there} are in it; export or copy it again")
+    points, triangles = np.unique(corners, axis=0, return_inverse=True)
+    return joined(name, points, triangles.reshape(-1, 3))
 
 
 def text(s: Surface, name: str) -> str:
@@ -140,14 +117,47 @@ def joined(name: str, points: Array, triangles: Index) -> Surface:
     good = area > NEGLIGIBLE * DRAWN * size**2
     good &= (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
     left_out, triangles = int((~good).sum()), triangles[good]
-    if not len(triangles):
-        raise ValueError(f"the triangles of {name!r} have no area; export it again")
+    if left_out > len(triangles):
+        raise ValueError(
+            f"{left_out} of {len(good)} triangles of {name!r} have no area beside its size of {size:.3g}: export it again, "
+            "without points that are far away"
+        )
     single = np.sort(np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)[1])
     doubled, triangles = len(triangles) - len(single), triangles[single]
     edges, sides, way = _edges(name, points, triangles)
-    flip, parts = _orientation(name, points, len(triangles), edges, sides, way)
+    flip, part = _orientation(name, points, len(triangles), edges, sides, way)
+    parts = len(np.unique(part))
+    if 2 * parts > max(len(triangles), 2):
+        raise ValueError(
+            f"the {len(triangles)} triangles of {name!r} are in {parts} parts that share no edge: it is not a surface; export it "
+            "again with its vertices merged, or with more digits"
+        )
     triangles = np.where(flip[:, None], triangles[:, ::-1], triangles)
-    return Surface(points, triangles, edges, sides, int(flip.sum()), left_out, doubled, parts)
+    other = _inside_out(points, triangles, part, sides)
+    triangles = np.where(other[:, None], triangles[:, ::-1], triangles)
+    return Surface(points, triangles, edges, sides, int((flip != other).sum()), left_out, doubled, parts)
+
+
+def _inside_out(points: Array, triangles: Index, part: Index, sides: Index) -> Flags:
+    """Triangles (m,) of closed parts (m,) that are not oriented as the largest one, and are no cavity in another one.
+
+    Of two that are as large it is the one that looks outwards.
+    """
+    _, part = np.unique(part, return_inverse=True)
+    count = part.max() + 1
+    is_open = np.bincount(part[sides[sides[:, 1] < 0, 0]], minlength=count) > 0
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    x = points[triangles]
+    np.minimum.at(low, part, x.min(axis=1))
+    np.maximum.at(high, part, x.max(axis=1))
+    x = x - low[part][:, None]
+    volume = np.bincount(part, weights=np.einsum("mi,mi->m", x[:, 0], np.cross(x[:, 1], x[:, 2])))
+    size = np.where(is_open, 0.0, np.abs(volume))
+    wrong = (volume * volume[np.argmax(size * np.where(volume > 0.0, 1.0 + DRAWN, 1.0))] < 0.0) & ~is_open
+    for k in np.flatnonzero(wrong):
+        around = (size > size[k]) & (low < low[k]).all(axis=1) & (high > high[k]).all(axis=1)
+        wrong[k] = not around.any()
+    return np.asarray(wrong[part])
 
 
 def _edges(name: str, points: Array, triangles: Index) -> tuple[Index, Index, Flags]:
@@ -171,7 +181,7 @@ def _edges(name: str, points: Array, triangles: Index) -> tuple[Index, Index, Fl
 
 def _orientation(
     name: str, points: Array, m: int, edges: Index, sides: Index, same_way: Flags
-) -> tuple[Flags, int]:
+) -> tuple[Flags, Index]:
     """Which triangles (m,) to turn so that neighbours walk along their edges in opposite ways, the fewer of each part; parts."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -189,4 +199,4 @@ def _orientation(
     mine = found[:m] == part
     # Of the two ways the one of more triangles.
     keep = np.bincount(part, weights=np.where(mine, 1.0, -1.0)) >= 0.0
-    return mine != keep[part], len(np.unique(part))
+    return mine != keep[part], part

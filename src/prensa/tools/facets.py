@@ -180,7 +180,8 @@ class Facets:
     def _held(self, normals: Array, flat: Flags, straight: Flags) -> tuple[Array, Array]:
         """Normals (g, 3) of groups and two directions (g, 2, 3) in which they may turn, each 0 if not.
 
-        They are held at flats, and beside other planes across the direction in which these go on straight.
+        They are held at flats, beside other planes across the direction in which these go on straight, and where all triangles
+        around turn about one line, as in long strips of a cylinder between slanted rims, across that line.
         """
         across = np.zeros((len(normals), 3, 3))
         for side in range(2):
@@ -193,10 +194,27 @@ class Facets:
         line, m = ~held & (values[:, 2] > 0.5), vectors[:, :, 2]
         out = normals - np.where(line, np.einsum("gi,gi->g", normals, m), 0.0)[:, None] * m
         out /= np.linalg.norm(out, axis=1)[:, None]
-        t = _tangents(out)
+        t = self._turning(_tangents(out))
         t[line, 0], t[line, 1] = 0.0, np.cross(out, m)[line]
         t[held] = 0.0
         return out, t
+
+    def _turning(self, t: Array) -> Array:
+        """Directions (g, 2, 3) of groups, turned to the principal ones of the normals around; 0 if these all lie across one.
+
+        Around are the triangles of a group, and of the groups at their other corners.
+        """
+        group, f = self._groups, self.normals
+
+        def summed(corners: Array) -> Array:
+            return np.stack([np.bincount(group, weights=c, minlength=len(t)) for c in corners.T], axis=1)
+
+        here = summed(np.repeat((f[:, :, None] * f[:, None]).reshape(-1, 9), 3, axis=0))
+        around = summed(np.repeat(here[group].reshape(-1, 3, 9).sum(axis=1), 3, axis=0)).reshape(-1, 3, 3)
+        values, vectors = np.linalg.eigh(np.einsum("gai,gij,gbj->gab", t, around, t))
+        out = np.einsum("gab,gai->gbi", vectors, t)
+        out[values[:, 0] < DRAWN * values[:, 1], 0] = 0.0
+        return out
 
     def _arcs(self, normals: Array, t: Array) -> Array:
         """Normals (g, 3) of groups, turned in directions t (g, 2, 3) so that sides become arcs; see the module."""

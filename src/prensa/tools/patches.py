@@ -4,7 +4,8 @@ A triangle with corners x0, x1, x2 is the quadratic patch (Nagata 2005, Computer
 
     x(e, z) = x0 (1 − e) + x1 (e − z) + x2 z − c0 (1 − e)(e − z) − c1 (e − z) z − c2 (1 − e) z,    0 ≤ z ≤ e ≤ 1
 
-whose sides 0-1, 1-2, 0-2 are the parabolas a + (b − a) s − c s (1 − s). All c zero: it is flat.
+whose sides 0-1, 1-2, 0-2 are the parabolas a + (b − a) s − c s (1 − s). All c zero: it is flat. At sharp edges it goes on to, or
+only as far as, other parabolas, the edges.
 
 Where the closest point lies on a side or corner at which the surface is smooth, or ends, the patch itself goes on beyond it:
 normals of neighbours differ a little there, and a fan of normals between them would be one of a tiny radius. At sharp edges and
@@ -118,9 +119,31 @@ def _on_side(a, b, c, p):
     return d, s
 
 
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _within(T, e, z):
+    """Whether a place is on the patch, which goes T[k, 0] s (1 − s) of the triangle's height beyond its side k.
+
+    s is where the place is along the side, from which the corner opposite is at T[k, 1].
+    """
+    u, v, w = 1.0 - e, e - z, z
+    if w < -ROUND_OFF - T[0, 0] * _arc(v + T[0, 1] * w) or u < -ROUND_OFF - T[1, 0] * _arc(w + T[1, 1] * u):
+        return False
+    return v >= -ROUND_OFF - T[2, 0] * _arc(w + T[2, 1] * v)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _arc(s):
+    """The product s (1 − s), 0 beyond the ends of a side."""
+    return s * (1.0 - s) if 0.0 < s < 1.0 else 0.0
+
+
 @njit(cache=True, error_model="numpy")
-def _nearest_of(X, C, curved, p, x, xe, xz, found):
-    """Squared distance of p to a patch, and where: inside, or the number of the side or corner; found (2,): its e, z or s."""
+def _nearest_of(X, C, R, T, curved, p, x, xe, xz, found):
+    """Squared distance of p to a patch, and where: inside, or the number of the side or corner; found (2,): its e, z or s.
+
+    C: coefficients of the patch; R: those of the curves that bound it; T (3, 2): how far these are beyond its sides,
+    see `_within`.
+    """
     # The foot on the flat triangle is where Newton's method begins, and all there is of a flat one.
     s11, s12, s22, f1, f2 = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(3):
@@ -136,7 +159,7 @@ def _nearest_of(X, C, curved, p, x, xe, xz, found):
     there = True
     if curved:
         e, z, there = _foot(X, C, p, min(max(e, 0.0), 1.0), min(max(z, 0.0), 1.0), x, xe, xz)
-    if there and -ROUND_OFF <= z <= e + ROUND_OFF and e <= 1.0 + ROUND_OFF:
+    if there and _within(T, e, z):
         if not curved:
             _at(X, C, e, z, x, xe, xz)
         found[0], found[1] = e, z
@@ -144,7 +167,7 @@ def _nearest_of(X, C, curved, p, x, xe, xz, found):
     best, where = np.inf, _WITHIN
     for k in range(3):
         i, j = (0, 1) if k == 0 else ((1, 2) if k == 1 else (0, 2))
-        d, s = _on_side(X[i], X[j], C[k], p)
+        d, s = _on_side(X[i], X[j], R[k], p)
         if d < best:
             best = d
             found[0] = s
@@ -163,11 +186,11 @@ def _beyond(box, p):
 
 
 @njit(cache=True, error_model="numpy")
-def nearest(P, C, curved, boxes, order, xi, triangle, where, at):
+def nearest(P, C, R, T, curved, boxes, order, xi, triangle, where, at):
     """Points xi (k, 3) → nearest triangles (k,), where on them (k,), and parameters there (k, 2).
 
-    P, C (m, 3, 3), curved (m,): patches. ``boxes`` (2 l, 6): binary heap, node i with children 2i and 2i + 1, leaves last, of
-    which ``order`` (l,) are the triangles (−1: none).
+    P, C, R (m, 3, 3), T (m, 3, 2), curved (m,): patches and the curves that bound them, see `_nearest_of`. ``boxes`` (2 l, 6):
+    binary heap, node i with children 2i and 2i + 1, leaves last, of which ``order`` (l,) are the triangles (−1: none).
     """
     first = boxes.shape[0] // 2
     x, xe, xz, found = np.empty(3), np.empty(3), np.empty(3), np.empty(2)
@@ -192,7 +215,7 @@ def nearest(P, C, curved, boxes, order, xi, triangle, where, at):
             t = order[i - first]
             if t < 0:
                 continue
-            d, w = _nearest_of(P[t], C[t], curved[t], p, x, xe, xz, found)
+            d, w = _nearest_of(P[t], C[t], R[t], T[t], curved[t], p, x, xe, xz, found)
             same = d <= best * (1.0 + NEGLIGIBLE) and t < t_best
             if d < best * (1.0 - NEGLIGIBLE) or same or t_best < 0:
                 best, t_best, w_best = min(best, d), t, w
@@ -266,7 +289,7 @@ def _place(where, at):
 
 
 @njit(cache=True, error_model="numpy")
-def closest(P, C, curved, kinds, means, least, xi, triangle, where, at, g, n, H):
+def closest(P, C, R, curved, kinds, means, least, xi, triangle, where, at, g, n, H):
     """Points xi (k, 3) and what `nearest` says of them → gaps g (k,), normals n (k, 3), H = ∂n/∂ξ (k, 3, 3).
 
     kinds (m, 7): what sides 0 to 2 (from column 1) and corners 0 to 2 (from column 4) of triangles are; means (m, 7, 3): mean
@@ -292,6 +315,8 @@ def closest(P, C, curved, kinds, means, least, xi, triangle, where, at, g, n, H)
         if w >= _CORNER or w == _WITHIN:
             g[k] = _fan(x, none, none, means[m, w], p, least, n[k], H[k])
             continue
+        a, b, c, s = P[m, 1 if w == _SIDE + 1 else 0], P[m, 1 if w == _SIDE else 2], R[m, w - _SIDE], at[k, 0]
         for i in range(3):
-            t[i] = xe[i] if w == _SIDE else (xz[i] if w == _SIDE + 1 else xe[i] + xz[i])
-        g[k] = _fan(x, t, C[m, w - _SIDE], means[m, w], p, least, n[k], H[k])
+            x[i] = a[i] + (b[i] - a[i]) * s - c[i] * (s * (1.0 - s))
+            t[i] = b[i] - a[i] - c[i] * (1.0 - 2.0 * s)
+        g[k] = _fan(x, t, c, means[m, w], p, least, n[k], H[k])

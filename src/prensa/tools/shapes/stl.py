@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
-from prensa.errors import along
+from prensa.errors import along, coordinates
 from prensa.importers import stl
 from prensa.model.fields import Turn
 from prensa.model.tables import digest_of, found_file
@@ -121,7 +121,7 @@ class Stl(ToolShape):
         angle = math.degrees(float(shape.facet_angles.max()))
         coarse = f"facets up to {angle:.3g}° apart"
         coarse += f" with chords up to {chord:.2g}, good for contacts deeper than {50.0 * chord:.2g}" if chord else ""
-        coarse += f", normals off by up to {0.25 * angle:.2g}° on long strips" if chord else ""
+        coarse += f", normals off by up to {0.25 * angle:.2g}° on slivers" if chord else ""
         looks, flat = shape.looks, shape.facets.largest_flat
         way = f", looks along {along(looks)}" if looks is not None else ""
         way = f", its largest flat looks along {along(flat)}" if not way and flat is not None else way
@@ -131,12 +131,16 @@ class Stl(ToolShape):
         )
 
     def notes(self) -> tuple[str, ...]:
-        """What was mended."""
+        """What was mended, and holes."""
         s = stl.read(self.file, self.digest or "")
+        holes = s.holes
+        place = coordinates(s.points[s.edges[holes[0]]].mean(axis=0)) if len(holes) else ""
+        hole = f"the surface is open at {len(holes)} edges, as near ({place}) of the file: if it is that of a body, close it"
         said = [
-            f"{s.turned} triangles looked the other way than their neighbours, and are turned" if s.turned else "",
+            f"{s.turned} triangles looked the other way than the others, and are turned" if s.turned else "",
             f"{s.left_out} triangles without an area are left out" if s.left_out else "",
             f"{s.doubled} triangles were there twice, and count once" if s.doubled else "",
+            hole if place else "",
         ]
         return tuple(f"{Path(self.file).name}: {words}" for words in said if words)
 
