@@ -289,8 +289,8 @@ TIMELY = (
         (replaced(StepControl, StepControl._speeds, lambda self: np.zeros(len(self.system.surfaces))),),
     ),
     Mechanism(
-        "length_of_blows",
-        "Increments of a step that ends by a tool's work are as short as its energy balance asks for.",
+        "balanced_increments",
+        "Automatic increments are as short as the energy balance asks for.",
         (replaced(time_stepping, time_stepping.balanced, lambda outcome, *_: outcome),),
     ),
     # ---------------------------------------------------------------------------------------------- first contact
