@@ -56,6 +56,7 @@ def committed(
     work = nodal_work(system, c, e)
     ended, du = c.ends_step, result.u - old.u
     energy = result.energy or energies_after(system, c, result.u, e, work, stabilisation.dissipated(c, du))
+    largest = max(float(old.largest_energies[1]), energy.largest)
     stability = stabilisation.after(c, du, energy.external - old.energy.external, result.negative)
     stability, softest = looked(stability, old, result, stabilisation.policy)
     if ended and result.recover is not None:
@@ -78,5 +79,5 @@ def committed(
         self_equilibrated=None if c.time >= c.plan.t1 else old.self_equilibrated, stability=stability,
         ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched, softest=softest,
         tool_work=tool_work(system, c, result.u, work), tool_wear=tool_wear(system, c, e), remeshed=old.remeshed,
-        damage=damage, largest_energy=max(old.largest_energy, energy.largest),
+        damage=damage, largest_energies=np.array([largest if ended else old.largest_energies[0], largest]),
     )  # fmt: skip

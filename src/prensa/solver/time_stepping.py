@@ -27,8 +27,8 @@ from prensa.result.folding import Fold, Outlined
 from prensa.result.increment import Increment
 from prensa.result.results import increment_of
 from prensa.solver.approach import first_touch, starts_inside
-from prensa.solver.before_folds import before_it_closes
 from prensa.solver.balance import balanced, blow_energy
+from prensa.solver.before_folds import before_it_closes
 from prensa.solver.commit import committed
 from prensa.solver.diagnosis import InUse, failed_increment, hint, last_good
 from prensa.solver.given_times import given_times, increasing
@@ -243,8 +243,8 @@ class TimeStepping(IncrementSolver):
     def as_long_as_balanced(self, outcome: Outcome, solve: Callable[[float], Outcome], control: StepControl) -> Outcome:
         """An increment, shorter where its work would not be accurate enough and its length is not asked for.
 
-        That is where its balance misses so much of the largest energy that the run would warn of it, in increments longer than the
-        first of the step, and in a blow where it misses `Numerics.energy_tolerance` of that.
+        That is where its balance misses so much of the largest energy that the run would warn of it, were the energies to grow
+        to the end of the step as they did in it so far; in a blow where it misses `Numerics.energy_tolerance` of that.
         """
         (c, result), plan = outcome, outcome[0].plan
         if plan.increments or self.times is not None:
@@ -255,8 +255,10 @@ class TimeStepping(IncrementSolver):
 
         if blow := blow_energy(self.system.problem, plan.number):
             return balanced(outcome, solve, missing, self.numerics.energy_tolerance * blow)
-        largest = max(c.state.largest_energy, self.energies(c, result).largest)
-        return balanced(outcome, solve, missing, IMBALANCE * largest, control.first())
+        before, largest = c.state.largest_energies.tolist()
+        grown = max(largest, self.energies(c, result).largest) - before
+        at_end = before + grown * (plan.t1 - plan.t0) / (c.time - plan.t0)
+        return balanced(outcome, solve, missing, IMBALANCE * at_end, control.first())
 
     def before_folds_close(self, outcome: Outcome, solve: Callable[[float], Outcome]) -> Solved:
         """An increment, shorter where a fold would begin and close in it; reported all the same where its end is given."""

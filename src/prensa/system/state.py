@@ -113,7 +113,8 @@ class State:
     ``remeshed``: the meshes, where they are not those of the description; ``made_from``: values, in single precision, of
     the matrix whose factors are at hand (of its lower triangle where it is symmetric), which the next increment may begin with;
     None if it makes its own;
-    ``largest_energy``: of the balance in the run so far; ``damage``: by block D (elements, points, laws), where some body has damage laws; () where none has;
+    ``largest_energies`` (2,): of the balance in the run before the present step, and so far;
+    ``damage``: by block D (elements, points, laws), where some body has damage laws; () where none has;
     ``derivatives``: by the path of a parameter, those of the `moving` arrays by it.
     """
 
@@ -140,7 +141,7 @@ class State:
     remeshed: Remeshed | None = None
     made_from: Single | None = None
     damage: tuple[Array, ...] = ()
-    largest_energy: float = 0.0
+    largest_energies: Array = field(default_factory=lambda: np.zeros(2))
 
     def extrapolated(self, dt: float) -> Array:
         """Change of the degrees of freedom (ndof,) in the next ``dt``, extrapolated from the last increments."""
@@ -186,7 +187,7 @@ class State:
     def moving(self) -> dict[str, Array]:
         """Those of `arrays` that change with the parameters of a problem: not the clock, flags, and what a guess is made of."""
         guess = ("clock.", "dt_last", "du", "second_difference")
-        looks = ("stability.negative", "stability.since", "stability.rest", "softest", "made_from", "largest_energy")
+        looks = ("stability.negative", "stability.since", "stability.rest", "softest", "made_from", "largest_energies")
         fixed = (*guess, *looks, "contact.closed", "contact.time", "ends", "watched", "remeshed", "derivative")
         return {k: np.asarray(a, dtype=np.float64) for k, a in self.arrays().items() if not k.startswith(fixed)}
 
@@ -211,9 +212,9 @@ class State:
                 values[f.name] = _from_arrays(arrays)
             elif f.name == "remeshed":
                 values[f.name] = Remeshed.from_arrays(arrays)
-            elif f.name == "largest_energy" and f.name not in arrays:  # of a run before it was kept
-                values[f.name] = 0.0
-            elif f.name in ("dt_last", "largest_energy"):
+            elif f.name == "largest_energies" and f.name not in arrays:  # of a run before they were kept
+                values[f.name] = np.zeros(2)
+            elif f.name == "dt_last":
                 values[f.name] = float(arrays[f.name])
             elif f.name in ("release", "self_equilibrated", "made_from") and f.name not in arrays:
                 values[f.name] = None
