@@ -29,6 +29,7 @@ from prensa_bench.robustness.cells_in_space import (
 from prensa_bench.robustness.checks import (
     DEEP,
     DEEP_BY_PRESSURE,
+    ENHANCED,
     FORCES,
     FORCES_WHOLE,
     MOMENTS,
@@ -435,6 +436,17 @@ def yielding(d: Drawn, record: Record) -> str:
     return ""
 
 
+def hourglass(s: Shape) -> Array:
+    """Squares (m,) of the strains that vary within bricks: A⁻¹h of x = A ξ + h ξη + …, without the h that they began with."""
+    X, x = (v[s.cells] - v[s.cells].mean(axis=1, keepdims=True) for v in (s.X, s.x))
+    F = deformation(s.cells, s.X, s.x)
+    A = F @ np.einsum("mai,aj->mij", X, BRICK_SIGNS) / 8
+    xi, eta, zeta = BRICK_SIGNS.T
+    modes = np.stack([xi * eta, eta * zeta, zeta * xi, xi * eta * zeta])
+    h = np.einsum("mai,ka->mik", x - np.einsum("mij,maj->mai", F, X), modes) / 8
+    return np.asarray((np.linalg.solve(A, h) ** 2).sum(axis=(1, 2)))
+
+
 def uneven(s: Shape) -> float:
     """Volume of the body from its integration points, which know no better, less what it is, relative."""
     V0, V = (float(volumes(s.cells, x).sum()) for x in (s.X, s.x))
@@ -484,6 +496,8 @@ def volume(d: Drawn, record: Record) -> str:
             strain = np.abs(np.log(np.maximum(stretch, 1e-12))).max(axis=1)
             second = 3.0 * float((strain**2).mean()) * (1 - 2 * d.nu if d.strength == 0 else 0.0)
             second += 3.0 * (per * V * d.strength) ** 2 + 2.0 * uneven(s)
+            if record.problem.bodies[body].element == "h8_enhanced":
+                second += ENHANCED * float(np.average(hourglass(s), weights=volumes(s.cells, s.X)))
             off, allowed = V / V0 - 1 - per * virial, 0.1 * per * abs(virial) + second + 1e-9
             if abs(off) > allowed:
                 return (

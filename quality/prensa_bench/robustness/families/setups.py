@@ -107,16 +107,11 @@ def _right(body: Body) -> str:
 
 
 def _side_tool(rng: np.random.Generator, body: Body) -> Beside:
-    """A ball, or on a flat side a plate or an upright roll, that comes from the right at half the height."""
+    """A ball or a roll that comes from the right at half the height, and does not reach the clamped ground."""
     far = SIDEWAYS * number(rng, 0.3, 1.0) * min(body.wide, 0.5 * body.high)
     R = number(rng, 0.8, 2.0) * min(0.5 * body.high, body.deep)
-    kind = str(rng.choice(["plate", "ball", "roll"]))
-    edge = _edge(body)
-    if kind == "plate":
-        tool = plate((edge, 0.5 * body.high, 0.0), (-1.0, 0.0, 0.0))
-    else:
-        at = (edge + R, 0.5 * body.high, 0.0)
-        tool = ball(at, R) if kind == "ball" else roll(at, R, "z")
+    kind, at = str(rng.choice(["ball", "roll"])), (_edge(body) + R, 0.5 * body.high, 0.0)
+    tool = ball(at, R) if kind == "ball" else roll(at, R, "z")
     return Beside(f"{kind}_beside", tool, (_right(body),), pr.Motion(x=-far))
 
 
@@ -170,7 +165,7 @@ def _steps(
         slide = pr.Motion(x=far * np.cos(angle), z=far * np.sin(angle))
         steps.append(pr.Step("on", move={"tool": turn if rng.random() < 0.5 else slide, **({} if together else both)}))
     end = rng.random()
-    if end < 0.3:
+    if end < 0.3 and act != "anvil":  # nothing else holds what lies on that
         steps.append(pr.Step("lift", move={"tool": pr.Motion(y=-0.8 * depth)}))
     elif end < 0.5 and not load and not (beside and beside.instead):
         steps.append(pr.Step("release", remove_tools=True))
