@@ -121,3 +121,11 @@ def test_the_family_draws_what_it_is_to_draw():
         "of tetrahedra", "release",
     ):  # fmt: skip
         assert what in words
+
+
+def test_a_bar_narrower_than_bricks_goes_over_a_node():
+    """A punch that would go down between the nodes of a box through all of it stands over one of them."""
+    d = drawn("setups", 173205, 10)
+    mesh, tool = pr.discretise(d.problem).meshes["body"], d.tools["tool"]
+    x = mesh.points[mesh.nodes("top")] - np.asarray(tool.at)
+    assert tool.tool.at == tool.at and tool.outline(x + np.array([0.0, 1e-9, 0.0]))[0].min() < 0.0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from prensa.mesh.generate import mesh_of
@@ -29,6 +31,16 @@ def tool_drawn(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float
     turned = () if body.bored else (_ribs,)
     tools = (plate_drawn, plate_drawn, *swept, *narrow, *turned)
     return tools[rng.integers(len(tools))](rng, body)
+
+
+def over_nodes(body: Body, tool: Placed) -> Placed:
+    """The tool, or, if it would go down through the body between nodes, as a bar narrower than bricks, the same over one."""
+    top, at = mesh_of(body.filled).points[contact_nodes(body.filled, "top")], np.asarray(tool.at)
+    if tool.outline(top - at + np.array([0.0, body.high, 0.0]))[0].min() < 0.0:
+        return tool
+    way = (top - at) * [1.0, 0.0, 1.0]
+    x, y, z = (at + way[np.argmin(np.linalg.norm(way, axis=1))]).tolist()
+    return replace(tool, tool=replace(tool.tool, at=(x, y, z)), at=(x, y, z))
 
 
 def hovering(body: Body, tool: Placed, depth: float) -> float:

@@ -23,7 +23,7 @@ from prensa_bench.robustness.drawn import (
 )
 from prensa_bench.robustness.split_in_space import well_shaped
 from prensa_bench.robustness.tools_in_space import ball, plate, roll
-from prensa_bench.robustness.tools_over_bodies import hovering, plate_drawn, tool_drawn
+from prensa_bench.robustness.tools_over_bodies import hovering, over_nodes, plate_drawn, tool_drawn
 
 OF_TETRAHEDRA = 0.2  # of the bodies, the rest are of bricks
 SIDEWAYS = 0.06  # of the half-width of a body, to which a tool is pressed in from the side at most
@@ -52,6 +52,7 @@ def problem(rng: np.random.Generator) -> Drawn:
     element = None if body.tetrahedra else ELEMENTS[rng.integers(len(ELEMENTS))]
     act = _act(rng, body)
     name, tool, most, gap = plate_drawn(rng, body) if act == "anvil" else tool_drawn(rng, body)
+    tool = over_nodes(body, tool)
     depth = gap + most * number(rng, 0.2, 0.8)
     depth += hovering(body, tool, depth)
     beside = _anvil(body, depth) if act == "anvil" else _side_tool(rng, body) if act == "side tool" else None

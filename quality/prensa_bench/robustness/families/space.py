@@ -16,7 +16,7 @@ from prensa_bench.robustness.drawn import AT_UNIT_STRAIN, Claim, Drawn, Metal, P
 from prensa_bench.robustness.split_in_space import contact_nodes, well_shaped
 from prensa_bench.robustness.stops import NEARLY, within
 from prensa_bench.robustness.tools_in_space import Place
-from prensa_bench.robustness.tools_over_bodies import BROUGHT_TOGETHER, hovering, plate_drawn, tool_drawn
+from prensa_bench.robustness.tools_over_bodies import BROUGHT_TOGETHER, hovering, over_nodes, plate_drawn, tool_drawn
 
 FINER_BY = 1.5  # bricks of the second mesh for each of the first along an axis
 SAME_ON_FINER = 0.06  # of the two, under a plate
@@ -62,6 +62,7 @@ def problem(rng: np.random.Generator) -> Drawn:
         split = replace(body, tetrahedra=True)
         shape, body = (f"{shape} of tetrahedra", split) if well_shaped(split.filled) else (shape, body)
     name, tool, most, gap = plate_drawn(rng, body) if second else tool_drawn(rng, body)
+    tool = over_nodes(body, tool)
     depth = gap + most * number(rng, 0.2, 1.0)
     depth += hovering(body, tool, depth)
     mu = 0.0 if rng.random() < 0.2 else number(rng, 0.02, 0.5)
