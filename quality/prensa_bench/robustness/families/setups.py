@@ -25,9 +25,9 @@ from prensa_bench.robustness.split_in_space import well_shaped
 from prensa_bench.robustness.tools_in_space import ball, plate, roll
 from prensa_bench.robustness.tools_over_bodies import hovering, over_nodes, plate_drawn, tool_drawn
 
-OF_TETRAHEDRA = 0.2  # of the bodies, the rest are of bricks
+SHARE_OF_TETRAHEDRA = 0.2  # of the bodies, the rest are of bricks
 SIDEWAYS = 0.06  # of the half-width of a body, to which a tool is pressed in from the side at most
-ELEMENTS = (None, "h8_enhanced", "h8_bbar")
+ASKED_FOR = (None, "h8_enhanced", "h8_bbar")
 TURNED = 0.3  # rad, by which a tool turns about its axis at most
 
 
@@ -46,10 +46,10 @@ def problem(rng: np.random.Generator) -> Drawn:
     """A body under a tool, with a second tool, springs, or a load, and its material, element and enforcement drawn."""
     m, material = _material(rng)
     shape, body = body_drawn(rng)
-    if rng.random() < OF_TETRAHEDRA:
+    if rng.random() < SHARE_OF_TETRAHEDRA:
         split = replace(body, tetrahedra=True)
         shape, body = (f"{shape} of tetrahedra", split) if well_shaped(split.filled) else (shape, body)
-    element = None if body.tetrahedra else ELEMENTS[rng.integers(len(ELEMENTS))]
+    element = None if body.tetrahedra else ASKED_FOR[rng.integers(len(ASKED_FOR))]
     act = _act(rng, body)
     name, tool, most, gap = plate_drawn(rng, body) if act == "anvil" else tool_drawn(rng, body)
     tool = over_nodes(body, tool)
