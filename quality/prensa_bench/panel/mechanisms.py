@@ -293,11 +293,6 @@ TIMELY = (
         "Automatic increments are bounded by the travel of tools past the contact elements.",
         (replaced(StepControl, StepControl._speeds, lambda self: np.zeros(len(self.system.surfaces))),),
     ),
-    Mechanism(
-        "length_of_blows",
-        "Increments of a step that ends by a tool's work are as short as its energy balance asks for.",
-        (replaced(time_stepping, time_stepping.balanced, lambda outcome, *_: outcome),),
-    ),
     # ---------------------------------------------------------------------------------------------- first contact
     Mechanism(
         "pushed_tools_brought",
@@ -358,6 +353,12 @@ TIMELY = (
 )
 
 GUARDS = (
+    Mechanism(
+        "balanced_increments",
+        "Automatic increments are as short as the energy balance asks for.",
+        (replaced(time_stepping, time_stepping.balanced, lambda outcome, *_: outcome),),
+        guard="tests/solver/test_time_stepping.py::test_automatic_increments_balance_where_a_tool_passes_from_node_to_node",
+    ),
     Mechanism(
         "stability",
         "Unstable equilibria are refused, and limit points are named.",

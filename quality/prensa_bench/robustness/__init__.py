@@ -4,6 +4,7 @@ The families `elastic` and `plastic` (`prensa_bench.robustness.blocks`) put one 
 are checked at every increment as the solver holds them. The others (`prensa_bench.robustness.families`) draw what forming
 does: thin strips between binder, punch and die, sliding and release, cycles, chains of runs, tied bodies, rolls, thin
 sheets, slender parts, the ends of the ranges of numbers, combinations posed in two ways, free bodies under forces, and ironing;
+in space bodies under a tool (`space`), and under two tools, on springs and under loads (`setups`);
 their answers are checked in the files that a run leaves, by code that shares nothing with the solver
 (`prensa_bench.robustness.checks`).
 """

@@ -114,8 +114,9 @@ def solve_into(folder: Path, problem: pr.Problem, until: float, numerics: pr.Num
     last = None
     with closing(History(folder, problem)) as tables, _heard(folder / SAID):
         fields = Fields(folder, points=problem.space == "solid")
-        # forces at the middles of sides need the corners beside them, which the tables of contacts have not
-        every = 1 if any(body.mesh.type == "tetrahedra" for body in problem.bodies.values()) else FIELDS_EVERY
+        # forces at the middles of sides need the corners beside them, which the tables of contacts have not; work of loads all
+        whole = any(body.mesh.type == "tetrahedra" for body in problem.bodies.values()) or any(s.loads for s in problem.steps)
+        every = 1 if whole else FIELDS_EVERY
         try:
             for last in pr.solve(system, numerics, monitor=ending(until)):
                 for name, contact in last.contacts.items():

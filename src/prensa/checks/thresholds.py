@@ -11,6 +11,8 @@ TOUCHING_DEPTH = 0.05
 """Depth over element size up to which outlines just touch: penalties and chords of curved sides make as much."""
 NOTABLE_DEPTH = 0.1
 """Depth over element size that is worth a word: areas and forces of the contact are off by about as much."""
+IMBALANCE = 0.05
+"""Share of the largest energy above which an error of the energy balance is worth a word."""
 ALONG = 0.9
 """Cosine (of 26°) from which a support acts along a tool's normal, or two tools face each other."""
 TOWARDS = 0.5

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from prensa.checks.thresholds import IMBALANCE
 from prensa.errors import take_path
 from prensa.measures.columns import directions, force_columns, place_columns
 from prensa.model.problem import Case, Problem
@@ -205,7 +206,7 @@ def _words(summary: dict[str, Any], stored: Stored, case: Case) -> Iterator[str]
     largest = max(float(np.abs(history[f"energy.{e}"]).max()) for e in energies_of(case.problem) if e != "imbalance")
     if largest > 0:
         share = 100 * float(np.abs(history["energy.imbalance"]).max()) / largest
-        verdict = "more increments would make it close" if share > 5 else "the increments are short enough"
+        verdict = "more increments would make it close" if share > 100 * IMBALANCE else "the increments are short enough"
         yield f"The energy balance holds to {number(share, 2)} % of the largest energy: {verdict}."
     yield from _pressures_agree(stored)
 

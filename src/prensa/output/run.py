@@ -18,6 +18,7 @@ from prensa import __version__
 from prensa.analysis import solve
 from prensa.checks.after.passages import Passages
 from prensa.checks.before.preflight import preflight
+from prensa.checks.thresholds import IMBALANCE
 from prensa.errors import PrensaError, refuse, take, take_path
 from prensa.measures import parse_all, refuse_targets
 from prensa.model.problem import Case, Problem
@@ -40,7 +41,6 @@ from prensa.timer import Timer
 log = logging.getLogger("prensa")
 
 CHECKPOINT_SHARE = 0.05  # of the wall time that checkpoints may take in the middle of a step
-IMBALANCE = 0.05  # of the largest energy, above which the energy balance is worth a warning
 
 
 def run(

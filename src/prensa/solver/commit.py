@@ -56,7 +56,8 @@ def committed(
         lam[s.rows, 0], lam[s.rows, 1:] = f.p, record.traction
     work = nodal_work(system, c, e)
     ended, du = c.ends_step, result.u - old.u
-    energy = energies_after(system, c, result.u, e, work, stabilisation.dissipated(c, du))
+    energy = result.energy or energies_after(system, c, result.u, e, work, stabilisation.dissipated(c, du))
+    largest = max(float(old.largest_energies[1]), energy.largest)
     stability = stabilisation.after(c, du, energy.external - old.energy.external, result.negative)
     stability, softest = looked(stability, old, result, stabilisation.policy)
     if ended and result.recover is not None:
@@ -80,5 +81,5 @@ def committed(
         self_equilibrated=None if c.time >= c.plan.t1 else old.self_equilibrated, stability=stability,
         ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched, softest=softest,
         tool_work=tool_work(system, c, result.u, work), tool_wear=tool_wear(system, c, e), remeshed=old.remeshed,
-        damage=damage,
+        damage=damage, largest_energies=np.array([largest if ended else old.largest_energies[0], largest]),
     )  # fmt: skip

@@ -16,17 +16,19 @@ import numpy as np
 from prensa.checks.after.passages import Passages, jump_of, passing_of
 from prensa.checks.check import Committed, Failed, Finished, Rejected, Solved, StepBegun
 from prensa.checks.during.closing import KnownFolds
+from prensa.checks.thresholds import IMBALANCE
 from prensa.errors import SolveError
 from prensa.linear.threads import ONE_OF_BLAS
 from prensa.measures import parse
 from prensa.model import problem as model
 from prensa.policy import Policy
+from prensa.result.energy_balance import energies_after, nodal_work
 from prensa.result.folding import Fold, Outlined
 from prensa.result.increment import Increment
 from prensa.result.results import increment_of
 from prensa.solver.approach import first_touch, starts_inside
+from prensa.solver.balance import balanced, blow_energy
 from prensa.solver.before_folds import before_it_closes
-from prensa.solver.blows import balanced, blow_energy
 from prensa.solver.commit import committed
 from prensa.solver.diagnosis import InUse, failed_increment, hint, last_good
 from prensa.solver.given_times import given_times, increasing
@@ -41,7 +43,7 @@ from prensa.system.outcome import NewtonResult
 from prensa.system.planning import plan_step
 from prensa.system.release import minimal_supports_in_words, release_forces, removed_tools
 from prensa.system.schedule import StepPlan
-from prensa.system.state import State
+from prensa.system.state import Energy, State
 from prensa.system.symmetry_planes import Guard, Nearing, extended, names_of, with_planes
 from prensa.system.system import System
 from prensa.system.time_integration import growths, unsteadiness
@@ -211,7 +213,7 @@ class TimeStepping(IncrementSolver):
                 due = self.due(state, plan, c.time, result.u)
                 c, result = solve(due) if due < c.time else (c, result)
             if result.converged:
-                c, result = self.as_long_as_balanced((c, result), solve)
+                c, result = self.as_long_as_balanced((c, result), solve, control)
             if result.converged:
                 given = self.before_folds_close((c, result), solve)
                 # An increment is a function of its end: a search from the same committed state leaves nothing to be undone.
@@ -238,17 +240,27 @@ class TimeStepping(IncrementSolver):
                 raise self.diagnosis(c, result, cutbacks)
             cutbacks += 1
 
-    def as_long_as_balanced(self, outcome: Outcome, solve: Callable[[float], Outcome]) -> Outcome:
-        """An increment, shorter where a blow's work would not be accurate enough and its length is not asked for."""
-        plan = outcome[0].plan
-        if plan.increments or self.times is not None or not (energy := blow_energy(self.system.problem, plan.number)):
+    def as_long_as_balanced(self, outcome: Outcome, solve: Callable[[float], Outcome], control: StepControl) -> Outcome:
+        """An increment, shorter where its work would not be accurate enough and its length is not asked for.
+
+        That is where its balance misses so much of the largest energy that the run would warn of it, were the energies to grow
+        to the end of the step as they did in it so far; in a blow where it misses `Numerics.energy_tolerance` of that.
+        """
+        (c, result), plan = outcome, outcome[0].plan
+        if plan.increments or self.times is not None:
             return outcome
 
         def missing(outcome: Outcome) -> float:
-            c = outcome[0]
-            return float(self.view(*outcome).energy["imbalance"] - c.state.energy.imbalance)
+            return self.energies(*outcome).imbalance - c.state.energy.imbalance
 
-        return balanced(outcome, solve, missing, self.numerics.energy_tolerance * energy)
+        if blow := blow_energy(self.system.problem, plan.number):
+            return balanced(outcome, solve, missing, self.numerics.energy_tolerance * blow)
+        before, largest = c.state.largest_energies.tolist()
+        grown = max(largest, self.energies(c, result).largest) - before
+        at_end = before + grown * (plan.t1 - plan.t0) / (c.time - plan.t0)
+        # Bodies that nothing resists yet are carried along by forces that are round-off.
+        nothing = self.system.round_off * float(np.abs(self.system.displacement(result.u - c.state.u)).max())
+        return balanced(outcome, solve, missing, max(IMBALANCE * at_end, nothing), control.first())
 
     def before_folds_close(self, outcome: Outcome, solve: Callable[[float], Outcome]) -> Solved:
         """An increment, shorter where a fold would begin and close in it; reported all the same where its end is given."""
@@ -289,6 +301,15 @@ class TimeStepping(IncrementSolver):
         """The tool that starts deepest inside a body, if the first increment fails on: shorter ones have the same overlap."""
         inside = starts_inside(self.system, state, self.policy) if cutbacks >= self.policy.retry_after_cuts else []
         return max((reason for reason, *_ in inside), key=lambda reason: reason.elements, default=None)
+
+    def energies(self, c: Context, result: NewtonResult) -> Energy:
+        """The energy balance after a converged increment, made once for each outcome."""
+        if result.energy is None:
+            assert result.evaluation is not None
+            dissipated = self.stabilisation.dissipated(c, result.u - c.state.u)
+            work = nodal_work(self.system, c, result.evaluation)
+            result.energy = energies_after(self.system, c, result.u, result.evaluation, work, dissipated)
+        return result.energy
 
     def view(self, c: Context, result: NewtonResult) -> Increment:
         """The increment that an outcome would be, if it were committed."""

@@ -69,6 +69,11 @@ class Energy(NamedTuple):
     imbalance: float = 0.0
     viscous: float = 0.0
 
+    @property
+    def largest(self) -> float:
+        """The largest of the energies, by size: what an imbalance is compared with."""
+        return max(abs(self.external), abs(self.elastic), abs(self.plastic), abs(self.friction), abs(self.contact))
+
 
 class Stability(NamedTuple):
     """What stability goes by: ``negative`` modes of the last equilibrium, and the viscous forces of a stabilised step.
@@ -108,6 +113,7 @@ class State:
     ``remeshed``: the meshes, where they are not those of the description; ``made_from``: values, in single precision, of
     the matrix whose factors are at hand (of its lower triangle where it is symmetric), which the next increment may begin with;
     None if it makes its own;
+    ``largest_energies`` (2,): of the balance in the run before the present step, and so far;
     ``damage``: by block D (elements, points, laws), where some body has damage laws; () where none has;
     ``derivatives``: by the path of a parameter, those of the `moving` arrays by it.
     """
@@ -135,6 +141,7 @@ class State:
     remeshed: Remeshed | None = None
     made_from: Single | None = None
     damage: tuple[Array, ...] = ()
+    largest_energies: Array = field(default_factory=lambda: np.zeros(2))
 
     def extrapolated(self, dt: float) -> Array:
         """Change of the degrees of freedom (ndof,) in the next ``dt``, extrapolated from the last increments."""
@@ -180,7 +187,7 @@ class State:
     def moving(self) -> dict[str, Array]:
         """Those of `arrays` that change with the parameters of a problem: not the clock, flags, and what a guess is made of."""
         guess = ("clock.", "dt_last", "du", "second_difference")
-        looks = ("stability.negative", "stability.since", "stability.rest", "softest", "made_from")
+        looks = ("stability.negative", "stability.since", "stability.rest", "softest", "made_from", "largest_energies")
         fixed = (*guess, *looks, "contact.closed", "contact.time", "ends", "watched", "remeshed", "derivative")
         return {k: np.asarray(a, dtype=np.float64) for k, a in self.arrays().items() if not k.startswith(fixed)}
 
@@ -205,6 +212,8 @@ class State:
                 values[f.name] = _from_arrays(arrays)
             elif f.name == "remeshed":
                 values[f.name] = Remeshed.from_arrays(arrays)
+            elif f.name == "largest_energies" and f.name not in arrays:  # of a run before they were kept
+                values[f.name] = np.zeros(2)
             elif f.name == "dt_last":
                 values[f.name] = float(arrays[f.name])
             elif f.name in ("release", "self_equilibrated", "made_from") and f.name not in arrays:

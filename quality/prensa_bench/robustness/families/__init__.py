@@ -16,6 +16,7 @@ from prensa_bench.robustness.families import (
     loaded,
     posed,
     rolls,
+    setups,
     slender,
     slide_release,
     space,
@@ -40,6 +41,7 @@ FAMILIES: Mapping[str, Callable[[np.random.Generator], Drawn]] = {
     "loaded": loaded.problem,
     "ironings": ironings.problem,
     "space": space.problem,
+    "setups": setups.problem,
 }
 
 

@@ -15,23 +15,13 @@ from prensa_bench.robustness.claims import released, sprung_back
 from prensa_bench.robustness.drawn import AT_UNIT_STRAIN, Claim, Drawn, Metal, Placed, Twin, friction, metal, number
 from prensa_bench.robustness.split_in_space import contact_nodes, well_shaped
 from prensa_bench.robustness.stops import NEARLY, within
-from prensa_bench.robustness.tools_in_space import (
-    Place,
-    ball,
-    ball_of_triangles,
-    cone,
-    plate,
-    punch,
-    ribbed,
-    ribs_of_triangles,
-    roll,
-)
+from prensa_bench.robustness.tools_in_space import Place
+from prensa_bench.robustness.tools_over_bodies import BROUGHT_TOGETHER, hovering, over_nodes, plate_drawn, tool_drawn
 
 FINER_BY = 1.5  # bricks of the second mesh for each of the first along an axis
 SAME_ON_FINER = 0.06  # of the two, under a plate
 SAME_TURNED = 1e-5  # of a problem that is turned about the upright axis
 ONE_IN = 10  # problems of which one is solved on a second mesh
-BROUGHT_TOGETHER = 1e-6  # of the height of a body
 OF_TETRAHEDRA = 0.25  # of the bodies, the rest are of bricks
 FORCES_XYZ = ("fx", "fy", "fz")
 
@@ -71,9 +61,10 @@ def problem(rng: np.random.Generator) -> Drawn:
     if rng.spawn(1)[0].random() < OF_TETRAHEDRA:  # of numbers of its own: the others are what they would be without
         split = replace(body, tetrahedra=True)
         shape, body = (f"{shape} of tetrahedra", split) if well_shaped(split.filled) else (shape, body)
-    name, tool, most, gap = _plate(rng, body) if second else _tool(rng, body)
+    name, tool, most, gap = plate_drawn(rng, body) if second else tool_drawn(rng, body)
+    tool = over_nodes(body, tool)
     depth = gap + most * number(rng, 0.2, 1.0)
-    depth += _hovering(body, tool, depth)
+    depth += hovering(body, tool, depth)
     mu = 0.0 if rng.random() < 0.2 else number(rng, 0.02, 0.5)
     motion = _motion_drawn(rng, name, tool, body, mu, gap, second)
     steps = _steps(rng, motion, depth, _force(rng, m, body, name), body, tool)
@@ -232,101 +223,3 @@ def _release(rng: np.random.Generator, body: Body) -> pr.Step:
     """All tools are taken away; the body springs back on its supports, or on as few points as it takes without its ground."""
     fixed = {"body.bottom": pr.Fixed(free=True)} if rng.random() < 0.5 else {}
     return pr.Step("release", remove_tools=True, fixed=fixed)
-
-
-# -------------------------------------------------------------------------------------------------------------------- tools
-# those that are narrower than the body stand over its middle, or over the corner of its planes of symmetry
-
-
-def _tool(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
-    """A name, the tool, how deep it goes at most, and how far it begins above the body."""
-    narrow = () if body.bored else (_ball, _punch, _cone, _ball_of_triangles)  # they would go into its bore
-    swept = () if body.round else (_roll, _ribs, _ribs_of_triangles)  # those are no bodies of revolution
-    turned = () if body.bored else (_ribs,)
-    tools = (_plate, _plate, *swept, *narrow, *turned)
-    return tools[rng.integers(len(tools))](rng, body)
-
-
-def _hovering(body: Body, tool: Placed, depth: float) -> float:
-    """Way down to the first contact node, if a tool that goes down by ``depth`` meets none; else 0.
-
-    A punch or the nose of a cone may lie between nodes. It is lowered by the distance of the nearest one, again and again.
-    """
-    x, way = mesh_of(body.filled).points[contact_nodes(body.filled, "top")] - np.asarray(tool.at), 0.0
-
-    def nearest(down: float) -> float:
-        return float(tool.outline(x + np.array([0.0, down, 0.0]))[0].min())
-
-    if nearest(depth) < 0.0:
-        return 0.0
-    while (near := nearest(way)) > BROUGHT_TOGETHER * body.high and way < body.high:
-        way += near
-    return way
-
-
-def _plate(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
-    """Level, or over clamped bodies tilted by up to 3° and above what is highest then."""
-    if not body.clamped or rng.random() < 0.5:
-        return "plate", plate((0.0, body.high, 0.0), (0.0, -1.0, 0.0)), 0.3 * body.high, 0.0
-    a, b = rng.uniform(-0.05, 0.05, 2)
-    up = 1.2 * (abs(a) * body.wide + abs(b) * body.deep)  # the right side of a warped box leans out by 20 % at most
-    return "tilted plate", plate((0.0, body.high + up, 0.0), (a, -1.0, b)), 0.2 * body.high, up
-
-
-def _ball(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
-    R = number(rng, 0.8, 3.0) * min(body.wide, body.deep)
-    return "ball", ball((0.0, body.high + R, 0.0), R), min(0.12 * body.high, 0.1 * R), 0.0
-
-
-def _ball_of_triangles(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
-    """With triangles that see the centre under 8.6° or 17°."""
-    R, level = number(rng, 0.8, 3.0) * min(body.wide, body.deep), int(rng.integers(2, 4))
-    tool = ball_of_triangles((0.0, body.high + R, 0.0), R, level)
-    return "ball of triangles", tool, min(0.12 * body.high, 0.1 * R), 0.0
-
-
-def _roll(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
-    R = number(rng, 0.8, 3.0) * min(body.wide, body.deep)
-    return "roll", roll((0.0, body.high + R, 0.0), R, str(rng.choice(["x", "z"]))), min(0.12 * body.high, 0.1 * R), 0.0
-
-
-def _punch(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
-    """Round or a bar, with a fillet of an element about."""
-    least = min(body.wide, body.deep)
-    width = number(rng, 0.8, 1.4) * least
-    fillet, axis = number(rng, 0.2, 0.4) * width, "y" if body.round else str(rng.choice(["x", "y", "z"]))
-    return "punch", punch((0.0, body.high, 0.0), width, fillet, axis), 0.08 * body.high, 0.0
-
-
-def _cone(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
-    """Blunt, with a round nose."""
-    slope, least = number(rng, 0.15, 0.5), min(body.wide, body.deep)
-    nose = number(rng, 0.5, 1.5) * least
-    up = nose * (np.sqrt(1.0 + slope**2) - 1.0)  # of the nose above the tip
-    return "cone", cone((0.0, body.high - up, 0.0), slope, 5.0 * least, nose), min(0.1 * body.high, 0.1 * nose), 0.0
-
-
-def _profile(rng: np.random.Generator, body: Body) -> tuple[str, tuple[tuple[float, float], ...], float]:
-    """A rib or a groove of flats and slopes, and a fillet for its convex and concave corners."""
-    least = min(body.wide, body.deep)
-    inner = number(rng, 0.3, 0.6) * least
-    outer, rise = inner + number(rng, 0.3, 0.6) * least, number(rng, 0.1, 0.3) * least
-    far = 5.0 * max(body.wide, body.deep) + outer
-    groove = rng.random() < 0.4
-    high, low = (0.0, rise) if groove else (rise, 0.0)
-    points = ((-far, high), (-outer, high), (-inner, low), (inner, low), (outer, high), (far, high))
-    return "groove" if groove else "rib", points, number(rng, 0.5, 1.0) * 0.3 * least
-
-
-def _ribs(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
-    """Along x or z, or round."""
-    name, points, fillet = _profile(rng, body)
-    ways = ["y"] if body.round else ["x", "z"] if body.bored else ["x", "y", "z"]
-    return name, ribbed((0.0, body.high, 0.0), points, fillet, str(rng.choice(ways))), 0.08 * body.high, 0.0
-
-
-def _ribs_of_triangles(rng: np.random.Generator, body: Body) -> tuple[str, Placed, float, float]:
-    """Along z, wider than the body."""
-    name, points, fillet = _profile(rng, body)
-    tool = ribs_of_triangles((0.0, body.high, 0.0), points, fillet, 3.0 * max(body.wide, body.deep))
-    return f"{name} of triangles", tool, 0.08 * body.high, 0.0
