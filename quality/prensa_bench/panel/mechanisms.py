@@ -144,11 +144,6 @@ TIMELY = (
         (replaced(newton, newton._accepted, _yes),),
     ),
     Mechanism(
-        "active_set_steps",
-        "Failed attempts of contacts with multipliers are followed by one of full steps, without a line search.",
-        (replaced(attempt, attempt._by_full_steps, lambda eq, start, lam, result: NotConverged(0, float("inf"))),),
-    ),
-    Mechanism(
         "nonlinear_elimination",
         "The few nodes that alone hold up an iteration find their equilibrium with all others held.",
         (replaced(newton, newton.eliminated, _nothing), replaced(newton, newton.applies, _no)),
