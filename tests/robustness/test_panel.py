@@ -60,6 +60,7 @@ def test_guards_name_a_test():
 
 SLOW = {
     "limit_points_of_friction": "an ironing up to the end of its path takes 3 to 10 s",
+    "runaway": "a roll that goes round millions of times is followed round, which takes a minute",
 }  # guards whose tests are not run without them here, and why not
 
 

@@ -9,9 +9,10 @@ import pytest
 import prensa as pr
 from prensa.checks.during.acceptance import least_corner
 from prensa.errors import SolveError
-from prensa.system.failure import LostSupport
+from prensa.result.increment import Progress
+from prensa.system.failure import LostSupport, ToolRunaway
 from prensa_bench.robustness.families import drawn
-from problems import single_block, stroke, upset_block
+from problems import pressed_block, single_block, stroke, upset_block
 
 
 def test_a_strip_that_its_last_tool_has_left_is_refused():
@@ -52,3 +53,21 @@ def test_an_increment_that_is_far_too_long_is_not_taken_to_another_solution(prob
     assert driven[0] == pytest.approx(driven[1], rel=0.05)
     nodes = pr.discretise(problem(1)).blocks[0].corners.T
     assert least_corner(one.bodies["b"].x[nodes]).min() > 0.0
+
+
+def test_a_roll_that_friction_cannot_brake_is_named_at_once():
+    """A moment beyond what friction can bear spins a roll: its first step is a turn that nobody means, and no other is tried."""
+    tools = {"roll": pr.Circle(radius=4.0, at=(3.0, 0.0), touching="b.top")}
+    down = pr.Step("down", move={"roll": {"y": -0.1}}, increments=2)
+    spin = pr.Step("spin", push={"roll": {"m": 117.0}}, increments=1)
+    p = pressed_block(down, spin, tools=tools, size=(6.0, 2.0), n=(12, 4), friction=pr.Coulomb(0.2))
+    iterates = 0
+
+    def watch(e: Progress) -> None:
+        nonlocal iterates
+        iterates += e.event == "iteration" and e.step == "spin"
+        assert iterates <= 4  # two of each of both attempts
+
+    with pytest.raises(SolveError) as caught:
+        list(pr.solve(p, pr.Numerics(max_cutbacks=0), monitor=watch))
+    assert caught.value.reason == ToolRunaway("roll", "rz")

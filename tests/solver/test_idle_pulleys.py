@@ -33,7 +33,7 @@ def test_both_ends_of_a_belt_bear_the_same(n):
     assert ends[-1].tools["drum"].place.rz == pytest.approx(0.0197, rel=0.05)
 
 
-@pytest.mark.parametrize("number", [7, 13, 23, 29])
+@pytest.mark.parametrize("number", [7, 13, 23, 29, 57])
 def test_belts_of_any_size_go_over_idle_pulleys(number):
     """Radius, thickness, friction, layers and pull at random: the first increments are found, and both ends bear the same."""
     rng = np.random.default_rng([9, number])

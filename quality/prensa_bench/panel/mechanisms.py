@@ -144,11 +144,6 @@ TIMELY = (
         (replaced(newton, newton._accepted, _yes),),
     ),
     Mechanism(
-        "active_set_steps",
-        "Failed attempts of contacts with multipliers are followed by one of full steps, without a line search.",
-        (replaced(attempt, attempt._by_full_steps, lambda eq, start, lam, result: NotConverged(0, float("inf"))),),
-    ),
-    Mechanism(
         "nonlinear_elimination",
         "The few nodes that alone hold up an iteration find their equilibrium with all others held.",
         (replaced(newton, newton.eliminated, _nothing), replaced(newton, newton.applies, _no)),
@@ -170,11 +165,6 @@ TIMELY = (
         "early_stop",
         "Attempts whose residual no longer falls are given up before the last iteration.",
         policy={"max_nonimproving": NEVER, "stagnation_iterations": NEVER},
-    ),
-    Mechanism(
-        "runaway",
-        "Steps farther than any meant motion end an attempt, with the part that is free to move.",
-        (replaced(Equilibrium, Equilibrium.runaway, _nothing),),
     ),
     # ------------------------------------------------------------------------------------------ contact and friction
     Mechanism(
@@ -199,11 +189,6 @@ TIMELY = (
         "friction_step",
         "Contact steps decide which points stick and slip together with their pressures.",
         (replaced(contact_lcp, contact_lcp._rubbing, _frictionless_alone(contact_lcp._rubbing)),),
-    ),
-    Mechanism(
-        "friction_that_holds",
-        "Where friction alone holds a tool, a step decides which of its points stick before the tool runs away.",
-        (replaced(newton, newton.held_by_friction, _no),),
     ),
     Mechanism(
         "forced_stick",
@@ -279,11 +264,6 @@ TIMELY = (
         policy={"unsteady_share": 1e9},
     ),
     Mechanism(
-        "cut_before_touch",
-        "An increment in which a tool first touches a body ends there.",
-        (replaced(time_stepping, time_stepping.first_touch, _uncut),),
-    ),
-    Mechanism(
         "strain_bound",
         "Automatic increments are bounded by the plastic strain of the last one.",
         (replaced(StepControl, StepControl._strain, lambda self, grown, allowed: 0.0),),
@@ -292,22 +272,6 @@ TIMELY = (
         "travel_bound",
         "Automatic increments are bounded by the travel of tools past the contact elements.",
         (replaced(StepControl, StepControl._speeds, lambda self: np.zeros(len(self.system.surfaces))),),
-    ),
-    # ---------------------------------------------------------------------------------------------- first contact
-    Mechanism(
-        "pushed_tools_brought",
-        "Tools driven by force are brought to where they touch before the increment is solved.",
-        (replaced(increment_solver, increment_solver.approach_of_tools, _where_they_are),),
-    ),
-    Mechanism(
-        "floating_bodies",
-        "Bodies that nothing holds yet move as rigid ones with the tools until they are clamped.",
-        (replaced(increment_solver, increment_solver.approach_of_bodies, _nothing),),
-    ),
-    Mechanism(
-        "overlap_stages",
-        "Tools that start inside bodies are drawn back and go in again in stages.",
-        (replaced(attempt, attempt.overlap_stages, _none_of_them),),
     ),
     # ------------------------------------------------------------------------------------------------- linear algebra
     Mechanism(
@@ -493,6 +457,43 @@ GUARDS = (
         "Descriptions that cannot be solved are refused before the run.",
         (replaced(analysis, analysis.preflight, _none_of_them),),
         guard="tests/checks/test_preflight.py::test_a_tool_that_lies_within_a_body_is_refused",
+    ),
+    # ------------------------------------------------------------ what some inputs cannot be solved, or ended, without
+    Mechanism(
+        "runaway",
+        "Steps farther than any meant motion end an attempt, with the part that is free to move.",
+        (replaced(Equilibrium, Equilibrium.runaway, _nothing),),
+        guard="tests/solver/test_guards.py::test_a_roll_that_friction_cannot_brake_is_named_at_once",
+    ),
+    Mechanism(
+        "cut_before_touch",
+        "An increment in which a tool first touches a body ends there.",
+        (replaced(time_stepping, time_stepping.first_touch, _uncut),),
+        guard="tests/solver/test_time_stepping.py::test_the_energy_balance_sees_a_flat_side_land",
+    ),
+    Mechanism(
+        "pushed_tools_brought",
+        "Tools driven by force are brought to where they touch before the increment is solved.",
+        (replaced(increment_solver, increment_solver.approach_of_tools, _where_they_are),),
+        guard="tests/solver/test_time_stepping.py::test_a_pushed_tool_comes_from_afar_and_says_so",
+    ),
+    Mechanism(
+        "floating_bodies",
+        "Bodies that nothing holds yet move as rigid ones with the tools until they are clamped.",
+        (replaced(increment_solver, increment_solver.approach_of_bodies, _nothing),),
+        guard="tests/solver/test_floating_bodies.py::test_a_billet_between_two_gaps_is_pressed_as_one_that_touches",
+    ),
+    Mechanism(
+        "overlap_stages",
+        "Tools that start inside bodies are drawn back and go in again in stages.",
+        (replaced(attempt, attempt.overlap_stages, _none_of_them),),
+        guard="tests/checks/test_early_end.py::test_a_tool_three_elements_inside_an_elastic_body_is_pressed_out_at_once",
+    ),
+    Mechanism(
+        "friction_that_holds",
+        "Where friction alone holds a tool, a step decides which of its points stick before the tool runs away.",
+        (replaced(newton, newton.held_by_friction, _no),),
+        guard="tests/solver/test_idle_pulleys.py::test_belts_of_any_size_go_over_idle_pulleys",
     ),
 )
 

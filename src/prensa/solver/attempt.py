@@ -55,10 +55,6 @@ def _other_ways(eq: Equilibrium, start: Array, failed: NewtonResult, was_cut: bo
     decides = failed.affordable or not eq.reduced.factorisation.iterates
     if decides and failed.contact_changed(eq.policy) and (was_cut or not failed.affordable):
         yield partial(_by_contact, eq, start)
-    if eq.reduced.equations and eq.numerics.line_search and was_cut and failed.contact_changed(eq.policy):
-        # The residual is no measure of a step that changes the active set (chapter 6), so a line search may never reach the right
-        # one.
-        yield partial(_by_full_steps, eq, start)
 
 
 def attempt_by_newton(eq: Equilibrium, start: Array) -> NewtonResult:
@@ -75,15 +71,6 @@ def _by_contact(eq: Equilibrium, start: Array, lam: Array, result: NewtonResult)
         with eq.report.timed("factorisation and solve"):
             eq.reduced.solve(eq.reduced.matrix(here, -here.r, spent=True), -here.r)
     return reason
-
-
-def _by_full_steps(eq: Equilibrium, start: Array, lam: Array, result: NewtonResult) -> Failure | None:
-    """Solve by full steps: with multipliers as unknowns they are those of the primal-dual active set method.
-
-    That has no merit function (Hintermüller, Ito & Kunisch 2003, section 3): the residual says nothing of a step that changes the
-    active set, and a shorter step would leave the set as it was.
-    """
-    return _solve(replace(eq, numerics=replace(eq.numerics, line_search=False)), start, False, lam, result)
 
 
 def attempt_from(eq: Equilibrium, u: Array) -> NewtonResult:
