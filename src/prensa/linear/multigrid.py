@@ -21,7 +21,7 @@ from scipy.sparse import bsr_matrix, coo_matrix, csr_matrix, issparse
 
 from prensa.kernels.smoothers import factor_lines, relax_lines, residual, walk
 from prensa.policy import DEFAULT, Policy
-from prensa.types import Array, Flags, Index, Single
+from prensa.types import Array, Flags, Index, Ints, Single
 
 BRICK_EDGES = np.array(
     [[[0, 1], [3, 2], [4, 5], [7, 6]], [[0, 3], [1, 2], [4, 7], [5, 6]], [[0, 4], [1, 5], [2, 6], [3, 7]]]
@@ -107,17 +107,20 @@ def near_places(A: bsr_matrix, X: Array, reach: float) -> Flags:
     return np.asarray(d <= reach * np.minimum(nearest[rows], nearest[A.indices]))
 
 
+def pattern_where(A: bsr_matrix, kept: Flags) -> tuple[Ints, Ints]:
+    """Columns and row pointers of the blocks of A that are ``kept`` (k,)."""
+    return A.indices[kept], np.concatenate([[0], np.cumsum(kept)])[A.indptr].astype(A.indptr.dtype)
+
+
 def blocks_where(A: bsr_matrix, kept: Flags) -> bsr_matrix:
-    """The blocks of A that are ``kept`` (k,)."""
-    ptr = np.concatenate([[0], np.cumsum(kept)])[A.indptr].astype(A.indptr.dtype)
-    return bsr_matrix((A.data[kept], A.indices[kept], ptr), A.shape)
+    """The blocks of A that are ``kept`` (k,); A itself where all are."""
+    return A if kept.all() else bsr_matrix((A.data[kept], *pattern_where(A, kept)), A.shape)
 
 
 def graph_of(A: bsr_matrix, near: Flags) -> csr_matrix:
     """The graph (n, n) of the blocks of A that are ``near`` (k,)."""
-    part = blocks_where(A, near)
-    n = len(part.indptr) - 1
-    return csr_matrix((np.ones(len(part.indices)), part.indices, part.indptr), (n, n))
+    indices, ptr = pattern_where(A, near)
+    return csr_matrix((np.ones(len(indices)), indices, ptr), (len(ptr) - 1, len(ptr) - 1))
 
 
 def aggregates(graph: csr_matrix, edges: Edges, start: Index, nodes: Index) -> csr_matrix:
