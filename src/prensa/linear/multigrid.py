@@ -2,9 +2,10 @@
 
 It is made from the symmetric P (see `prensa.linear.iterative`), in single precision, for flexible GMRES. Chains of nodes
 along the short edges of flattened bricks are relaxed together, as block tridiagonals, and cut into segments as long as the
-middle edge; aggregates join segments, so that they are cubes in space, and leave out the long edges of drawn-out bricks. On
-cubes there are no chains, and it is block Jacobi under Chebyshev's polynomial. Aggregation is pyamg's, coarse matrices are
-Galerkin's.
+middle edge; aggregates join segments, so that they are cubes in space, and leave out the long edges of drawn-out bricks. What
+aggregation leaves out the smoothing of prolongators leaves out too: along long edges nothing is interpolated, and functions that
+reach over them would only fill the coarse matrix. On cubes there are no chains, and it is block Jacobi under Chebyshev's
+polynomial. Aggregation is pyamg's, coarse matrices are Galerkin's.
 
 Book, chapter 9, has the figures and what was tried besides.
 """
@@ -16,11 +17,11 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import bsr_matrix, coo_matrix, csr_matrix
+from scipy.sparse import bsr_matrix, coo_matrix, csr_matrix, issparse
 
 from prensa.kernels.smoothers import factor_lines, relax_lines, residual, walk
 from prensa.policy import DEFAULT, Policy
-from prensa.types import Array, Flags, Index, Single
+from prensa.types import Array, Flags, Index, Ints, Single
 
 BRICK_EDGES = np.array(
     [[[0, 1], [3, 2], [4, 5], [7, 6]], [[0, 3], [1, 2], [4, 7], [5, 6]], [[0, 4], [1, 5], [2, 6], [3, 7]]]
@@ -90,43 +91,57 @@ def chains_of(n: int, edges: Edges) -> tuple[Index, Index]:
     return start, nodes
 
 
-def aggregates(A: bsr_matrix, X: Array, edges: Edges, start: Index, nodes: Index, reach: float) -> csr_matrix:
+def near_edges(A: bsr_matrix, X: Array, edges: Edges, reach: float) -> Flags:
+    """Which blocks (k,) of A are of nodes no more than ``reach`` middle edges apart."""
+    rows = np.repeat(np.arange(len(X)), np.diff(A.indptr))
+    middle = np.maximum(edges.middle[rows], edges.middle[A.indices])
+    return np.asarray(np.linalg.norm(X[rows] - X[A.indices], axis=1) <= reach * middle)
+
+
+def near_places(A: bsr_matrix, X: Array, reach: float) -> Flags:
+    """Which blocks (k,) of a coarse A are of nodes no more than ``reach`` times the distance of the nearest neighbour apart."""
+    rows = np.repeat(np.arange(len(X)), np.diff(A.indptr))
+    d = np.linalg.norm(X[rows] - X[A.indices], axis=1)
+    nearest = np.full(len(X), np.inf)
+    np.minimum.at(nearest, rows[d > 0], d[d > 0])
+    return np.asarray(d <= reach * np.minimum(nearest[rows], nearest[A.indices]))
+
+
+def pattern_where(A: bsr_matrix, kept: Flags) -> tuple[Ints, Ints]:
+    """Columns and row pointers of the blocks of A that are ``kept`` (k,)."""
+    return A.indices[kept], np.concatenate([[0], np.cumsum(kept)])[A.indptr].astype(A.indptr.dtype)
+
+
+def blocks_where(A: bsr_matrix, kept: Flags) -> bsr_matrix:
+    """The blocks of A that are ``kept`` (k,); A itself where all are."""
+    return A if kept.all() else bsr_matrix((A.data[kept], *pattern_where(A, kept)), A.shape)
+
+
+def graph_of(A: bsr_matrix, near: Flags) -> csr_matrix:
+    """The graph (n, n) of the blocks of A that are ``near`` (k,)."""
+    indices, ptr = pattern_where(A, near)
+    return csr_matrix((np.ones(len(indices)), indices, ptr), (len(ptr) - 1, len(ptr) - 1))
+
+
+def aggregates(graph: csr_matrix, edges: Edges, start: Index, nodes: Index) -> csr_matrix:
     """Which aggregate (n, c) each node belongs to: chains cut into segments as long as the middle edge, segments joined.
 
-    reach: middle edges beyond which nodes are no neighbours. Drawn-out bricks are joined five by five in their plane.
+    graph: of neighbours. Drawn-out bricks are joined five by five in their plane.
     """
     from pyamg.aggregation.aggregate import standard_aggregation
 
-    n, size = len(X), np.diff(start)
+    n, size = graph.shape[0], np.diff(start)
     per = np.maximum(1, np.rint(np.add.reduceat(edges.middle[nodes] / edges.short[nodes], start[:-1]) / size))
     parts = np.where(size > 1, np.maximum(1, np.rint(size / per)), 1).astype(np.int64)
     chain = np.repeat(np.arange(len(size)), size)
     segment = np.empty(n, dtype=np.int64)
     segment[nodes] = (np.cumsum(parts) - parts)[chain] + (np.arange(n) - start[:-1][chain]) * parts[chain] // size[chain]
-    rows = np.repeat(np.arange(n), np.diff(A.indptr))
-    middle = np.maximum(edges.middle[rows], edges.middle[A.indices])
-    near = np.linalg.norm(X[rows] - X[A.indices], axis=1) <= reach * middle
-    graph = csr_matrix((np.ones(near.sum()), (rows[near], A.indices[near])), (n, n))
     of = csr_matrix((np.ones(n), (np.arange(n), segment)), (n, int(parts.sum())))
     graph = (of.T @ graph @ of).tocsr()
     if edges.drawn:
         graph = (graph @ graph).tocsr()
     graph.data[:] = 1.0
     return (of @ csr_matrix(standard_aggregation(graph)[0])).tocsr()
-
-
-def coarse_aggregates(A: bsr_matrix, X: Array, reach: float) -> csr_matrix:
-    """Which aggregate (n, c) each node of a coarse level belongs to; ``reach``: over the distance of the nearest neighbour."""
-    from pyamg.aggregation.aggregate import standard_aggregation
-
-    n = len(X)
-    rows = np.repeat(np.arange(n), np.diff(A.indptr))
-    d = np.linalg.norm(X[rows] - X[A.indices], axis=1)
-    nearest = np.full(n, np.inf)
-    np.minimum.at(nearest, rows[d > 0], d[d > 0])
-    near = d <= reach * np.minimum(nearest[rows], nearest[A.indices])
-    graph = csr_matrix((np.ones(near.sum()), (rows[near], A.indices[near])), (n, n))
-    return csr_matrix(standard_aggregation(graph)[0])
 
 
 def soft_motions(nodes: Nodes) -> Array:
@@ -145,6 +160,42 @@ def blockwise(D: Array, M: bsr_matrix) -> bsr_matrix:
     """Block diagonal D (n, r, r) times M."""
     rows = np.repeat(np.arange(len(D)), np.diff(M.indptr))
     return bsr_matrix((D[rows] @ M.data, M.indices, M.indptr), M.shape)
+
+
+class Candidates(NamedTuple):
+    """Soft motions B (r n, k) of a level as T Bc: T (r n, k c) orthonormal in each aggregate, Bc (k c, k) what they are in it."""
+
+    T: bsr_matrix
+    B: Array
+    Bc: Array
+
+    def extended(self, forces: Array) -> bsr_matrix:
+        """Forces (n, r, k) of the soft motions as a matrix of T's pattern: of those of each node's aggregate, extended.
+
+        Motions that are not independent in an aggregate, as those along its normal where it is plane, count as none.
+        """
+        k = self.B.shape[1]
+        R = self.Bc.reshape(-1, k, k).copy()
+        own = np.einsum("cii->ci", R)
+        none = own == 0.0
+        own[none] = 1.0
+        inside = np.diff(self.T.indptr) > 0
+        out = forces[inside] @ np.linalg.inv(R)[self.T.indices]
+        out.transpose(0, 2, 1)[none[self.T.indices]] = 0.0
+        return bsr_matrix((out, self.T.indices, self.T.indptr), self.T.shape)
+
+
+def prolongator(A: bsr_matrix, near: Flags, inverse: Array, top: float, made: Candidates) -> bsr_matrix:
+    """T smoothed by one step of damped Jacobi with 4/3 of the largest eigenvalue's inverse (Vaněk et al. 1996).
+
+    The matrix of that step has the blocks of A that are ``near`` (k,). In the others the soft motions of a node's own aggregate
+    stand for those of its neighbours', so that forces of soft motions are those of A.
+    """
+    AT = (blocks_where(A, near) @ made.T).tobsr(made.T.blocksize)
+    if not near.all():
+        far = blocks_where(A, ~near) @ made.B
+        AT = AT + made.extended(far.reshape(len(inverse), -1, made.B.shape[1]))
+    return (made.T - 4 / 3 / top * blockwise(inverse, AT.tobsr(made.T.blocksize))).tobsr(made.T.blocksize)
 
 
 def largest(A: bsr_matrix, M: Callable[[Array], Array], steps: int) -> float:
@@ -281,6 +332,7 @@ class Multigrid:
         self, A: bsr_matrix, X: Array, B: Array, edges: Edges, chains: tuple[Index, Index] | None
     ) -> tuple[bsr_matrix, Array, Array, bool]:  # fmt: skip
         """Add a level for the matrix A; that of the next, its places and soft motions, and whether it is smaller."""
+        from pyamg.aggregation.aggregate import standard_aggregation
         from pyamg.aggregation.aggregation import fit_candidates
 
         r = A.blocksize[0]
@@ -292,13 +344,12 @@ class Multigrid:
         inverse = np.linalg.inv(D) if chains else np.linalg.pinv(D, 1e-12)
         steps = self.policy.multigrid_arnoldi_steps
         top = largest(A, lambda v: np.einsum("kij,kj->ki", inverse, v.reshape(-1, r)).ravel(), steps)
-        if chains:
-            of = aggregates(A, X, edges, *chains, self.policy.multigrid_reach)
-        else:
-            of = coarse_aggregates(A, X, self.policy.multigrid_reach)
+        reach = self.policy.multigrid_reach
+        near = near_edges(A, X, edges, reach) if chains else near_places(A, X, reach)
+        graph = graph_of(A, near)
+        of = aggregates(graph, edges, *chains) if chains else csr_matrix(standard_aggregation(graph)[0])
         T, Bc = fit_candidates(of, B)
-        # smoothed by one step of damped Jacobi with 4/3 of the largest eigenvalue's inverse (Vaněk et al. 1996)
-        Q = (T - 4 / 3 / top * blockwise(inverse, (A @ T).tobsr(T.blocksize))).tobsr(T.blocksize)
+        Q = prolongator(A, near, inverse, top, Candidates(T, B, Bc))
         size = (B.shape[1],) * 2
         C = (Q.T.tobsr() @ (A @ Q)).tobsr(size)
         own = np.abs(C.diagonal())
@@ -360,6 +411,6 @@ class Multigrid:
             for held in vars(level).values():
                 if isinstance(held, np.ndarray):
                     arrays.append(held)
-                elif isinstance(held, csr_matrix):
+                elif issparse(held):
                     arrays += [held.data, held.indices, held.indptr]
         return sum(a.nbytes for a in arrays)
