@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
+from prensa.checks.after.bent_metal import MetalBends
 from prensa.checks.after.between_nodes import BetweenNodes, OnFiner
 from prensa.checks.after.coarse_tools import CoarseTools
 from prensa.checks.after.corners_of_faces import corners_of_faces
@@ -51,7 +52,7 @@ class RunChecks:
         self.closing = Closing(system)
         self.validity = validity or Validity(system, policy)
         self.penalties = penalties = PenaltyShare(system)
-        self.untouched = UntouchedTools(system, self.between_nodes)
+        self.untouched, self.metal_bends = UntouchedTools(system, self.between_nodes), MetalBends(system)
         self.step_begins: list[Check[StepBegun]] = [partial(table_jumps, system)]
         # Each list has what there is to look at: in small strain no element folds, and no outline comes near itself.
         finite, space = system.problem.kinematics != "small", system.dofs.dimension == 3
@@ -71,6 +72,8 @@ class RunChecks:
         ]  # fmt: skip
         if space:
             self.step_ends += [CoarseTools(system), partial(corners_of_faces, system)]
+        else:
+            self.step_ends.append(self.metal_bends)
         self.tools_leave: list[Check[Finished]] = [self.untouched.warnings]
         self.run_ends: list[Check[Finished]] = [*self.tools_leave, self.validity.warnings, penalties.warnings]
         # Who asks stops at the first finding that ends the run: what the run has seen up to here comes before that.
@@ -85,6 +88,7 @@ class RunChecks:
         rest.penalties.go_on_from(self.penalties)
         rest.untouched.reached = self.untouched.reached
         rest.between_nodes.reported |= self.between_nodes.reported
+        rest.metal_bends.open &= self.metal_bends.open
         return rest
 
     def refusal(self, c: Context, result: NewtonResult) -> Failure | None:

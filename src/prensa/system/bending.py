@@ -91,6 +91,42 @@ class _Thickness:
         return _Thickness(strip, ends, middle, across, size, (held[ends] & towards).any(axis=3).all(axis=2))
 
 
+class BentStrips(NamedTuple):
+    """Strips (s,) through the thickness of a body in the plane, which bend as the sections of a beam.
+
+    ``sides`` (s, 2, 2): the nodes of the two sections that bound each, of either the two ends; ``layers`` (s,): elements across;
+    ``length``, ``thickness`` (s,): the distance of the sections, and theirs from end to end.
+    """
+
+    sides: Index
+    layers: Array
+    length: Array
+    thickness: Array
+
+    @staticmethod
+    def of(mesh: Mesh) -> BentStrips:
+        """Of a mesh of quadrilaterals."""
+        s = strips(mesh)
+        row, _ = s.thin
+        t = _Thickness.of(mesh, s, row, np.zeros((len(mesh.points), 2), dtype=bool))
+        first, last = t.ends[:, 0], t.ends[:, 1]
+        x = mesh.points
+        across = np.linalg.norm(x[first] - x[last], axis=2).sum(axis=1)
+        crossed = np.linalg.norm(x[first] - x[last[:, ::-1]], axis=2).sum(axis=1)
+        last = np.where((crossed < across)[:, None], last[:, ::-1], last)
+        own = np.stack([first, last], axis=2)
+        middle = x[own].mean(axis=2)
+        layers = np.zeros(int(s.strip.max()) + 1)
+        layers[s.strip[row, np.arange(len(row))]] = s.numbers[row, np.arange(len(row))]
+        return BentStrips(own, layers[t.strip], np.linalg.norm(middle[:, 1] - middle[:, 0], axis=1), t.size)
+
+    def curvatures(self, x: Array) -> Array:
+        """Angles (s,) between the sections of each strip over their distance, on nodes at x (n, 2)."""
+        d = x[self.sides[:, :, 1]] - x[self.sides[:, :, 0]]
+        cross = d[:, 0, 0] * d[:, 1, 1] - d[:, 0, 1] * d[:, 1, 0]
+        return np.asarray(np.arctan2(cross, (d[:, 0] * d[:, 1]).sum(axis=1)) / self.length)
+
+
 class _Way(NamedTuple):
     """A way through a body across which it may bend, with the relative error of its elements there."""
 
@@ -99,10 +135,10 @@ class _Way(NamedTuple):
     through: _Thickness
 
 
-def bendings(system: System, unnamed: Iterable[str]) -> dict[str, Bending]:
-    """What bending makes of the ``unnamed`` bodies of quadrilaterals and bricks whose elements err by `WORTH_SAYING`."""
+def bendings(system: System, unnamed: Iterable[str], least: float = WORTH_SAYING) -> dict[str, Bending]:
+    """What bending makes of the ``unnamed`` bodies of quadrilaterals and bricks whose elements err by more than ``least``."""
     ways = [way for body in unnamed for way in _ways(system, body)]
-    wrong = {w.body for w in ways if abs(w.error) > WORTH_SAYING}
+    wrong = {w.body for w in ways if abs(w.error) > least}
     ways = [w for w in ways if w.body in wrong]
     if not ways:
         return {}

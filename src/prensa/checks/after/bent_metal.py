@@ -1,0 +1,85 @@
+"""Metal that bends past its yield, of elements that do not do so well: how far their forces are off where a step ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from prensa.checks.check import Committed, warning
+from prensa.contact.passage import WORTH_SAYING
+from prensa.errors import Finding
+from prensa.system.bending import BentStrips, bendings
+from prensa.system.bent_sections import BentMetal
+from prensa.system.system import System
+from prensa.types import Array
+
+BETWEEN_LAYERS = "'element: q4_enhanced', or 'q4_sheet' for springback"
+"""The remedy in the plane."""
+
+
+class MetalBends:
+    """Bodies of metal in the plane of the default element that bend: by how much their forces are off at the end of a step.
+
+    What `check` says before a run is of elastic stiffness. Here each strip through the thickness has the curvature that the nodes
+    on the outline show, and its moment is that of its layers of elements and of the material (`BentMetal`). A force over a
+    prescribed way is off by the work of the difference over all other work, in the last increment. Sections that straighten do so
+    elastically, and do not count.
+    """
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        p = system.problem
+        flows = p.space in ("plane strain", "plane stress")
+        self.open = {n for n, b in p.bodies.items() if flows and b.material.plastic and (b.element is None or n in system.chosen)}
+        self.strips: dict[str, BentStrips] = {}
+
+    def __call__(self, given: Committed) -> Iterator[Finding]:
+        """What there is to say of each body, once."""
+        work = given.state.energy.external - given.context.state.energy.external
+        for body in sorted(self.open):
+            mesh = self.system.meshes[body]
+            if mesh.cells.shape[1] != 4 or not hasattr(self._law(body), "flow_stress"):
+                self.open.discard(body)
+                continue
+            excess = self._excess(body, given)
+            share = excess / (work - excess) if work > max(excess, 0.0) else 0.0
+            if abs(share) > WORTH_SAYING:
+                self.open.discard(body)
+                bending = bendings(self.system, [body], 0.0).get(body)
+                # what the elastic stiffness is off has been reported before the run
+                if bending is not None and bending.bent and not bending.pressed and abs(bending.error) <= WORTH_SAYING:
+                    yield warning(self._words(body, share))
+
+    def _law(self, body: str) -> Any:
+        return next(b.law for b in self.system.blocks if b.body == body)
+
+    def _excess(self, body: str, given: Committed) -> float:
+        """Work that layers of elements do in bending in the last increment beyond that of the material."""
+        s, law = self.system, self._law(body)
+        if body not in self.strips:
+            self.strips[body] = BentStrips.of(s.meshes[body])
+        strips, span = self.strips[body], s.span(body)
+        at_rest = strips.curvatures(s.X[span])
+        before, after = (
+            np.abs(strips.curvatures(s.positions(state.u)[span]) - at_rest) * strips.thickness
+            for state in (given.context.state, given.state)
+        )
+        material = s.problem.bodies[body].material
+        metal = BentMetal(material.modulus, material.poisson, law.flow_stress, s.problem.space == "plane stress")
+
+        def more(bend: Array) -> Array:
+            """Of the moments of sections, over the square of their thickness."""
+            return metal.moments_of_layers(bend, strips.layers, strips.length / strips.thickness) - metal.moments(bend)
+
+        grown = np.maximum(after - before, 0.0) * strips.thickness * strips.length * s.problem.thickness
+        return float((0.5 * (more(before) + more(after)) * grown).sum())
+
+    def _words(self, body: str, share: float) -> str:
+        default = self.system.problem.element_name(body)
+        way = ("stiff", "large") if share > 0.0 else ("soft", "small")
+        return (
+            f"{body!r} bends past yield, where its layers of {default!r} are too {way[0]}: forces of prescribed travels are too "
+            f"{way[1]}, by an estimated {100.0 * abs(share):.2g} %; give it {BETWEEN_LAYERS}; 'element: {default}' accepts that"
+        )
