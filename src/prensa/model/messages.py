@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
+import sys
 import typing
 from collections.abc import Iterable
 from typing import Any
@@ -225,16 +226,23 @@ def _wrong(error: Any, place: Place) -> str:
         remedy = "; put it in quotes"
     if wanted == "a list" and isinstance(error["input"], dict):
         remedy = "; begin each entry with '- '"
-    if "table" in offered(place.kind) and str(error["input"]).lower().endswith((".csv", ".txt")):
+    if "table" in offered(place.kind) and _written(error["input"]).lower().endswith((".csv", ".txt")):
         remedy = f"; a curve from a file is {{type: table, points: {error['input']}}}"
     remedy = _by_example(error["input"], place, wanted) or remedy
     return f"{place.label} is {_shown(error, place)}; {wanted} is expected{remedy}"
 
 
+def _written(value: object) -> str:
+    """Text or a number as it stands in a file; '' of all else, which may have no words or too many."""
+    if isinstance(value, str):
+        return value
+    return str(value) if isinstance(value, int | float) and abs(value) < sys.maxsize else ""
+
+
 def _by_example(value: Any, place: Place, wanted: str) -> str:
     """How to write what was written too shortly: '; such as {y: -20 mm}'; '' where that is not known."""
-    key, number = place.path[-1] if place.path else "", str(value).lstrip("+-")[:1].isdigit()
-    if isinstance(value, list | dict):
+    key, number = place.path[-1] if place.path else "", _written(value).lstrip("+-")[:1].isdigit()
+    if not _written(value):
         return ""
     if _scalar_for_list(place):
         return _as_list(place)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import _thread
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -25,14 +26,16 @@ class Interruptible:
 
     Inside ``with guard.postponed():`` a Ctrl-C waits for the end of the block and then raises KeyboardInterrupt, SIGTERM
     `Terminated`. A handler of SIGTERM that a program has set stays; that of a guard around this one is replaced until the end
-    of this one. While a module is imported signals wait too: a half-imported package fails ever after, in notebooks too.
+    of this one. While a module is imported inside the guard signals wait too: a half-imported package fails ever after, in
+    notebooks too. A module that solves as it is imported, and so enters the guard, is stopped as a script is.
     """
 
     def __init__(self) -> None:
-        self._depth, self._pending = 0, 0
+        self._depth, self._pending, self._outside = 0, 0, 0
         self._previous: dict[int, Any] = {}
 
     def __enter__(self) -> Interruptible:
+        self._outside = _imports(sys._getframe())
         if threading.current_thread() is threading.main_thread():
             self._previous[signal.SIGINT] = signal.signal(signal.SIGINT, self._received)
             before = signal.getsignal(signal.SIGTERM)
@@ -61,7 +64,7 @@ class Interruptible:
     def _received(self, number: int, frame: FrameType | None) -> None:
         if self._depth:
             self._pending = number
-        elif _imports(frame):
+        elif _imports(frame) > self._outside:
             again = threading.Timer(IMPORT_WAIT, _thread.interrupt_main, (number,))
             again.daemon = True
             again.start()
@@ -69,13 +72,13 @@ class Interruptible:
             raise _interruption(number)
 
 
-def _imports(frame: FrameType | None) -> bool:
-    """Whether a module is being imported by what runs in a frame."""
+def _imports(frame: FrameType | None) -> int:
+    """How many frames of Python's import a frame is called from: above 0 while a module is imported."""
+    count = 0
     while frame is not None:
-        if frame.f_code.co_filename == IMPORTING:
-            return True
+        count += frame.f_code.co_filename == IMPORTING
         frame = frame.f_back
-    return False
+    return count
 
 
 def _interruption(number: int) -> KeyboardInterrupt:

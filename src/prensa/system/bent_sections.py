@@ -10,17 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from prensa.types import Array
 
-ITERATIONS = 8
-"""Of the secant modulus and the effective Poisson's ratio, which change each other by a tenth at most."""
-ACROSS = 100
-"""Points across half a section of the material itself: the moment is right to 1e-4."""
-CURVE = np.concatenate([[0.0], np.logspace(-7.0, 1.0, 400)])
+PLASTIC_STRAINS = np.concatenate([[0.0], np.logspace(-7.0, 1.0, 400)])
 """Plastic strains at which a flow curve is tabulated."""
+SECTION = (np.arange(100) + 0.5) / 200
+"""Points across half a section of the material, of a thickness of 1: the moment is right to 1e-4."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +34,14 @@ class BentMetal:
     flow: Callable[[Array], Array]
     stress_free: bool
 
+    @cached_property
+    def _total(self) -> Array:
+        """Strains of the tensile test at the plastic strains `PLASTIC_STRAINS`."""
+        return PLASTIC_STRAINS + self.flow(PLASTIC_STRAINS) / self.E
+
     def moments(self, bend: Array) -> Array:
         """Moment (s,) over the square of the thickness, of sections of relative curvature ``bend`` = κ t ≥ 0 (s,)."""
-        y = (np.arange(ACROSS) + 0.5) / (2.0 * ACROSS)
-        shares = np.broadcast_to(y**2, (len(bend), ACROSS))
+        shares = np.broadcast_to(SECTION**2, (len(bend), len(SECTION)))
         return self._moments(bend, lambda nu: shares)
 
     def moments_of_layers(self, bend: Array, layers: Array, length: Array) -> Array:
@@ -66,18 +69,18 @@ class BentMetal:
 
     def _moments(self, bend: Array, squared: Callable[[Array], Array]) -> Array:
         """Mean of E_s' c² κ t over p points; ``squared``: c² (s, p), of strains for κ t = 1, for ν_s (s, 1|p)."""
-        nu = np.full((len(bend), 1), self.nu)
-        for _ in range(ITERATIONS):
-            c2 = squared(nu)
+        nu, last = np.full((len(bend), 1), self.nu), np.full((len(bend), 1), np.inf)
+        while not np.allclose(nu, last, equal_nan=True):  # modulus and ν_s change each other by a tenth at most
+            c2, last = squared(nu), nu
             modulus, nu = self._secant(bend[:, None] * np.sqrt(c2), nu)
         return np.asarray((modulus * squared(nu)).mean(axis=1) * bend)
 
     def _secant(self, strain: Array, nu: Array) -> tuple[Array, Array]:
         """Secant modulus along a bent section and ν_s (s, p) at its strains ≥ 0, for ν_s of the last iteration."""
-        total = CURVE + self.flow(CURVE) / self.E
+        total = self._total
         uniaxial = strain if self.stress_free else strain * np.sqrt(1.0 - nu + nu**2) / (1.0 - nu**2)
         yields = uniaxial > total[0]
-        stress = np.interp(uniaxial, total, total * self.E - CURVE * self.E)
+        stress = np.interp(uniaxial, total, (total - PLASTIC_STRAINS) * self.E)
         modulus = np.where(yields, stress / np.where(yields, uniaxial, 1.0), self.E)
         effective = 0.5 - (0.5 - self.nu) * modulus / self.E
         return (modulus if self.stress_free else modulus / (1.0 - effective**2)), effective

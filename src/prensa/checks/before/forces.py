@@ -20,8 +20,6 @@ STIFFEST_MOUNT = 1e6
 """Stiffness of a spring over that of the bodies, beyond which its tool is as good as held."""
 MOUNT_LOST = 1e8
 """The same, beyond which round-off of the spring's length is a force above the tolerance."""
-NEXT_UNIT = 1e-3
-"""Of the force under which a body's least section yields: a unit of force is a thousand times the next smaller one."""
 
 
 def pushes(system: System) -> Iterator[Finding]:
@@ -55,7 +53,7 @@ def weak(system: System) -> Iterator[Finding]:
         if not own or any(getattr(material, "flow", None) is None for _, material in sizes):
             continue
         yields = min(material.flow.proof() * size**2 for size, material in sizes)
-        if 0.0 < force < NEXT_UNIT * yields:
+        if 0.0 < 1000 * force < yields:  # of the next larger unit, kN for N, it would still not make the section yield
             unit = system.problem.units.force
             body = repr(own[0].body)
             yield Finding(
