@@ -1,5 +1,6 @@
 """Runs that are still going or were killed: viewed, plotted and reported as far as they came; resumed to the same bits."""
 
+import importlib
 import os
 import pathlib
 import shutil
@@ -194,6 +195,18 @@ def test_a_signal_waits_for_the_end_of_an_import(tmp_path, monkeypatch):
 
         time.sleep(5.0)
     assert imported_slowly.whole
+
+
+def test_a_module_that_runs_as_it_is_imported_is_stopped_at_once(tmp_path, monkeypatch):
+    """The guard that it enters looks at imports within alone: that of the module ends with the run."""
+    (tmp_path / "runs_imported.py").write_text(
+        "import os, signal, time\nfrom prensa.output.interrupt import Interruptible\n"
+        "with Interruptible():\n    os.kill(os.getpid(), signal.SIGINT)\n    time.sleep(0.5)\n"
+        "raise RuntimeError('went on')\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(KeyboardInterrupt):
+        importlib.import_module("runs_imported")
 
 
 def test_an_interrupted_run_is_resumed_from_python(tmp_path, monkeypatch):
