@@ -73,7 +73,7 @@ def test_check_prints_it_in_space(tmp_path):
     data = json.loads(answer.stdout)["estimate"]
     assert data["solver"] == "ldlt" and data["free_unknowns"] == 3 * 4 * 4 * 3 and np.isfinite(data["memory_bytes"])
     answer = CliRunner().invoke(app, ["check", str(path)])
-    assert "linear systems: 144 free unknowns" in answer.output and "disk: at most" in answer.output
+    assert "linear systems: 144 free unknowns" in answer.output and "disk: fields of at most" in answer.output
     assert pytest.approx(data["disk_bytes"]) == 4 * data["disk_bytes_per_increment"]
 
 

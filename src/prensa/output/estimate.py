@@ -42,12 +42,12 @@ class Estimate(NamedTuple):
     def lines(self) -> Iterator[str]:
         """The same in words."""
         yield f"linear systems: {self.unknowns} free unknowns, by {self.words}"
-        size = f"memory: about {_bytes(self.memory)}"
+        size = f"memory: about {_bytes(self.memory)}, beside that of Python and its packages"
         if self.available is not None and self.memory > self.available:
             size += f", and this machine has {_bytes(self.available)}: use fewer elements, or {self.remedy}"
         yield size
         whole = "" if self.disk is None else f", {_bytes(self.disk)} in all"
-        yield f"disk: at most {_bytes(self.fields)} an increment with fields{whole}"
+        yield f"disk: fields of at most {_bytes(self.fields)} an increment{whole}; tables, pictures and a checkpoint besides"
         if self.seconds is not None:
             many = DEFAULT.easy_iterations
             yield f"time: about {self.seconds:.2g} s an increment of {many} iterations (one was tried on the undeformed bodies)"
