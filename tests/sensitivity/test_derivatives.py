@@ -289,6 +289,28 @@ steps: [{name: press, move: {roll: {y: -1e-5, x: 0.3}}, increments: 1}]
         assert found.derivative(lambda i, name=name: i.energy[name])[path] == pytest.approx(secant, rel=1e-5)
 
 
+def test_energies_of_automatic_increments_under_a_load() -> None:
+    """Those of neighbours are their own, not what the length of the increment was judged by; a load has no closed derivative."""
+    text = """
+name: loaded
+bodies:
+  block:
+    mesh: {type: rectangle, size: [4, 2], n: [4, 2]}
+    material: {type: j2, E: 10000, nu: 0.3, flow: {type: linear, s0: 20, H: 100}}
+tools: {punch: {type: plane, touching: block.top}}
+friction: {type: coulomb, mu: 0.2}
+fixed: {block.bottom: y, block.left: x}
+steps: [{name: press, move: {punch: {y: -0.2}}, loads: {block.right: {pressure: 1}}}]
+"""
+    problem, path, h = loads(text).problem, "bodies.block.material.flow.s0", 1e-4
+    found = list(pr.solve(problem, derivatives=[path]))
+    times = [inc.time for inc in found]
+    beside = [list(pr.solve(with_values(problem, {path: 20.0 + d}), times=times))[-1] for d in (h, -h)]
+    for name in ("external", "elastic", "plastic", "friction"):
+        secant = (beside[0].energy[name] - beside[1].energy[name]) / (2 * h)
+        assert found[-1].derivative(lambda i, name=name: i.energy[name])[path] == pytest.approx(secant, rel=1e-5)
+
+
 def punch(width: float, fillet: float, travel: float) -> Problem:
     """A block under a stamp."""
     return loads(f"""

@@ -56,7 +56,7 @@ def committed(
         lam[s.rows, 0], lam[s.rows, 1:] = f.p, record.traction
     work = nodal_work(system, c, e)
     ended, du = c.ends_step, result.u - old.u
-    energy = result.energy or energies_after(system, c, result.u, e, work, stabilisation.dissipated(c, du))
+    energy = energies_after(system, c, result.u, e, work, stabilisation.dissipated(c, du))
     largest = max(float(old.largest_energies[1]), energy.largest)
     stability = stabilisation.after(c, du, energy.external - old.energy.external, result.negative)
     stability, softest = looked(stability, old, result, stabilisation.policy)

@@ -18,7 +18,7 @@ from prensa.result.energy_balance import energies_after, nodal_work
 from prensa.system.interaction import Context, Part, Request, Response
 from prensa.system.outcome import NewtonResult
 from prensa.system.state import Energy, Stability
-from prensa.system.system import System
+from prensa.system.system import Evaluation, System
 from prensa.types import Array, Index
 
 
@@ -103,6 +103,10 @@ class Stabilisation:
         """Work of the viscous forces in an increment; no velocity changes within one."""
         return c.state.stability.viscosity * self.motion(c, du)
 
+    def energies(self, c: Context, u: Array, e: Evaluation) -> Energy:
+        """The energy balance after an increment that ends at dofs u (ndof,), with the evaluation there."""
+        return energies_after(self.system, c, u, e, nodal_work(self.system, c, e), self.dissipated(c, u - c.state.u))
+
     def jumped_over(self, c: Context, result: NewtonResult) -> bool:
         """Whether an increment under viscous forces is too long for a jump: what these dissipate on the way is not seen then.
 
@@ -118,8 +122,7 @@ class Stabilisation:
         # Without this look edges that are cut anew were followed: 2211 increments for 20, and 43 % of the work viscous.
         if not any(far > policy.jump_travel_in_elements for far in way):
             return False
-        work, dissipated = nodal_work(self.system, c, e), self.dissipated(c, du)
-        new = energies_after(self.system, c, result.u, e, work, dissipated)
+        new, dissipated = self.energies(c, result.u, e), self.dissipated(c, du)
         missed, put_in = new.imbalance - old.imbalance, abs(new.external - old.external)
         return missed > max(policy.jump_imbalance_share * abs(new.external), policy.jump_increment_share * (put_in + dissipated))
 

@@ -22,7 +22,6 @@ from prensa.linear.threads import ONE_OF_BLAS
 from prensa.measures import parse
 from prensa.model import problem as model
 from prensa.policy import Policy
-from prensa.result.energy_balance import energies_after, nodal_work
 from prensa.result.folding import Fold, Outlined
 from prensa.result.increment import Increment
 from prensa.result.results import increment_of
@@ -250,17 +249,25 @@ class TimeStepping(IncrementSolver):
         if plan.increments or self.times is not None:
             return outcome
 
+        def energies(outcome: Outcome) -> Energy:
+            assert outcome[1].evaluation is not None
+            return self.stabilisation.energies(outcome[0], outcome[1].u, outcome[1].evaluation)
+
         def missing(outcome: Outcome) -> float:
-            return self.energies(*outcome).imbalance - c.state.energy.imbalance
+            return energies(outcome).imbalance - c.state.energy.imbalance
 
         if blow := blow_energy(self.system.problem, plan.number):
             return balanced(outcome, solve, missing, self.numerics.energy_tolerance * blow)
         before, largest = c.state.largest_energies.tolist()
-        grown = max(largest, self.energies(c, result).largest) - before
+        now = energies(outcome)
+        grown = max(largest, now.largest) - before
         at_end = before + grown * (plan.t1 - plan.t0) / (c.time - plan.t0)
         # Bodies that nothing resists yet are carried along by forces that are round-off.
         nothing = self.system.round_off * float(np.abs(self.system.displacement(result.u - c.state.u)).max())
-        return balanced(outcome, solve, missing, max(IMBALANCE * at_end, nothing), control.first())
+        allowed = max(IMBALANCE * at_end, nothing)
+        if abs(now.imbalance - c.state.energy.imbalance) <= allowed:
+            return outcome
+        return balanced(outcome, solve, missing, allowed, control.first())
 
     def before_folds_close(self, outcome: Outcome, solve: Callable[[float], Outcome]) -> Solved:
         """An increment, shorter where a fold would begin and close in it; reported all the same where its end is given."""
@@ -301,15 +308,6 @@ class TimeStepping(IncrementSolver):
         """The tool that starts deepest inside a body, if the first increment fails on: shorter ones have the same overlap."""
         inside = starts_inside(self.system, state, self.policy) if cutbacks >= self.policy.retry_after_cuts else []
         return max((reason for reason, *_ in inside), key=lambda reason: reason.elements, default=None)
-
-    def energies(self, c: Context, result: NewtonResult) -> Energy:
-        """The energy balance after a converged increment, made once for each outcome."""
-        if result.energy is None:
-            assert result.evaluation is not None
-            dissipated = self.stabilisation.dissipated(c, result.u - c.state.u)
-            work = nodal_work(self.system, c, result.evaluation)
-            result.energy = energies_after(self.system, c, result.u, result.evaluation, work, dissipated)
-        return result.energy
 
     def view(self, c: Context, result: NewtonResult) -> Increment:
         """The increment that an outcome would be, if it were committed."""

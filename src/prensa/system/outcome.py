@@ -10,7 +10,6 @@ import numpy as np
 from prensa.contact.forces import ContactSets
 from prensa.policy import Policy
 from prensa.system.failure import Failure
-from prensa.system.state import Energy
 from prensa.system.system import Evaluation
 from prensa.types import Array
 
@@ -27,7 +26,6 @@ class NewtonResult:
     ``affordable``: so few points were near a tool that the iteration could take contact steps wherever it wanted.
     ``active_sets``: those of contact that the iteration has tried, by their signature, the last one last.
     ``krylov``: iterations of GMRES that its linear systems have taken, where these are solved so (in space).
-    ``energy``: the energy balance after it, None where nobody has asked for it.
     ``grown``: growth of plastic strain to its evaluation, see `growths`; empty where nobody has asked for it.
     """
 
@@ -53,7 +51,6 @@ class NewtonResult:
     rested: bool = False
     grown: Sequence[Array | None] = ()
     krylov: int = 0
-    energy: Energy | None = None
 
     def contact_changed(self, policy: Policy) -> bool:
         """Whether contact points still opened, closed or slipped another way when the iterations ended."""
