@@ -182,7 +182,10 @@ def _edges(name: str, points: Array, triangles: Index) -> tuple[Index, Index, Fl
 def _orientation(
     name: str, points: Array, m: int, edges: Index, sides: Index, same_way: Flags
 ) -> tuple[Flags, Index]:
-    """Which triangles (m,) to turn so that neighbours walk along their edges in opposite ways, the fewer of each part; parts."""
+    """Which triangles (m,) to turn so that neighbours walk along their edges in opposite ways, the fewer of each part.
+
+    And the part (m,) of each: an integer that its triangles share.
+    """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

@@ -241,8 +241,9 @@ def _written(value: object) -> str:
 
 def _by_example(value: Any, place: Place, wanted: str) -> str:
     """How to write what was written too shortly: '; such as {y: -20 mm}'; '' where that is not known."""
-    key, number = place.path[-1] if place.path else "", _written(value).lstrip("+-")[:1].isdigit()
-    if not _written(value):
+    key, text = place.path[-1] if place.path else "", _written(value)
+    number = text.lstrip("+-")[:1].isdigit()
+    if not text:
         return ""
     if _scalar_for_list(place):
         return _as_list(place)

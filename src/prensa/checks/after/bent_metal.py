@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 
 import numpy as np
 
@@ -69,8 +68,11 @@ class MetalBends:
         )
         material = s.problem.bodies[body].material
         assert isinstance(material, J2)
-        flow = partial(stress_at, material.flow)
-        metal = BentMetal(material.E, material.nu, lambda p: flow(p, np.zeros_like(p)), s.problem.space == "plane stress")
+
+        def flow(strain: Array) -> Array:
+            return stress_at(material.flow, strain, np.zeros_like(strain))
+
+        metal = BentMetal(material.E, material.nu, flow, s.problem.space == "plane stress")
 
         def more(bend: Array) -> Array:
             """Of the moments of sections, over the square of their thickness."""

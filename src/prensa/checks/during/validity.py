@@ -65,7 +65,7 @@ class Validity:
         self.fastest: dict[str, float] = {}
         self.rubbed: dict[tuple[str, str], tuple[float, float]] = {}
         self.squeezed: dict[str, float] = {}
-        self.stretched: dict[str, float] = {}
+        self.stretched: set[str] = set()
         self.reported: set[str] = set()
         self._slopes: dict[str, Array] = {}
         self._areas: dict[str, Array] = {}
@@ -83,7 +83,7 @@ class Validity:
 
     def _elastic_metals(self) -> Iterator[Finding]:
         """As soon as it is seen, once a body: elastic metals that are strained as no metal can be."""
-        for body in self.stretched.keys() - self.reported:
+        for body in sorted(self.stretched - self.reported):
             self.reported.add(body)
             yield warning(
                 f"body {body!r} is elastic with the modulus of a metal, and a twentieth of it is strained by more than "
@@ -201,11 +201,13 @@ class Validity:
             if self.system.problem.space != "plane stress":
                 self._note_volume(block, moved)
             return
+        if block.body in self.stretched:
+            return
         F = np.eye(moved.shape[1]) + self._gradients(block, moved)
         square = np.maximum(principal(np.swapaxes(F, 1, 2) @ F), SMALLEST)  # of the principal stretches
         strain = _exceeded(0.5 * np.abs(np.log(square)).max(axis=1), block.volume.sum(axis=1), VOLUME_SHARE)
-        if strain > max(STRAIN_WARNING, self.stretched.get(block.body, 0.0)):
-            self.stretched[block.body] = strain
+        if strain > STRAIN_WARNING:
+            self.stretched.add(block.body)
 
     def _note_volume(self, block: Block, moved: Array) -> None:
         """Note the loss of volume of a body that flows, at the centres of its elements, where a share exceeds it."""
