@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 
 from prensa.study.order import Convergence, observed
+from prensa.types import Array
 from prensa.verify.table import Row, row
 
 
@@ -40,3 +41,8 @@ def order_rows(
     """Reports of the orders of several quantities (k,) from their results (meshes, k)."""
     for quantity, of_meshes in zip(quantities, zip(*results, strict=True), strict=True):
         yield order_row(quantity, n, of_meshes, expected)
+
+
+def root_mean_square(errors: Array) -> float:
+    """Of errors (n,)."""
+    return float(np.sqrt((errors**2).mean()))

@@ -22,6 +22,9 @@ from prensa.verify.table import Row, case, row
 E, NU, H, BALL_RADIUS = 1000.0, 0.3, 10.0, 10.0
 E_STAR = E / (1.0 - NU**2)
 SHEAR_MODULUS = E / (2.0 * (1.0 + NU))
+SHIFTED_FORCE = 20.0
+FULL_SLIP_SHIFT = 0.9 * SHIFTED_FORCE * (2.0 - NU) / (16.0 * SHEAR_MODULUS * hertz_sphere(SHIFTED_FORCE, BALL_RADIUS, E, NU).a)
+"""Shift (mm) at which all of the contact slips, mu = 0.3 (Mindlin 1949)."""
 LOWER_FACE = ((0, 0), (1, 0), (1, 1), (0, 1))
 """Nodes of the lower face of a brick along x and y."""
 
@@ -181,6 +184,18 @@ def along_axis(increment: Increment, height: float) -> float:
     return float(np.interp(height, np.sort(y), body.displacement[below, 0][np.argsort(y)]))
 
 
+def shifted(n: int, E_scale: float, mu_scale: float) -> list[Increment]:
+    """A ball pressed by 20 N, n bricks a radius of the contact, and then shifted with friction."""
+    s = hertz_sphere(SHIFTED_FORCE, BALL_RADIUS, E, NU)
+    side = lines(s.a / n, 1.2 * s.a, H, 1.4)
+    mesh = bricks(np.concatenate([-side[:0:-1], side]), upright(s.a / n, 0.8 * s.a, 1.4), side)
+    law = {"block.top-tool": pr.Coulomb(0.3 * mu_scale)}
+    slide = pr.Step("slide", move={"tool": pr.Motion(x=0.9 * FULL_SLIP_SHIFT)}, friction=law, increments=6)
+    press = pressed(s.delta - tables.BLOCK_CORRECTION * s.P / (E_STAR * H))
+    ball = pr.Sphere(BALL_RADIUS, at=(0.0, H + BALL_RADIUS, 0.0))
+    return list(pr.solve(block(mesh, ball, (*press, slide), E_scale, fixed={"block.back": "z"})))
+
+
 @case("Mindlin, sphere on a block", suite="space", slow=True)
 def mindlin(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Pressed without friction, then shifted with it: the shift for the force, and the stick radius, 6 bricks a radius.
@@ -189,26 +204,19 @@ def mindlin(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     does not count. Theory counts from infinity: a half-space moves that point by 3 to 4 % of the shift, as the block does. It
     neglects the slip across and the coupling of normal and tangential tractions: 2 % in the shift, a brick in the radius.
     """
-    mu = 0.3 * mu_scale
-    s = hertz_sphere(20.0, BALL_RADIUS, E, NU)
-    h = s.a / 6.0
-    side = lines(h, 1.2 * s.a, H, 1.4)
-    mesh = bricks(np.concatenate([-side[:0:-1], side]), upright(h, 0.8 * s.a, 1.4), side)
-    whole = 3.0 * 0.3 * s.P * (2.0 - NU) / (16.0 * SHEAR_MODULUS * s.a)
-    slide = pr.Step("slide", move={"tool": pr.Motion(x=0.9 * whole)}, friction={"block.top-tool": pr.Coulomb(mu)}, increments=6)
-    press = pressed(s.delta - tables.BLOCK_CORRECTION * s.P / (E_STAR * H))
-    p = block(mesh, pr.Sphere(BALL_RADIUS, at=(0.0, H + BALL_RADIUS, 0.0)), (*press, slide), E_scale, fixed={"block.back": "z"})
-    increments = list(pr.solve(p))
-    for inc in increments[1:]:
-        P, Q = 2.0 * abs(inc.force("tool").y), 2.0 * abs(inc.force("tool").x)
+    a, meshes = hertz_sphere(SHIFTED_FORCE, BALL_RADIUS, E, NU).a, (3, 4, 6)
+    runs = [shifted(n, E_scale, mu_scale) for n in meshes]
+    forces = [[2.0 * abs(inc.force("tool").x) for inc in run[1:]] for run in runs]
+    for inc, Q in zip(runs[-1][1:], forces[-1], strict=True):
         (contact,) = inc.contacts.values()
         sticks = contact.status == 1
-        slips = 1.0 - Q / (0.3 * P)
-        shift = float(inc.tools["tool"].place[0]) - along_axis(inc, H - 10.0 * s.a)
+        slips = 1.0 - Q / (0.6 * abs(inc.force("tool").y))
+        shift = float(inc.tools["tool"].place[0]) - along_axis(inc, H - 10.0 * a)
         stuck = float(np.hypot(contact.x[sticks, 0], contact.x[sticks, 2]).max(initial=0.0))
-        yield row(f"shift (mm), Q = {Q:.2f} N", whole * (1.0 - slips ** (2.0 / 3.0)), shift, 0.02)
-        yield row(f"stick radius (mm), Q = {Q:.2f} N", s.a * slips ** (1.0 / 3.0), stuck, h, "absolute")
-    yield row("ball and supports out of balance", 0.0, max(map(imbalance, increments)), 1e-8, "absolute")
+        yield row(f"shift (mm), Q = {Q:.2f} N", FULL_SLIP_SHIFT * (1.0 - slips ** (2.0 / 3.0)), shift, 0.02)
+        yield row(f"stick radius (mm), Q = {Q:.2f} N", a * slips ** (1.0 / 3.0), stuck, a / meshes[-1], "absolute")
+    yield from order_rows([f"Q (N) at {0.15 * k:.2f} of the shift at full slip" for k in range(1, 7)], meshes, forces, 1.0)
+    yield row("ball and supports out of balance", 0.0, max(imbalance(inc) for run in runs for inc in run), 1e-8, "absolute")
 
 
 def dragged(n: int, E_scale: float, mu_scale: float) -> pr.Problem:

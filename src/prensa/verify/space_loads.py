@@ -11,6 +11,7 @@ import numpy as np
 
 import prensa as pr
 from prensa.types import Array
+from prensa.verify.rates import root_mean_square
 from prensa.verify.table import Row, case, row
 from prensa.verify.ties import shell_flexibility
 
@@ -52,11 +53,6 @@ def pushed_outwards(n: int) -> Array:
     border = np.concatenate([number[0, :-1], number[:-1, -1], number[-1, :0:-1], number[:0:-1, 0]])
     area = 0.5 * np.cross(x[border], x[np.roll(border, -1)]).sum(axis=0)
     return np.asarray(BORE_PRESSURE * area * np.sign(area[0]))
-
-
-def root_mean_square(errors: Array) -> float:
-    """Of errors (n,) at the nodes."""
-    return float(np.sqrt((errors**2).mean()))
 
 
 @case("pressure and weight on bodies in space", suite="space")
