@@ -62,8 +62,8 @@ SQUARE_BILLET_FORCE = {
 8 x 6 x 8 bricks with F-bar of an eighth, computed by an independent program; the limit of fine meshes is 0.05 to 0.2 % lower for
 mu = 0.1 (second program: 380.7 at 30 %, 235.8 at 10 %)."""
 SQUARE_BILLET_LIMIT = {0.1: (200.11, 235.78, 268.68, 302.58, 339.34, 380.45), 0.3: (213.85, 252.9)}
-"""mu: F (kN) of the same program at 5, 10 ... 30 % for bricks of size zero, from 8, 12 and 16; +- 0.1 % (0.15 % at 30 %) for mu = 0.1,
-+- 0.2 and 0.3 % for mu = 0.3."""
+"""mu: F (kN) of the same program at 5, 10 ... 30 % for bricks of size zero, from 8, 12 and 16; +- 0.1 % (0.15 % at 30 %) for
+mu = 0.1, +- 0.2 and 0.3 % for mu = 0.3."""
 BLOCK_SPHERE_FORCE = {0.5: 2051.60, 1.0: 6386.44, 1.5: 12662.69, 2.0: 20780.03}
 """delta (mm): P (N), sphere R = 10 on a block 20 x 20 x 10, base bonded, mu = 0.3, psi = mu/2 (I1 - 3) - mu ln J + lambda/2 ln²J,
 E = 1000, nu = 0.3; independent program, 16 graded bricks a side; +- 0.5 %."""
