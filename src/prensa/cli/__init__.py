@@ -44,6 +44,13 @@ class _Commands(TyperGroup):
             ctx.fail(f"{cmd_name!r} is no command; did you mean 'prensa run {cmd_name}'?")
         return found
 
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        for option, path, value in zip(args, args[1:], args[2:]):
+            blank = "=" not in path or path.endswith("=") or value.startswith("=")
+            if option == "--set" and blank and not value.startswith("-") and not value.endswith((".yaml", ".yml")):
+                ctx.fail(f"--set {path} {value}: no blank belongs there; write --set {path.strip('=')}={value.strip('=')}")
+        return super().resolve_command(ctx, args)
+
 
 app = typer.Typer(
     cls=_Commands,
