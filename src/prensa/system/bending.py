@@ -175,8 +175,8 @@ def _ways(system: System, body: str) -> Iterator[_Way]:
 def gaps_across(system: System, body: str, t: Thickness, moment: Moment, unknown: Array) -> tuple[Array, Index]:
     """Gaps (s, 2) at the ends of strips to what is there at a moment, tools in contact with the body and supports along them.
 
-    With the numbers (s, 2) of the contacts of these tools among all of tools; -1: a support, or nothing. ``unknown`` (s,): the gap
-    to a tool whose place nobody knows.
+    With the numbers (s, 2) of the contacts of these tools among all of tools; -1: a support, or nothing. ``unknown`` (s,): the
+    gap to a tool whose place nobody knows.
     """
     out, d = np.where(t.held, 0.0, np.inf), t.across.shape[1]
     nearest = np.full(out.shape, -1)

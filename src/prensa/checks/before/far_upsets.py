@@ -56,9 +56,9 @@ def far_upsets(system: System) -> Iterator[Finding]:
         elif system.dofs.dimension == 3 and remeshing_of(p) is None and (shear := sheared(system, name, u)) > _WORN:
             yield Finding(
                 f"bodies.{name}",
-                f"tools press {name!r} together {by}: where they hold the metal by friction its elements are sheared by up to "
-                f"{shear:.2g}, and there are no new meshes in space; the run ends where they are too distorted, and keeps what it "
-                "has up to there. Press less far, or compute a section with 'remesh: auto'",
+                f"tools press {name!r} together {by}: its elements wear out where friction holds them (sheared by up to {shear:.2g}), "
+                "and a run in space, which has no new meshes, may end on the way; what it has by then is kept. Press less far, "
+                "or compute a section with 'remesh: auto'",
             )
 
 
@@ -91,7 +91,7 @@ def upset(system: System, body: str) -> Upset | None:
 def _sticks(system: System, held: Flags, across: Array, contact: int) -> bool:
     """Whether friction of a contact, or else a support of nodes with ``held`` (a, d), acts along the end of a strip."""
     if contact < 0:
-        return bool(held.all(axis=0)[np.abs(across) < TOWARDS].any())
+        return bool((held.all(axis=0) & (np.abs(across) < TOWARDS)).any())
     law = system.tool_contacts[contact].description.friction or system.problem.friction
     return law is not None and not law.frictionless
 
