@@ -41,9 +41,10 @@ NOT_IN_SPACE: dict[str, NotInSpace] = {
         "bodies", "element: q4", "{element!r} is an element of the plane; use 'h8_fbar'", {"element": "q4"}
     ),
     "material": NotInSpace(
-        "bodies", "laws written as point functions (`pr.PointMaterial`, Hill's yield function), in Python",
-        "{type!r} is a material of point functions, which have no law in space yet; use 'j2' or an IsotropicMaterial",
-        {"type": "Hill"},
+        "Python", "pr.PointMaterial",
+        "{type!r} is a material of point functions, as Hill's yield function is, and has no law in space yet; use 'j2', or "
+        "'pr.IsotropicMaterial'",
+        {"type": "Mine"},
     ),
     "tool": NotInSpace(
         "tools", "type: circle",

@@ -13,7 +13,6 @@ from prensa.errors import Finding
 from prensa.mesh.bricks import BrickMesh
 from prensa.mesh.quality import POOR
 from prensa.mesh.thin import strips
-from prensa.model.remeshing import remeshing_of
 from prensa.model.units import factor
 from prensa.policy import Policy
 from prensa.system.bending import Thickness, gaps_across
@@ -27,12 +26,16 @@ class Upset(NamedTuple):
     """The strip through a body that is pressed together most: its ``height`` between what presses it, and what is ``left`` of it.
 
     ``across`` (d,): the line of travel. ``sticking``: ends of it along which friction or a support may hold the metal.
+    ``surrounded``: whether tools surround the body all along the height, as a container does; ``past_face``: shear of a layer of
+    elements between metal that stands before a face and what flows past it.
     """
 
     height: float
     left: float
     across: Array
     sticking: int
+    past_face: float
+    surrounded: bool = False
 
 
 def far_upsets(system: System) -> Iterator[Finding]:
@@ -53,15 +56,17 @@ def far_upsets(system: System) -> Iterator[Finding]:
                     f"tools press {name!r} together {by}, and it is elastic with the modulus of a metal: metals yield long "
                     "before; give it a 'j2' material with its flow curve",
                 )
-        elif system.dofs.dimension == 3 and remeshing_of(p) is None and (shear := sheared(system, name, u)) > _WORN:
+        elif system.dofs.dimension == 3 and (shear := u.past_face if u.surrounded else sheared(system, name, u)) > _WORN:
             yield Finding(
                 f"bodies.{name}",
-                f"tools press {name!r} together {by}: its elements wear out where friction holds them (sheared by up to {shear:.2g}), "
-                "and a run in space, which has no new meshes, may end on the way; what it has by then is kept. Press less far, "
-                "or compute a section with 'remesh: auto'",
+                f"tools press {name!r} together {by}: {_PAST if u.surrounded else _HELD}, by up to {shear:.2g}, and a run in "
+                "space, which has no new meshes, may end before that, with what it has by then; press less far"
+                f"{', give the die a slope below 45°' * u.surrounded}, or compute a section in the plane with 'remesh: auto'",
             )
 
 
+_HELD = "where friction holds the metal its elements are sheared"
+_PAST = "where it flows past metal that stands before a face across its way its elements are sheared"
 _WORN = float(np.sqrt(1.0 / POOR**2 - 1.0))
 """Shear at which the scaled Jacobian of a rectangle, 1/√(1 + γ²), is `POOR`."""
 
@@ -81,11 +86,14 @@ def upset(system: System, body: str) -> Upset | None:
             k = int(np.argmin(left / t.size))
             if left[k] < t.size[k] and (most is None or left[k] * most.height < most.left * t.size[k]):
                 sticking = sum(_sticks(system, held[t.ends[k, end]], t.across[k], int(contacts[k, end])) for end in range(2))
-                most = Upset(float(t.size[k]), float(left[k]), t.across[k], sticking)
+                depth = max(float(system.tool_contacts[i].points.depth.max()) for i in contacts[k] if i >= 0)
+                most = Upset(float(t.size[k]), float(left[k]), t.across[k], sticking, float(t.size[k] - left[k]) / depth)
     if most is None:
         return None
     confined = _confined(system, body, most.across)  # which becomes no shorter
-    return most if confined >= most.left else most._replace(height=most.height - confined, left=most.left - confined)
+    if confined >= most.left:
+        return most._replace(surrounded=True)
+    return most._replace(height=most.height - confined, left=most.left - confined)
 
 
 def _sticks(system: System, held: Flags, across: Array, contact: int) -> bool:
