@@ -55,6 +55,7 @@ def far_upsets(system: System) -> Iterator[Finding]:
                     f"bodies.{name}.material",
                     f"tools press {name!r} together {by}, and it is elastic with the modulus of a metal: metals yield long "
                     "before; give it a 'j2' material with its flow curve",
+                    seen_in_run=True,
                 )
         elif system.dofs.dimension == 3 and (shear := u.past_face if u.surrounded else sheared(system, name, u)) > _WORN:
             yield Finding(
@@ -62,6 +63,7 @@ def far_upsets(system: System) -> Iterator[Finding]:
                 f"tools press {name!r} together {by}: {_PAST if u.surrounded else _HELD}, by up to {shear:.2g}, and a run in "
                 "space, which has no new meshes, may end before that, with what it has by then; press less far"
                 f"{', give the die a slope below 45°' * u.surrounded}, or compute a section in the plane with 'remesh: auto'",
+                seen_in_run=True,
             )
 
 
