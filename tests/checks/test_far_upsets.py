@@ -66,7 +66,8 @@ def test_elements_wear_out_where_it_is_reported(travel, worn):
 
 def test_the_length_in_a_container_is_not_shortened():
     """Half of a bolt is in its die: 4 of 10 are 4 of the free 5, and the rest stays."""
-    die = pr.Revolved(section=pr.Profile(points=((20.0, 5.0), (5.0, 5.0), (5.0, -9.0)), fillet=(0.0, 1.0, 0.0)), at=(0.0, 0.0, 0.0))
+    section = pr.Profile(points=((20.0, 5.0), (5.0, 5.0), (5.0, -9.0)), fillet=(0.0, 1.0, 0.0))
+    die = pr.Revolved(section=section, at=(0.0, 0.0, 0.0))
     bolt = pr.Cylinder(radius=5.0, height=10.0, n=(4, 20, 4), angle=np.pi / 2)
     contacts = (pr.Contact(("b.top", "b.outer"), "t", pr.Coulomb(0.1)), pr.Contact(("b.outer",), "die"))
     words = said(upset(bolt, 0.45, tools={"t": DOWN, "die": die}, contacts=contacts))

@@ -24,7 +24,7 @@ class NotInSpace(NamedTuple):
 NOT_IN_SPACE: dict[str, NotInSpace] = {
     "remesh": NotInSpace("the problem", "remesh: auto", "'remesh' is not available in space yet; leave it out"),
     "heat": NotInSpace(
-        "the problem", "heat: …",
+        "Python", "pr.Problem(heat=…)",
         "conduction is not available in space yet; leave it out, or compute a section in plane strain or axisymmetry",
     ),
     "body_contacts": NotInSpace(
@@ -57,7 +57,7 @@ NOT_IN_SPACE: dict[str, NotInSpace] = {
         "'contacts: [{{surface: {side}, against: {tool}}}]'", {"body": "block", "side": "block.top", "tool": "roll"},
     ),
     "integration": NotInSpace(
-        "contacts", "integration: mortar", "in space contact is integrated by the rule 'nodal'; leave it out"
+        "contacts", "integration: gauss2", "in space contact is integrated by the rule 'nodal'; leave it out"
     ),
     "interference": NotInSpace(
         "contacts", "interference: 0.1",
