@@ -25,7 +25,6 @@ SECOND = """bodies:
   lid: {mesh: {type: box, size: [1, 1, 1], n: [1, 1, 1], origin: [0, 9, 0]}, material: {type: elastic, E: 1e3, nu: 0.3}}"""
 OF_CASES: dict[str, tuple[tuple[str, str], dict[str, object]]] = {
     "remesh": (("steps:", "remesh: auto\nsteps:"), {}),
-    "body_contacts": (("bodies:", f"body_contacts: [{{slave: lid.bottom, master: block.top}}]\n{SECOND}"), {}),
     "thickness": (("steps:", "thickness: 10\nsteps:"), {}),
     "mesh": (("type: box, size: [10, 5, 10], n: [5, 3, 5]", "type: rectangle, size: [10, 5], n: [5, 3]"),
              {"kinds": "'box', 'cylinder', 'extruded', 'revolved', 'bricks', 'tetrahedra', 'file'", "type": "rectangle"}),
@@ -59,6 +58,7 @@ def _condensed(problem: pr.Problem) -> object:
 
 OTHERS = {
     "material": lambda p: replace(p, bodies={"block": replace(p.bodies["block"], material=Metal(70e3, 0.3, 300.0, 500.0))}),
+    "body_contacts": lambda p: replace(p, body_contacts=(pr.BodyContact("block.top", "block.bottom"),)),
     "heat": lambda p: replace(p, heat=Heat({"block": Conductor(50.0, 4.0)}, 20.0)),
     "outlines": lambda p: parse("block.folds", p),
     "lines of contact": lambda p: parse("block.top-roll.length", p),

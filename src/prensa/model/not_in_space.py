@@ -28,7 +28,7 @@ NOT_IN_SPACE: dict[str, NotInSpace] = {
         "conduction is not available in space yet; leave it out, or compute a section in plane strain or axisymmetry",
     ),
     "body_contacts": NotInSpace(
-        "the problem", "body_contacts: …",
+        "Python", "pr.Problem(body_contacts=…)",
         "contact between bodies is not available in space yet; join them by 'ties', or make one of them a tool",
     ),
     "thickness": NotInSpace("the problem", "thickness: 10", "bodies in space have no thickness; leave it out"),

@@ -340,8 +340,8 @@ def _as_fixed(value: Any) -> Any:
         if value == "normal":
             return {"normal": "held"}
         if value not in ("x", "y", "xy", "z", "xz", "yz", "xyz"):
-            words = "is not 'x', 'y', 'xy', in space also 'z', 'xz', 'yz', 'xyz', 'normal' (a flat side along its normal, as a plane"
-            raise ValueError(f"{value!r} {words} of symmetry is), 'free' or a mapping of x, y (and z) to values")
+            words = "'xyz', 'normal' (a plane of symmetry), 'free' or a mapping of x, y (and z) to values"
+            raise ValueError(f"{value!r} is not 'x', 'y', 'xy', in space also 'z', 'xz', 'yz', {words}")
         return dict.fromkeys(value, "held")
     return value
 
