@@ -60,15 +60,15 @@ def far_upsets(system: System) -> Iterator[Finding]:
         elif system.dofs.dimension == 3 and (shear := u.past_face if u.surrounded else sheared(system, name, u)) > _WORN:
             yield Finding(
                 f"bodies.{name}",
-                f"tools press {name!r} together {by}: {_PAST if u.surrounded else _HELD}, by up to {shear:.2g}, and a run in "
-                "space, which has no new meshes, may end before that, with what it has by then; press less far"
+                f"tools press {name!r} together {by}: {_BY_A_FACE if u.surrounded else _BY_FRICTION}, by up to {shear:.2g}, and "
+                "a run in space, which has no new meshes, may end before that, with what it has by then; press less far"
                 f"{', give the die a slope below 45°' * u.surrounded}, or compute a section in the plane with 'remesh: auto'",
                 seen_in_run=True,
             )
 
 
-_HELD = "where friction holds the metal its elements are sheared"
-_PAST = "where it flows past metal that stands before a face across its way its elements are sheared"
+_BY_FRICTION = "where friction holds the metal its elements are sheared"
+_BY_A_FACE = "where it flows past metal that stands before a face across its way its elements are sheared"
 _WORN = float(np.sqrt(1.0 / POOR**2 - 1.0))
 """Shear at which the scaled Jacobian of a rectangle, 1/√(1 + γ²), is `POOR`."""
 
