@@ -42,6 +42,16 @@ def test_a_wrong_change_is_a_sentence(case, verb, change):
     assert result.output.startswith(f"--set {change}: ") and len(result.output.strip().splitlines()) == 1
 
 
+@pytest.mark.parametrize("change", [("friction.mu", "0.2"), ("friction.mu=", "0.2"), ("friction.mu", "=0.2")])
+def test_a_blank_in_a_change_is_a_sentence(case, change):
+    """With the change that was meant."""
+    for words in (("check", case, "--set", *change), ("run", "--set", *change, case), ("sweep", case, "--set", *change)):
+        result = prensa_does(*words)
+        assert result.exit_code == 2
+        assert result.output == f"--set {' '.join(change)}: no blank belongs there; write --set friction.mu=0.2\n"
+    assert "write it as path=value, friction.mu=0.2" in prensa_does("check", case, "--set", "friction.mu 0.2").output
+
+
 def test_a_fillet_for_each_corner_is_checked(case):
     """`fillet` as a list passes the check of lengths; one out of proportion is reported."""
     text = case.read_text().replace(

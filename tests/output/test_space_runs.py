@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import meshio
 import numpy as np
@@ -316,12 +315,3 @@ output: {{pictures: false, report: false}}
     drawn = meshio.read(next((tmp_path / "fields").glob("tools_0003.vtu"))).points
     corner = expected[-1].apply([3.0, 0.0, 0.0]) + np.array([2.0, 9.0, 2.0])  # with its edges rounded a little
     assert np.linalg.norm(drawn - corner, axis=1).min() < 0.1
-
-
-def test_the_page_lists_what_is_refused():
-    """The table of docs/guide/space.md names every key that the table of the program refuses."""
-    from prensa.model.space import NOT_IN_SPACE
-
-    page = (Path(__file__).parents[2] / "docs" / "guide" / "space.md").read_text(encoding="utf-8")
-    for keys in NOT_IN_SPACE.values():
-        assert all(f"`{key}`" in page for key in keys)

@@ -31,6 +31,7 @@ steps:
 
 SECTION = "type: extruded, section: {type: circle, radius: 20}, axis: [0, 0, 1]"
 IN_SPACE = coining("[5, 3, 5]", "roll", SECTION, "{type: coulomb, mu: 0.1}", 0.5, 5)
+SWIFT = "type: j2, E: 210e3, nu: 0.3, flow: {type: swift, K: 600, e0: 0.01, n: 0.2}"
 ROLL = f"{SECTION}, touching: block.top, at: [0, 0, 0]"
 BALL = "type: sphere, radius: 20, touching: block.top, at: [0, 0, 0]"
 BRICKS = "type: box, size: [10, 5, 10], n: [5, 3, 5]"
@@ -102,6 +103,10 @@ SEEDED = {
         Seeded(
             "space left out of a round part", (*[("strip", "billet")] * 6, ("space: plane strain\n", "")), "3:3",
             ("'space' is missing", "half the section of a round body", "'space: axisymmetric'"), True,
+        ),
+        Seeded(
+            "list written twice", (("increments: 4}", "increments: 4}\nsteps:\n  - {name: back, move: {die: {y: 0}}}"),), "14:1",
+            ("'steps' appears twice (first at line 12)", "put the entries of both under one 'steps:'"),
         ),
         Seeded("key written twice", (("steps:", "fixed: {}\nsteps:"),), "12:1", ("'fixed' appears twice",)),
         Seeded(
@@ -639,6 +644,10 @@ SEEDED = {
             ("thickness of a body in space", (("space: solid", "space: solid\nthickness: 10"),), "3:1", ("have no thickness",), False),
             ("mesh of the plane", ((BRICKS, "type: rectangle, size: [10, 5], n: [5, 3]"),), "5:5", ("'rectangle' is a mesh of the plane", "'extruded'"), False),
             ("tool of the plane", ((ROLL, "type: circle, radius: 20, touching: block.top, at: [0, 0, 0]"),), "8:3", ("is a tool of the plane", "type: extruded"), False),
+            ("far upset, which wears elements out", ((ROLL, "type: plane, touching: block.top"), ("y: -0.5", "y: -4")), "4:3", ("together by 4 of 5", "'remesh: auto'"), True),
+            ("steel without a flow curve, pressed far", ((ROLL, "type: plane, touching: block.top"), (SWIFT, "type: elastic, E: 210e3, nu: 0.3"), ("y: -0.5", "y: -2")), "6:5", ("together by 2 of 5", "metals yield long before"), True),
+            ("tool turned by an unknown key", (("touching: block.top,", "touching: block.top, turn: 30 deg,"),), "8:101", ("unknown key 'turn'", "its 'axis' says how it stands"), False),
+            ("semicolons in a list", (("[10, 5, 10]", "[10; 5; 10]"),), "5:30", ("commas separate the entries of a list", "write 10, 5, 10"), False),
             ("new meshes in space", (("steps:", "remesh: auto\nsteps:"),), "12:1", ("'remesh' is not available in space yet",), False),
             ("far too fine a mesh", (("n: [5, 3, 5]", "n: [500, 250, 500]"),), "5:5", ("6.25e+07 elements", "take fewer"), False),
         )

@@ -44,6 +44,16 @@ class _Commands(TyperGroup):
             ctx.fail(f"{cmd_name!r} is no command; did you mean 'prensa run {cmd_name}'?")
         return found
 
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command of the arguments, of which a change of a value with blanks in it would be taken for two."""
+        for option, path, value in zip(args, args[1:], args[2:]):
+            blank = "=" not in path or path.endswith("=") or value.startswith("=")
+            if option == "--set" and blank and not value.startswith("-") and not value.endswith((".yaml", ".yml")):
+                remedy = f"--set {path.strip('=')}={value.strip('=')}"
+                typer.echo(f"--set {path} {value}: no blank belongs there; write {remedy}", err=True)
+                raise typer.Exit(BAD_INPUT)
+        return super().resolve_command(ctx, args)
+
 
 app = typer.Typer(
     cls=_Commands,

@@ -12,6 +12,7 @@ from prensa.errors import PrensaError
 from prensa.friction.wear.archard import Archard
 from prensa.friction.wear_law import WearLaw
 from prensa.measures.units import length_unit, pressure_unit
+from prensa.model.not_in_space import words_of
 from prensa.model.problem import File, Problem
 from prensa.model.schema import loads
 from prensa.output.result import RunResult
@@ -60,7 +61,7 @@ def law_of(k: float | None, hardness: float | None, depth: float | None, run: Ru
 def refuse_section(given: Mapping[str, object]) -> None:
     """Raise PrensaError for options of a section, by their names, that are given (no false value) with a tool in space."""
     if found := [option for option, value in given.items() if value]:
-        raise PrensaError(f"stresses of dies are of sections: leave out {' and '.join(found)} for a map of the loads")
+        raise PrensaError(words_of("die", options=" and ".join(found)))
 
 
 def lines_of(summary: dict[str, Any], problem: Problem) -> Iterator[str]:

@@ -13,6 +13,7 @@ from prensa.dies.surface import in_space, outline_of
 from prensa.errors import PrensaError
 from prensa.friction.wear_law import Sliding
 from prensa.model.names import suggest
+from prensa.model.not_in_space import words_of
 from prensa.model.problem import Problem
 from prensa.result.increment import Increment, ToolState
 from prensa.system.discretise import discretise
@@ -106,7 +107,7 @@ def tool_loads(increments: Iterable[Increment], problem: Problem, tool: str, int
         known = ", ".join(map(repr, problem.tools)) or "none"
         raise PrensaError(f"unknown tool {tool!r}{suggest(tool, problem.tools)}; tools: {known}")
     if problem.space == "solid":
-        raise PrensaError("loads along a tool's outline are of sections; of a tool in space take its map, 'result.tool_map'")
+        raise PrensaError(words_of("loads along outlines"))
     placed = next(t for t in discretise(problem).tools if t.name == tool)
     rows, state = [], None
     for increment, seconds in lasting(increments):

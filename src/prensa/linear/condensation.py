@@ -35,6 +35,7 @@ from prensa.linear.reduction import Reduced, equations_of, in_lengths, weights_o
 from prensa.linear.rigid_modes import free_to_move
 from prensa.model import problem as model
 from prensa.model.body_contacts import CONDENSED
+from prensa.model.not_in_space import words_of
 from prensa.policy import DEFAULT, Policy
 from prensa.precision import EPS
 from prensa.system.assembly import Pattern
@@ -56,7 +57,7 @@ def refusal(system: System) -> str:
     if model.ever_stabilised(system.problem):
         return "viscous forces ('stabilise') act on all nodes"
     if system.dofs.dimension != 2:
-        return "only bodies in the plane are condensed"
+        return words_of("condense")
     if system.problem.body_contacts:
         return CONDENSED
     if system.more:

@@ -28,6 +28,7 @@ from prensa.measures.units import (
 )
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh
+from prensa.model.not_in_space import words_of
 from prensa.model.problem import Problem
 from prensa.model.units import factor
 from prensa.result.increment import SLIDING_FIELDS, Shape
@@ -327,7 +328,7 @@ class _Reader:
         if quantity == "area":
             return _Part(area_unit(p), contacts.area(of))
         if self.solid and (quantity == "length" or head == "neutral"):
-            raise MeasureError(f"{quantity!r} of a contact is along a line; in space take 'area', 'max.pressure' or 'count.slip'")
+            raise MeasureError(words_of("lines of contact", measure=quantity))
         if quantity == "surface_expansion":
             return _Part("", contacts.expansion(of, p.space == "axisymmetric"))
         if quantity == "length":
@@ -369,8 +370,7 @@ class _Reader:
             size = bodies.volume(body, p)
             return _Part(volume_unit(p), bodies.plain(body, size), None, body, size)
         if self.solid and quantity.rpartition(".")[2] in OF_OUTLINES:
-            words = "is a measure of plane outlines, and bodies in space have no outline; take positions at places"
-            raise MeasureError(f"'{body}.{rest}' {words}")
+            raise MeasureError(words_of("outlines", measure=f"{body}.{rest}"))
         if self.solid and quantity.rpartition(".")[2] == "barrel":
             return self._barrel_of_cut(body, rest, quantity, where)
         if quantity in folds.OF_FOLDS and not where:

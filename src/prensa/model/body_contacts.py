@@ -7,6 +7,7 @@ from typing import Any
 
 from prensa.model.default_elements import element_name
 from prensa.model.names import Finding
+from prensa.model.not_in_space import words_of
 from prensa.model.remeshing import remeshing_of
 from prensa.registry import DOORS
 
@@ -27,7 +28,8 @@ def findings(p: Any, boundary: Boundary) -> Iterator[Finding]:
     if not p.body_contacts:
         return
     if p.space != "plane strain":
-        yield Finding(("body_contacts",), "contact between bodies is so far available only in plane strain")
+        words = "contact between bodies is so far available only in plane strain"
+        yield Finding(("body_contacts",), words_of("body_contacts") if p.space == "solid" else words)
     if p.contact_geometry == "reference":
         yield Finding(("contact_geometry",), "contact between bodies is on moved sides; use 'current'")
     for i, step in enumerate(p.steps):

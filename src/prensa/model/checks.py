@@ -208,6 +208,9 @@ def _of_mesh(mesh: Any) -> list[str]:
             return list(mesh.boundaries)
         case "box":
             return ["left", "right", "bottom", "top", "back", "front"]
+        case "cylinder":
+            ends = ["base", "cap"] if mesh.angle < 6.283185 else []
+            return ["bottom", "top", "outer", *(["inner"] if mesh.bore else ["bottom-centre", "top-centre"]), *ends]
         case "extruded" | "revolved":
             known = _of_mesh(mesh.section)
             return [*known, "base", "cap"] if known else []

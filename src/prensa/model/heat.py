@@ -12,6 +12,7 @@ from pydantic import Field
 from prensa.model.default_elements import element_name
 from prensa.model.fields import described
 from prensa.model.names import Finding, suggest
+from prensa.model.not_in_space import words_of
 from prensa.model.units import Number
 from prensa.registry import DOORS
 
@@ -72,7 +73,8 @@ def findings(p: Any) -> Iterator[Finding]:
             known = [*p.bodies, *p.tools]
             yield Finding(("heat", "conductors", name), f"unknown body or tool {name!r}{suggest(name, known)}", at_key=True)
     if p.space not in ("plane strain", "axisymmetric"):
-        yield Finding(("heat",), f"conduction is not available in {p.space} yet")
+        words = words_of("heat") if p.space == "solid" else f"conduction is not available in {p.space} yet"
+        yield Finding(("heat",), words)
     for key in ("ties", "body_contacts", "start"):
         if getattr(p, key):
             yield Finding(("heat",), f"heat does not pass through {key!r} yet; leave one of the two out")

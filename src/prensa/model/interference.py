@@ -10,6 +10,7 @@ from pydantic import Discriminator, Field, Tag
 from prensa.model.feed import ends_early
 from prensa.model.fields import described
 from prensa.model.names import Finding, suggest
+from prensa.model.not_in_space import words_of
 from prensa.model.remeshing import remeshing_of
 from prensa.model.units import Length
 
@@ -75,11 +76,7 @@ def _refused(p: Any, owner: Any, given: Interference) -> Iterator[str]:
         return
     number = 0 if given.step is None else names.index(given.step)
     if p.space == "solid":
-        yield "interference is not available in space yet; " + (
-            "draw the tool beside the body and move it to its place in the first step"
-            if hasattr(owner, "against")
-            else "leave it out, and draw the two bodies in contact without overlap; in the plane it is available"
-        )
+        yield words_of("interference" if hasattr(owner, "against") else "interference of ties")
     if p.start is not None:
         yield (
             "a case that starts from a run takes its contacts and ties over as they are: describe the fit and what follows "

@@ -12,7 +12,7 @@ from typing import Any
 from prensa.errors import Mistake, shown
 from prensa.model.checks import FindingsError
 from prensa.model.names import Finding, meant, of_a_slip, of_the_trade, suggest, suggest_key
-from prensa.model.places import Place, Root, bare, expected, fields_of, follow, having, is_names, offered
+from prensa.model.places import Place, Root, bare, expected, fields_of, follow, having, in_space, is_names, offered
 from prensa.model.units import ANGLE
 
 MOST = 200  # errors that are explained: a table in the wrong place has thousands
@@ -73,7 +73,9 @@ def _follows(error: Any, place: Place, errors: list[Any], places: list[Place]) -
             if e["type"] == "unexpected_keyword_argument" and p.path[:-1] == place.path[:-1]
         ]
         near = difflib.get_close_matches(place.path[-1], typos, n=1) or place.path[-1] in map(of_the_trade, typos)
-        return bool(near) or place.path[-1] in [t.partition(":")[0] for t in typos]
+        fields = fields_of(place.parent.kind, place.parent.node) if place.parent is not None else []
+        named = any(repr(place.path[-1]) in _of_another_shape(t, fields) for t in typos)
+        return bool(near) or named or place.path[-1] in [t.partition(":")[0] for t in typos]
     return False
 
 
@@ -95,7 +97,7 @@ def explain(error: Any, place: Place) -> Mistake:
         if above.parent is None and (things := having(str(key))):
             remedy = f"; {key!r} is a key of {' or of '.join(things)}"
         remedy = _of_another_shape(str(key), fields) or remedy
-        if key in ("z", "r") and "y" in fields_of(above.kind, above.node):
+        if key in ("z", "r") and "y" in fields_of(above.kind, above.node) and not in_space(place):
             remedy += " In axisymmetry x is the radius and y the axis"
         return Mistake(place.mark(at_key=True), f"unknown key {key!r}{where}{remedy}")
     if kind == "missing":
@@ -127,6 +129,10 @@ def _of_another_shape(key: str, fields: list[str]) -> str:
         return "; the yield stress is one of 'flow', such as {type: perfect, s0: 250 MPa}"
     if key == "diameter" and "radius" in fields:
         return "; give 'radius', half of it"
+    if key == "turn" and (direction := next((f for f in ("axis", "normal") if f in fields), "")):
+        return f"; its {direction!r} says how it stands, and a step turns it: by 'rz', in space 'rx' and 'ry' too"
+    if key == "size" and {"radius", "height"} <= set(fields):
+        return "; give 'radius' and 'height'"
     if key in ("diameter", "radius", "height", "width", "length") and "size" in fields:
         return "; lengths are given as 'size', one for each axis (in axisymmetry radius and height)"
     return ""
@@ -187,6 +193,12 @@ def _choice(error: Any, place: Place, above: Place) -> Mistake:
     if not isinstance(value, str):
         return Mistake(place.mark(), _wrong(error, place))
     noun = _noun(above) if key == "type" and above.path else str(key)
+    if isinstance(key, int):  # an entry of a list
+        last = value.rpartition(".")[2]
+        remedy = f"; write {last!r}" if last in options else suggest(value, options)
+        return Mistake(place.mark(), f"{place.label} is {value!r}{remedy}")
+    if key == "of":
+        noun = f"'of' of {above.owner}"
     if 1 < len(options) <= 3:
         return Mistake(place.mark(), f"unknown {noun} {value!r}; write {' or '.join(map(repr, options))}")
     return Mistake(place.mark(), f"unknown {noun} {value!r}{suggest(value, options)}")

@@ -32,12 +32,18 @@ def override(root: Place, text: str) -> list[Mistake]:
     path, equals, value = text.partition("=")
     mark = Mark(f"{OPTION}{text}")
     if not equals or not path.strip():
-        raise CaseError([Mistake(mark, "write it as path=value, for example tools.punch.radius=20")])
+        raise CaseError([Mistake(mark, f"write it as path=value, {_example(path)}")])
     node, mistakes = read(value, mark.source, marked=False)
     # Mistakes in the value then point at the command line, where it was written, and not at a line of the file.
     _paint(node, mark)
     _set(root, path.strip().split("."), node, mark)
     return mistakes
+
+
+def _example(text: str) -> str:
+    """The change that was meant by a path and a value with a blank between them, or one of another path."""
+    path, _, value = text.strip().partition(" ")
+    return f"{path}={value.strip()}" if value else "for example tools.punch.radius=20"
 
 
 def _paint(node: Node, mark: Mark) -> None:

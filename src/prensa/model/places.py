@@ -219,7 +219,7 @@ def root(node: Node) -> Place:
     return Place((), Root, node, None, "")
 
 
-def _in_space(place: Place) -> bool:
+def in_space(place: Place) -> bool:
     """Whether the file says `space: solid`."""
     while place.parent is not None:
         place = place.parent
@@ -235,7 +235,7 @@ def follow(start: Place, path: Iterable[str | int], tagged: bool = False) -> Pla
         options = tags(place.kind) if tagged and place.kind is not None else {}
         if key in options:
             # What is no list is tagged as one of the plane.
-            member = options["solid" if "solid" in options and _in_space(place) else str(key)]
+            member = options["solid" if "solid" in options and in_space(place) else str(key)]
             place = Place(place.path, member, place.node, place.parent, place.owner)
         else:
             place = child(place, key)

@@ -60,6 +60,7 @@ from prensa.model.meshes import (
     Wire,
 )
 from prensa.model.names import Finding
+from prensa.model.not_in_space import words_of
 from prensa.model.press import Press
 from prensa.model.python_alone import WHOLE
 from prensa.model.remeshing import Remesh, RemeshValue, Sizes, When
@@ -339,7 +340,8 @@ def _as_fixed(value: Any) -> Any:
         if value == "normal":
             return {"normal": "held"}
         if value not in ("x", "y", "xy", "z", "xz", "yz", "xyz"):
-            raise ValueError(f"{value!r} is not 'x', 'y', 'xy', 'free' or a mapping of x and y to values")
+            words = "'xyz', 'normal' (a plane of symmetry), 'free' or a mapping of x, y (and z) to values"
+            raise ValueError(f"{value!r} is not 'x', 'y', 'xy', in space also 'z', 'xz', 'yz', {words}")
         return dict.fromkeys(value, "held")
     return value
 
@@ -724,8 +726,7 @@ class Case:
             words = "'output.mirror' cannot name 'back' or 'front' in the plane: they are sides in 'space: solid'"
             yield Finding(("output", "mirror"), words)
         if p.space == "solid" and self.output.wear:
-            words = "'output.wear' is along outlines, which tools in space do not have: leave it out, take 'prensa die'"
-            yield Finding(("output", "wear"), words, at_key=True)
+            yield Finding(("output", "wear"), words_of("wear"), at_key=True)
         for tool, law in self.output.wear.items():
             if words := law.fault():
                 words = f"wear law {law.type!r}: {words}; try it with prensa.testing.check_wear"

@@ -1,4 +1,4 @@
-"""Dimension of a problem: what goes together with it, and what cannot be done in space yet; one table, refused in words."""
+"""Dimension of a problem: what goes together with it; what there is not in space is the table of `prensa.model.not_in_space`."""
 
 from __future__ import annotations
 
@@ -6,18 +6,13 @@ from collections.abc import Iterator
 from typing import Any
 
 from prensa.model.names import Finding
+from prensa.model.not_in_space import words_of
 from prensa.registry import DOORS
 
 BRICKS = ("box", "cylinder", "extruded", "revolved", "bricks", "tetrahedra")
 """Meshes of bodies in space, and of no others."""
-NOT_IN_SPACE = {
-    "problem": ("remesh",),
-    "steps": (),
-}
-"""Keys that mean nothing in space yet, where they are given."""
 OF_SPACE = {"fixed": "z", "spring": "z rx ry", "push": "z mx my mz", "move": "z rx ry"}
 """Axes that the plane has not, by the kind of the entry; ``by`` and ``velocity`` have those of ``move``."""
-_NOTHING = (None, False, "off")
 
 
 def findings(p: Any) -> Iterator[Finding]:
@@ -40,10 +35,10 @@ def findings(p: Any) -> Iterator[Finding]:
             yield from _axes(p, ("tools", name, "spring"), "spring", tool.spring)
     if not solid:
         return
-    for path, owner in owners:
-        yield from _not_yet(owner, "steps" if path else "problem", path)
+    if p.remesh not in (None, False, "off"):
+        yield Finding(("remesh",), words_of("remesh"), at_key=True)
     if p.thickness not in (None, 1.0):
-        yield Finding(("thickness",), "bodies in space have no thickness; leave it out", at_key=True)
+        yield Finding(("thickness",), words_of("thickness"), at_key=True)
     yield from _contacts(p)
 
 
@@ -62,8 +57,7 @@ def _loads(owner: Any, path: tuple[str | int, ...], space: str, dimension: int) 
     """Loads with other components than the space has."""
     for name, load in owner.loads.items():
         if dimension == 3 and getattr(load, "shear", None) is not None:
-            words = "a side in space has no direction along which a shear could act; give a 'traction' of three components"
-            yield Finding((*path, "loads", name, "shear"), words, at_key=True)
+            yield Finding((*path, "loads", name, "shear"), words_of("shear"), at_key=True)
     given: list[tuple[tuple[str, ...], Any]] = [(("body_force", name), force) for name, force in owner.body_force.items()]
     given += [(("loads", name, "traction"), getattr(load, "traction", None)) for name, load in owner.loads.items()]
     for place, components in given:
@@ -76,7 +70,7 @@ def _axes(p: Any, path: tuple[str | int, ...], kind: str, given: Any) -> Iterato
     """Axes of an entry that the space of a problem has not, and what to write instead."""
     if p.space == "solid":
         if kind == "push" and getattr(given, "m", None) is not None:
-            yield Finding((*path, "m"), "in space a moment is about an axis: write 'mx', 'my' or 'mz'", at_key=True)
+            yield Finding((*path, "m"), words_of("moment"), at_key=True)
         return
     remedy = {"fixed": "write 'x', 'y', 'xy'", "push": "write 'x', 'y' or 'm'"}.get(kind, "write 'x', 'y' or 'rz'")
     about = " In axisymmetry x is the radius and y the axis" if p.space == "axisymmetric" else ""
@@ -84,13 +78,6 @@ def _axes(p: Any, path: tuple[str | int, ...], kind: str, given: Any) -> Iterato
         if getattr(given, key, None) is not None:
             is_of = "is an axis of" if key == "z" else "turns a tool about an axis of"
             yield Finding((*path, key), f"{key!r} {is_of} 'space: solid'; {remedy}.{about}", at_key=True)
-
-
-def _not_yet(owner: Any, kind: str, path: tuple[str | int, ...]) -> Iterator[Finding]:
-    for key in NOT_IN_SPACE[kind]:
-        given = getattr(owner, key, None)
-        if not (given in _NOTHING or given == () or given == {}):
-            yield Finding((*path, key), f"{key!r} is not available in space yet; leave it out", at_key=True)
 
 
 def fits(p: Any, body: Any) -> bool:
@@ -104,14 +91,17 @@ def _bodies(p: Any, dimension: int) -> Iterator[Finding]:
             continue
         if not fits(p, body):
             kinds = ", ".join(map(repr, (*BRICKS, "file")))
-            swept = f"{body.mesh.type!r} is a mesh of the plane: take it as the 'section' of an 'extruded' or a 'revolved' one"
-            words = f"bodies in space have a mesh of type {kinds}; {swept}" if dimension == 3 else "bricks need 'space: solid'"
+            words = words_of("mesh", kinds=kinds, type=body.mesh.type) if dimension == 3 else "bricks need 'space: solid'"
             yield Finding(("bodies", name, "mesh"), words)
+        if dimension == 3 and not getattr(body.material, "in_space", True):
+            words = words_of("material", type=type(body.material).__name__)
+            yield Finding(("bodies", name, "material"), words)
         if body.element is not None:
             element: Any = DOORS["element"].find(body.element)
             if element.layout.dimension != dimension:
-                words = "of the plane; use 'h8_fbar'" if dimension == 3 else "of 'space: solid'"
-                yield Finding(("bodies", name, "element"), f"{body.element!r} is an element {words}")
+                words = f"{body.element!r} is an element of 'space: solid'"
+                words = words_of("element", element=body.element) if dimension == 3 else words
+                yield Finding(("bodies", name, "element"), words)
             elif dimension == 3 and body.mesh.type != "file" and (body.element == "t10") != (body.mesh.type == "tetrahedra"):
                 words = "has tetrahedra; use 't10'" if body.element != "t10" else "has bricks; use 'h8_fbar'"
                 yield Finding(("bodies", name, "element"), f"{body.element!r} does not fit the mesh, which {words}")
@@ -122,9 +112,8 @@ def _tools(p: Any, dimension: int) -> Iterator[Finding]:
         if tool is None:
             continue
         if dimension not in tool.dimensions:
-            swept = f"{{type: extruded, section: {{type: {tool.type}, …}}, axis: [0, 0, 1]}}, or 'revolved'"
-            words = f"is a tool of the plane; in space write {swept}" if dimension == 3 else "is a tool of 'space: solid'"
-            yield Finding(("tools", name), f"{tool.type!r} {words}")
+            words = words_of("tool", type=tool.type) if dimension == 3 else f"{tool.type!r} is a tool of 'space: solid'"
+            yield Finding(("tools", name), words)
             continue
         for key in ("at", tool.direction_key):
             given = getattr(tool, key, None) if key else None
@@ -141,11 +130,8 @@ def _contacts(p: Any) -> Iterator[Finding]:
         if c is None:
             continue
         if c.integration != "nodal":
-            yield Finding(
-                ("contacts", i, "integration"), "in space contact is integrated by the rule 'nodal'; leave it out"
-            )
+            yield Finding(("contacts", i, "integration"), words_of("integration"))
         if whole := next((s for s in c.surface if "." not in s), None):
             tool = p.tools.get(c.against)
             side = tool.touching if tool is not None and str(tool.touching).startswith(f"{whole}.") else f"{whole}.top"
-            words = f"in space contacts name the sides that a tool may touch, not the whole of {whole!r}; write"
-            yield Finding(("contacts", i, "surface"), f"{words} 'contacts: [{{surface: {side}, against: {c.against}}}]'")
+            yield Finding(("contacts", i, "surface"), words_of("whole body", body=whole, side=side, tool=c.against))

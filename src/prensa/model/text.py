@@ -285,9 +285,17 @@ class _Reader:
         while not isinstance(child := self.next(), SequenceEndEvent):
             if isinstance(child, ScalarEvent) and child.value in self.runs:
                 items += self.rows(child)
+            elif isinstance(child, ScalarEvent) and not child.style and ";" in child.value:
+                items += self.semicolons(child)
             else:
                 items.append(self.node(child, depth + 1))
         return Node(items, self.mark(event.start_mark))
+
+    def semicolons(self, event: Any) -> list[Node]:
+        """Entries of a list that semicolons separate, which is a mistake; what follows from it is not reported besides."""
+        mark, parts = self.mark(event.start_mark), [part.strip() for part in event.value.split(";")]
+        self.note(mark, f"commas separate the entries of a list, not semicolons; write {', '.join(filter(None, parts))}")
+        return [self.plain(part, mark) for part in parts if part]
 
     def rows(self, event: Any) -> Iterator[Node]:
         """Items of the run that the event stands for; the numbers of a row have its place."""
@@ -312,8 +320,9 @@ class _Reader:
                 self.note(mark, message)
             elif key in node.value:
                 first = f" (first at line {node.keys[key].line})" if self.marked else ""
-                message = f"the key {key!r} appears twice{first}; keep one"
-                self.note(mark, message)
+                several = isinstance(value.value, list | dict) and isinstance(node.value[key].value, list | dict)
+                remedy = f"put the entries of both under one '{key}:', or remove one" if several else "keep one"
+                self.note(mark, f"the key {key!r} appears twice{first}; {remedy}")
             else:
                 node.value[key], node.keys[key] = value, mark
         return node

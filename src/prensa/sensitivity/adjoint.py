@@ -19,6 +19,7 @@ from prensa.linear.threads import ONE_OF_BLAS
 from prensa.measures import parse
 from prensa.measures.measure import Gradient, Measure
 from prensa.model import problem as model
+from prensa.model.not_in_space import words_of
 from prensa.policy import Policy
 from prensa.result.increment import Increment, Monitor
 from prensa.result.results import increment_of
@@ -145,6 +146,8 @@ def gradient(
 def _refuse(system: System, by: Sequence[str]) -> None:
     """Refuse what has no derivative or none backwards, and what any run refuses before it begins."""
     refuse(system, None, by)
+    if system.dofs.dimension == 3:
+        raise OnlyForwards(f"gradient: {words_of('adjoint')}")
     if not known(system):
         raise OnlyForwards(
             "gradient: only plane elements that have no enhanced modes in finite strain, elastic or J2, and contacts on "

@@ -56,7 +56,7 @@ def stiffness_errors(s: Strips, row: Index, along: Index, nu: float, space: str)
 
 
 @dataclass(frozen=True)
-class _Thickness:
+class Thickness:
     """The strips (s,) through the thickness of a body that end on its outline at both sides.
 
     ``strip`` (s,): their numbers; ``ends`` (s, 2, a): nodes of the two sides; ``middle`` (s, 2, d): the places of their middles;
@@ -72,7 +72,7 @@ class _Thickness:
     held: Flags
 
     @staticmethod
-    def of(mesh: Mesh, s: Strips, row: Index, held: Flags) -> _Thickness:
+    def of(mesh: Mesh, s: Strips, row: Index, held: Flags) -> Thickness:
         """Of the strips in a row (m,) of each element of a mesh, of whose nodes supports hold components (n, d) in all steps."""
         corners, at = s.sides.shape[3], (row, np.arange(len(row)))
         own, nodes = np.repeat(s.strip[at], 2), s.sides[at].reshape(-1, corners)
@@ -88,7 +88,7 @@ class _Thickness:
         size = np.linalg.norm(way, axis=1)
         across = way / size[:, None]
         towards = np.abs(across)[:, None, None, :] > np.sqrt(0.5)
-        return _Thickness(strip, ends, middle, across, size, (held[ends] & towards).any(axis=3).all(axis=2))
+        return Thickness(strip, ends, middle, across, size, (held[ends] & towards).any(axis=3).all(axis=2))
 
 
 class BentStrips(NamedTuple):
@@ -108,7 +108,7 @@ class BentStrips(NamedTuple):
         """Of a mesh of quadrilaterals."""
         s = strips(mesh)
         row, _ = s.thin
-        t = _Thickness.of(mesh, s, row, np.zeros((len(mesh.points), 2), dtype=bool))
+        t = Thickness.of(mesh, s, row, np.zeros((len(mesh.points), 2), dtype=bool))
         first, last = t.ends[:, 0], t.ends[:, 1]
         x = mesh.points
         across = np.linalg.norm(x[first] - x[last], axis=2).sum(axis=1)
@@ -132,7 +132,7 @@ class _Way(NamedTuple):
 
     body: str
     error: float
-    through: _Thickness
+    through: Thickness
 
 
 def bendings(system: System, unnamed: Iterable[str], least: float = WORTH_SAYING) -> dict[str, Bending]:
@@ -147,7 +147,7 @@ def bendings(system: System, unnamed: Iterable[str], least: float = WORTH_SAYING
     bent = [_driven_across(system, w.body, w.through) for w in ways]
     for moment in moments(system):
         for k, (body, _, t) in enumerate(ways):
-            gaps = _gaps(system, body, t, moment)
+            gaps = gaps_across(system, body, t, moment, -t.size)[0]
             pressed[body] |= bool((gaps.sum(axis=1) < -NEGLIGIBLE * t.size).any())
             bent[k] |= bool((gaps < -NEGLIGIBLE * t.size[:, None]).any())
     out: dict[str, Bending] = {}
@@ -166,30 +166,35 @@ def _ways(system: System, body: str) -> Iterator[_Way]:
     solid = len(s.across) == 3
     *rows, along = np.argsort(s.lengths, axis=0, kind="stable") if solid else (s.thin[0], 1 - s.thin[0])
     for row in rows:
-        own, t = stiffness_errors(s, row, along, law.poisson, space), _Thickness.of(mesh, s, row, held)
+        own, t = stiffness_errors(s, row, along, law.poisson, space), Thickness.of(mesh, s, row, held)
         if solid:
             own[np.isin(s.strip[row, np.arange(len(row))], t.strip[t.held.all(axis=1)])] = 0.0
         yield _Way(body, float(own[np.argmax(np.abs(own))]), t)
 
 
-def _gaps(system: System, body: str, t: _Thickness, moment: Moment) -> Array:
-    """Gaps (s, 2) at the ends of strips to what is there at a moment: tools in contact with the body, and supports along them."""
+def gaps_across(system: System, body: str, t: Thickness, moment: Moment, unknown: Array) -> tuple[Array, Index]:
+    """Gaps (s, 2) at the ends of strips to what is there at a moment, tools in contact with the body and supports along them.
+
+    With the numbers (s, 2) of the contacts of these tools among all of tools; -1: a support, or nothing. ``unknown`` (s,): the
+    gap to a tool whose place nobody knows.
+    """
     out, d = np.where(t.held, 0.0, np.inf), t.across.shape[1]
+    nearest = np.full(out.shape, -1)
     outward = np.stack([-t.across, t.across], axis=1)
-    for s in system.tool_contacts:
+    for i, s in enumerate(system.tool_contacts):
         if s.body == body:
             master = system.tool_masters[s.against]
             seen = master.seen(t.middle.reshape(-1, d), moment.u)
             # a tool that has come through from the other side faces away from this one
             # and in space one that is met along the thickness of the other way faces neither
             facing = (seen.n.reshape(-1, 2, d) * outward).sum(axis=2) < (-np.sqrt(0.5) if d == 3 else 0.0)
-            # how far a force takes a tool nobody knows: it presses in what it faces
-            gap = seen.g.reshape(-1, 2) if moment.known[master.number] else np.tile(-t.size[:, None], 2)
-            out = np.where(facing, np.minimum(out, gap), out)
-    return out
+            gap = seen.g.reshape(-1, 2) if moment.known[master.number] else np.repeat(unknown[:, None], 2, axis=1)
+            nearer = facing & (gap < out)
+            out, nearest = np.where(nearer, gap, out), np.where(nearer, i, nearest)
+    return out, nearest
 
 
-def _driven_across(system: System, body: str, t: _Thickness) -> bool:
+def _driven_across(system: System, body: str, t: Thickness) -> bool:
     """Whether a support is moved, or a load acts, across the thickness of a body."""
     p, mesh, axes = system.problem, system.meshes[body], model.SPATIAL_AXES[: t.across.shape[1]]
     ways: list[tuple[str, Array]] = []

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from prensa.errors import PrensaError
+from prensa.errors import PrensaError, along
 from prensa.mesh.mesh import Mesh
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.tools.analytic import Tool
@@ -136,7 +136,7 @@ def place(
     gaps = shape.along(points - start, outward, 10.0 * reach)
     if not np.isfinite(gaps).any():
         raise ToolError(
-            f"tools.{name}: moving along {(0.0 - outward).tolist()} the {d.type} tool never meets {target!r}; "
+            f"tools.{name}: moving along {along(-outward)} the {d.type} tool never meets {target!r}; "
             f"change 'at' (its position across that direction) or its direction{_endwise(d, outward)}{d.hint()}"
         )
     where = start - gaps.min() * outward

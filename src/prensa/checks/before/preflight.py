@@ -10,6 +10,7 @@ from prensa.checks.before.bending import stiff_in_bending
 from prensa.checks.before.bores import bores
 from prensa.checks.before.closed_dies import closed_dies
 from prensa.checks.before.edges_between_nodes import edges_between_nodes
+from prensa.checks.before.far_upsets import far_upsets
 from prensa.checks.before.feeding import feeding
 from prensa.checks.before.file_units import file_units
 from prensa.checks.before.flow_curves import flow_curves
@@ -47,7 +48,7 @@ AT_REST: tuple[Check[System], ...] = (tool_sizes, surface_corners, starting_plac
 """Those of where things are before anything moves."""
 CHECKS: tuple[Check[System], ...] = (
     obsolete_keys, new_meshes, flow_curves, tables, lengths, pushes, weak, mesh_shapes, stiff_in_bending, bores, table_starts,
-    standstills, travels, small_strain, feeding, new_sizes, mounts, turns, off_centre, thick_sheets, file_units,
+    standstills, travels, small_strain, far_upsets, feeding, new_sizes, mounts, turns, off_centre, thick_sheets, file_units,
     *AT_REST, tools_inside, tool_faces,
     tool_paths, pushed_tools, edges_between_nodes, rigid_motions, joint_motions, tied_gaps, measured_places, closed_dies,
 )  # fmt: skip

@@ -1,0 +1,104 @@
+"""Bodies that tools press together far: said before a run in space, whose elements wear out there; elastic metals too."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.checks.before.far_upsets import far_upsets
+from prensa.errors import SolveError
+from prensa.mesh.mesh import displaced
+from prensa.mesh.quality import POOR, quality
+
+STEEL = pr.J2(210e3, 0.3, pr.Swift(800.0, 0.005, 0.18))
+BOX = pr.Box((5.0, 2.5, 5.0), (4, 3, 4))
+ROUND = pr.Cylinder(radius=5.0, height=5.0, n=(4, 5, 4), angle=np.pi / 2)
+RING = pr.Cylinder(radius=5.0, height=5.0, bore=2.5, n=(3, 5, 4), angle=np.pi / 2)
+DOWN = pr.Plane(touching="b.top")
+
+
+def upset(mesh: object, travel: float, mu: float = 0.3, material: object = STEEL, **given: object) -> pr.Problem:
+    """An eighth of a billet under a plane that comes down by a share of its height."""
+    round_ = isinstance(mesh, pr.Cylinder)
+    height = mesh.height if round_ else mesh.size[1]
+    sides = {"b.base": "z", "b.cap": "x"} if round_ else {"b.left": "x", "b.back": "z"}
+    free = ("b.outer",) if round_ else ("b.right", "b.front")
+    settings: dict[str, object] = {
+        "bodies": {"b": pr.Body(mesh, material)}, "tools": {"t": DOWN}, "fixed": {"b.bottom": "y", **sides},
+        "contacts": (pr.Contact(("b.top", *free), "t", pr.Coulomb(mu) if mu else None),),
+        "steps": (pr.Step("press", move={"t": pr.Motion(y=-travel * height)}, increments=30),), **given,
+    }  # fmt: skip
+    return pr.Problem("upset", space="solid", **settings)
+
+
+def said(p: pr.Problem) -> str:
+    """What the check says."""
+    return " ".join(map(str, far_upsets(pr.discretise(p))))
+
+
+@pytest.mark.parametrize("mesh", [BOX, ROUND, RING], ids=lambda m: type(m).__name__)
+@pytest.mark.parametrize(("travel", "mu", "reported"), [(0.85, 0.3, True), (0.3, 0.3, False), (0.85, 0.0, False)])
+def test_upsets_by_most_of_the_height_are_reported(mesh, travel, mu, reported):
+    """With what is pressed together; not those by a third, nor where nothing holds the metal at the tools."""
+    words = said(upset(mesh, travel, mu))
+    assert bool(words) == reported, words
+    if reported:
+        height = 2.5 if mesh is BOX else 5
+        assert f"press 'b' together by {travel * height:.4g} of {height:g}" in words and "'remesh: auto'" in words
+
+
+@pytest.mark.parametrize(("travel", "worn"), [(0.6, True), (0.3, False)])
+def test_elements_wear_out_where_it_is_reported(travel, worn):
+    """A tenth of the elements of a flat box that sticks is out of shape by then, or the run has ended on one of them."""
+    p = upset(BOX, travel)
+    increments, ended = [], False
+    try:
+        increments += pr.solve(p)
+    except SolveError as error:
+        ended, last = True, error.last
+    last = increments[-1] if increments else last
+    shape = quality(displaced(pr.discretise(p).meshes["b"], last.bodies["b"].x)).jacobian
+    assert bool(said(p)) == (ended or np.quantile(shape, 0.1) < POOR) == worn
+
+
+def test_the_length_in_a_container_is_not_shortened():
+    """Half of a bolt is in its die: 4 of 10 are 4 of the free 5, and the rest stays."""
+    section = pr.Profile(points=((20.0, 5.0), (5.0, 5.0), (5.0, -9.0)), fillet=(0.0, 1.0, 0.0))
+    die = pr.Revolved(section=section, at=(0.0, 0.0, 0.0))
+    bolt = pr.Cylinder(radius=5.0, height=10.0, n=(4, 20, 4), angle=np.pi / 2)
+    contacts = (pr.Contact(("b.top", "b.outer"), "t", pr.Coulomb(0.1)), pr.Contact(("b.outer",), "die"))
+    words = said(upset(bolt, 0.45, tools={"t": DOWN, "die": die}, contacts=contacts))
+    free = float(words.split("together by 4.5 of ")[1].split(":")[0])
+    assert free == pytest.approx(6.0, abs=0.5)  # the fillet of 1 leaves a little more free
+
+
+@pytest.mark.parametrize(("slope", "reported"), [(0.3, True), (2.5, False)])
+def test_extrusions_past_steep_faces_are_reported(slope, reported):
+    """Through an opening of 4 of 5: a shoulder of 73° and one of 22°, which the elements pass without harm."""
+    points = ((5.0, 20.0), (5.0, 0.0), (4.0, -slope), (4.0, -20.0))
+    die = pr.Revolved(section=pr.Profile(points=points, fillet=(0.0, 0.1, 0.1, 0.0)), at=(0.0, 0.0, 0.0))
+    billet = pr.Cylinder(radius=5.0, height=10.0, n=(4, 10, 4), angle=np.pi / 2)
+    contacts = (pr.Contact(("b.top",), "t"), pr.Contact(("b.outer", "b.bottom"), "die", pr.Coulomb(0.05)))
+    fixed = {"b.base": "z", "b.cap": "x"}
+    words = said(upset(billet, 0.8, tools={"t": DOWN, "die": die}, contacts=contacts, fixed=fixed))
+    assert ("give the die a slope below 45°" in words) == bool(words) == reported, words
+
+
+@pytest.mark.parametrize(
+    ("material", "travel", "reported"),
+    [(pr.Elastic(210e3, 0.3), 0.2, True), (pr.Elastic(210e3, 0.3), 0.01, False), (pr.NeoHooke(5.0, 0.45), 0.2, False)],
+)
+def test_elastic_metals_pressed_beyond_any_yield_stress_are_reported(material, travel, reported):
+    """A fifth of the height in steel; not a hundredth, nor in rubber."""
+    words = said(upset(BOX, travel, material=material))
+    assert bool(words) == reported and ("metals yield long before" in words) == reported
+
+
+def test_the_examples_in_space_run_to_their_end_and_are_not_warned_of():
+    """All of the gallery."""
+    for path in (Path(__file__).parents[2] / "examples").glob("*.yaml"):
+        if "space: solid" in path.read_text(encoding="utf-8"):
+            assert said(pr.load(path).problem) == "", path.name
