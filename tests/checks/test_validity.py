@@ -17,6 +17,8 @@ from prensa.policy import Policy
 from prensa.system.failure import BeyondSmall
 from problems import pressed_block, single_block, stroke, upset_block
 
+HARDENING = pr.J2(70e3, 0.33, pr.Linear(100.0, 200.0))
+
 
 def stretched(strain: float, element: str | None = None, **more: object) -> pr.Problem:
     """A bar 4 × 2 pulled by a strain along x, in three steps; more: fields of the problem."""
@@ -170,6 +172,25 @@ def test_of_a_friction_hill_that_loses_volume_nothing_is_said_where_its_force_ho
 
     assert 0.01 < pressed(1.15 * K) / pressed(K) - 1 < 0.05
     assert not [m for m in caplog.messages if "has lost more than" in m]
+
+
+@pytest.mark.parametrize(("n", "length", "material", "words"), [
+    ((4, 1), 6.7, HARDENING, "the mesh is too coarse"),
+    ((8, 3), 4.63, HARDENING, r"folds over itself, and an estimated [34].* % of the forces"),
+    ((24, 7), 6.937, pr.NeoHooke(10.0, 0.45), None),  # one of 168 elements folds, at a corner
+])  # fmt: skip
+def test_plates_pressed_to_half_are_warned_of_where_twice_as_fine_a_mesh_has_another_force(n, length, material, words, caplog):
+    """More than 5 % apart, or not."""
+    step = pr.Step("press", move={"t": pr.Motion(y=-0.5)})
+    forces, said = [], []
+    for finer in (1, 2):
+        problem = upset_block(step, material=material, size=(length, 1.0), n=(n[0] * finer, n[1] * finer), friction=pr.Coulomb(0.3))
+        caplog.clear()
+        *_, last = pr.solve(problem)
+        forces.append(last.force("t").y)
+        said.append(list(caplog.messages))
+    assert (abs(forces[0] / forces[1] - 1) > 0.05) == bool(words)
+    assert [re.search(words or "", m) is not None for m in said[0]] == [True] * bool(words)
 
 
 @pytest.mark.parametrize(("material", "held", "words"), [

@@ -13,7 +13,7 @@ import numpy as np
 
 from prensa.checks.check import Committed, Failed, Finished, ended_by, warning
 from prensa.checks.force_share import ForceShare
-from prensa.checks.thresholds import NO_DIFFERENCE
+from prensa.checks.thresholds import NO_DIFFERENCE, SLIGHT
 from prensa.errors import Finding
 from prensa.geometry.plane import cross
 from prensa.materials.flow_curve import FlowCurve
@@ -67,6 +67,7 @@ class Validity:
         self.rubbed: dict[tuple[str, str], tuple[float, float]] = {}
         self.squeezed: dict[str, float] = {}
         self.too_soft: dict[str, ForceShare] = {}
+        self.unbalanced = ForceShare()
         self.stretched: set[str] = set()
         self.reported: set[str] = set()
         self._slopes: dict[str, Array] = {}
@@ -85,6 +86,7 @@ class Validity:
         if given.complete:
             for body, energy in self._left_out.items():
                 self.too_soft.setdefault(body, ForceShare()).note(given, energy)
+            self.unbalanced.note(given, given.state.energy.imbalance)
         yield from self._elastic_metals()
 
     def _elastic_metals(self) -> Iterator[Finding]:
@@ -148,16 +150,7 @@ class Validity:
                     f"{in_degrees(d.rotation)}: 'kinematics: small' neglects terms of that size; use 'finite', or add "
                     "'allow_large_strain: true'"
                 )
-        for body, lost in self.squeezed.items():
-            share, rubbed = self.too_soft[body].at_most_work(), self._without_bound(body)
-            if share > STRAIN_WARNING:
-                yield (
-                    f"body {body!r}: a twentieth of it has lost more than {100 * lost:.2g} % of its volume, where metals are "
-                    f"stiffer than a constant bulk modulus, and forces are too low by an estimated {100 * share:.2g} %; plastic "
-                    "flow preserves volume: tools and supports leave it no room"
-                    + ", or friction that no shear strength bounds presses it" * rubbed
-                    + "; check supports and travels" + ", and take 'capped' or 'shear' friction" * rubbed
-                )  # fmt: skip
+        yield from self._of_compression()
         for body, strain in self.used_to.items():
             end = self.system.problem.bodies[body].material.flow.known_to()
             yield (
@@ -170,6 +163,25 @@ class Validity:
                 f"the friction of contact {contact!r} has a table that ends at a {name} of {end:g} and was used up to "
                 f"{most:.3g}, where its last value is kept; give values up to there"
             )
+
+    def _of_compression(self) -> Iterator[str]:
+        """Sentences about bodies that flow and lose volume, where their forces show it."""
+        for body, lost in self.squeezed.items():
+            much = f"body {body!r}: a twentieth of it has lost more than {100 * lost:.2g} % of its volume"
+            soft, missed = self.too_soft[body].at_most_work(), abs(self.unbalanced.at_most_work())
+            rubbed = self._without_bound(body)
+            if soft > STRAIN_WARNING:
+                yield (
+                    f"{much}, where metals are stiffer than a constant bulk modulus, and forces are too low by an estimated "
+                    f"{100 * soft:.2g} %; plastic flow preserves volume: tools and supports leave it no room"
+                    + ", or friction that no shear strength bounds presses it" * rubbed
+                    + "; check supports and travels" + ", and take 'capped' or 'shear' friction" * rubbed
+                )  # fmt: skip
+            elif missed > SLIGHT:
+                yield (
+                    f"{much}, and under such pressures the work of its elements' stresses differs from that of their forces by "
+                    f"{100 * missed:.2g} %: the mesh is too coarse; take a finer one, and check the forces of both"
+                )
 
     def _of_metals(self) -> Iterator[str]:
         """Sentences about metals that left the range of their tests."""
