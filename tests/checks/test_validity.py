@@ -184,7 +184,10 @@ def test_plates_pressed_to_half_are_warned_of_where_twice_as_fine_a_mesh_has_ano
     step = pr.Step("press", move={"t": pr.Motion(y=-0.5)})
     forces, said = [], []
     for finer in (1, 2):
-        problem = upset_block(step, material=material, size=(length, 1.0), n=(n[0] * finer, n[1] * finer), friction=pr.Coulomb(0.3))
+        problem = upset_block(
+            step, material=material, size=(length, 1.0), n=(n[0] * finer, n[1] * finer), friction=pr.Coulomb(0.3),
+            sides=("top", "right"),
+        )  # fmt: skip
         caplog.clear()
         *_, last = pr.solve(problem)
         forces.append(last.force("t").y)
