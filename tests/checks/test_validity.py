@@ -15,7 +15,9 @@ from prensa.errors import SolveError
 from prensa.model.schema import CaseError, loads
 from prensa.policy import Policy
 from prensa.system.failure import BeyondSmall
-from problems import pressed_block, single_block, stroke
+from problems import pressed_block, single_block, stroke, upset_block
+
+HARDENING = pr.J2(70e3, 0.33, pr.Linear(100.0, 200.0))
 
 
 def stretched(strain: float, element: str | None = None, **more: object) -> pr.Problem:
@@ -122,6 +124,76 @@ def test_a_soft_contact_is_reported_where_a_tool_would_sink_in(material, k_n, re
     problem = pressed_block(stroke(-0.01), material=material, size=(2.0, 1.0), n=(4, 2), enforcement=pr.Penalty(k_n=k_n))
     notices = [str(n) for n in preflight(pr.discretise(problem)) if "the tool penetrates" in str(n)]
     assert bool(notices) == reported
+
+
+@pytest.mark.parametrize("travel", [0.4, 0.6])
+def test_what_compression_leaves_out_of_a_force_is_that_of_birchs_equation_of_state(travel, caplog):
+    """Perfect plasticity, held all round: the force is that of the pressure, and its error one known pressure over the other.
+
+    Estimated over the second half of the work, so between the error at its middle and at its end.
+    """
+    E, nu, height = 70e3, 0.33, 3.0
+    problem = pressed_block(
+        stroke(-travel, increments=20), material=pr.J2(E, nu, pr.Perfect(s0=1.0)), size=(4, 3), n=(4, 3), body="block",
+        fixed={"block.bottom": "y", "block.left": "x", "block.right": "x"},
+    )  # fmt: skip
+    *_, last = pr.solve(problem)
+
+    def pressures(J: float) -> tuple[float, float]:
+        K = E / (3 * (1 - 2 * nu))
+        return -K * np.log(J) / J, 1.5 * K * (J ** (-7 / 3) - J ** (-5 / 3))
+
+    given, birch = pressures(1 - travel / height)
+    assert last.force("t").y == pytest.approx(4.0 * given, rel=5e-3)
+    half, beyond = pressures(1 - travel / height / 2**0.5)
+    (said,) = [m for m in caplog.messages if "has lost more than" in m] or [""]
+    share = float(re.search(r"estimated ([0-9.]+) %", said)[1]) / 100
+    assert half < given and beyond / half - 1 < share < birch / given - 1 + 5e-4
+
+
+def test_of_a_friction_hill_that_loses_volume_nothing_is_said_where_its_force_holds(caplog):
+    """12 % are lost in its middle, where Birch's pressure is 14 % above Hencky's. A bulk modulus 15 % higher, the shear modulus
+    as it is, changes the force by less than 5 %.
+    """
+    K, G = 70e3 / 1.02, 70e3 / 2.66
+
+    def pressed(K: float) -> float:
+        metal = pr.J2(9 * K * G / (3 * K + G), (3 * K - 2 * G) / (2 * (3 * K + G)), pr.Linear(100.0, 200.0))
+        problem = upset_block(stroke(-0.5), material=metal, size=(11.8, 1.0), n=(11, 2), friction=pr.Coulomb(0.1))
+        *_, last = pr.solve(problem)
+        system = pr.discretise(problem)
+        was, now = (x[system.blocks[0].cells] for x in (system.X, last.bodies["b"].x))
+        assert (area(now) / area(was)).min() < 0.885
+        return float(last.force("t").y)
+
+    def area(x: np.ndarray) -> np.ndarray:
+        one, other = x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]
+        return one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+
+    assert 0.01 < pressed(1.15 * K) / pressed(K) - 1 < 0.05
+    assert not [m for m in caplog.messages if "has lost more than" in m]
+
+
+@pytest.mark.parametrize(("n", "length", "material", "words"), [
+    ((4, 1), 6.7, HARDENING, "the mesh is too coarse"),
+    ((8, 3), 4.63, HARDENING, r"folds over itself, and an estimated [34].* % of the forces"),
+    ((24, 7), 6.937, pr.NeoHooke(10.0, 0.45), None),  # one of 168 elements folds, at a corner
+])  # fmt: skip
+def test_plates_pressed_to_half_are_warned_of_where_twice_as_fine_a_mesh_has_another_force(n, length, material, words, caplog):
+    """More than 5 % apart, or not."""
+    step = pr.Step("press", move={"t": pr.Motion(y=-0.5)})
+    forces, said = [], []
+    for finer in (1, 2):
+        problem = upset_block(
+            step, material=material, size=(length, 1.0), n=(n[0] * finer, n[1] * finer), friction=pr.Coulomb(0.3),
+            sides=("top", "right"),
+        )  # fmt: skip
+        caplog.clear()
+        *_, last = pr.solve(problem)
+        forces.append(last.force("t").y)
+        said.append(list(caplog.messages))
+    assert (abs(forces[0] / forces[1] - 1) > 0.05) == bool(words)
+    assert [re.search(words or "", m) is not None for m in said[0]] == [True] * bool(words)
 
 
 @pytest.mark.parametrize(("material", "held", "words"), [

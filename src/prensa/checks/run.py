@@ -48,7 +48,7 @@ class RunChecks:
     ) -> None:
         self.policy, self.between_nodes = policy, BetweenNodes(system, on_finer)
         corners = Corners(system)
-        folding = Folding(system, policy, corners)
+        self.folding = folding = Folding(system, policy, corners)
         self.closing = Closing(system)
         self.validity = validity or Validity(system, policy)
         self.penalties = penalties = PenaltyShare(system)
@@ -65,7 +65,7 @@ class RunChecks:
             Penetration(system, folding if finite else None), symmetry_lines, *([self.closing] if finite else []),
             SelfIntersection(system), *([folding] if finite else []),
         ]  # fmt: skip
-        self.committed: list[Check[Committed]] = [self.validity, penalties.note, self.untouched.note]
+        self.committed: list[Check[Committed]] = [self.validity, penalties.note, folding.note, self.untouched.note]
         self.step_ends: list[Check[Committed]] = [
             partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), penalties,
             self.between_nodes,
@@ -75,10 +75,12 @@ class RunChecks:
         else:
             self.step_ends.append(self.metal_bends)
         self.tools_leave: list[Check[Finished]] = [self.untouched.warnings]
-        self.run_ends: list[Check[Finished]] = [*self.tools_leave, self.validity.warnings, penalties.warnings]
+        self.run_ends: list[Check[Finished]] = [
+            *self.tools_leave, self.validity.warnings, penalties.warnings, folding.warnings,
+        ]  # fmt: skip
         # Who asks stops at the first finding that ends the run: what the run has seen up to here comes before that.
         self.failed: list[Check[Failed]] = [
-            self.validity.warnings, partial(tool_balance, system), partial(unilateral_support, system),
+            self.validity.warnings, folding.warnings, partial(tool_balance, system), partial(unilateral_support, system),
         ]  # fmt: skip
 
     def of(self, system: System) -> RunChecks:
@@ -86,6 +88,7 @@ class RunChecks:
         rest = RunChecks(system, self.policy, self.validity, self.between_nodes.on_finer)
         rest.closing.known = dict(self.closing.known)
         rest.penalties.go_on_from(self.penalties)
+        rest.folding.go_on_from(self.folding)
         rest.untouched.reached = self.untouched.reached
         rest.between_nodes.reported |= self.between_nodes.reported
         rest.metal_bends.open &= self.metal_bends.open

@@ -320,6 +320,14 @@ class Block:
         """The law's columns (m, q, law.size) of a history, contiguous."""
         return np.ascontiguousarray(history[..., : self.law.size])
 
+    def work(self, history: Array, elements: Index | slice = slice(None)) -> Array:
+        """Energy (m,) that ``elements`` have stored and dissipated in plastic flow up to a history."""
+        h = history[elements]
+        work = self.law.energy(self.at_law(h))
+        if self.law.plastic:
+            work = work + self.field(h, "plastic_work").reshape(work.shape)
+        return np.asarray((self.volume[elements] * work).sum(axis=1))
+
     def positions(self, x: Array) -> Array:
         """Places (m, q, d) of the integration points on node positions x (n, d) of the whole system."""
         return np.ascontiguousarray(np.einsum("qa,mad->mqd", self.element.N, x[self.cells]))

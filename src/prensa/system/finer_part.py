@@ -99,10 +99,7 @@ def work_in(system: System, state: State, body: str, chosen: Flags | slice = sli
     """Work done in ``chosen`` elements (m,) of a body, and in all bodies: stored and dissipated."""
     total = own = 0.0
     for b, h in zip(system.blocks, state.history):
-        work = b.law.energy(b.at_law(h))
-        if b.law.plastic:
-            work = work + b.field(h, "plastic_work").reshape(work.shape)
-        of_elements = (b.volume * work).sum(axis=1)
+        of_elements = b.work(h)
         total += float(of_elements.sum())
         own += float(of_elements[chosen].sum()) if b.body == body else 0.0
     return own, total

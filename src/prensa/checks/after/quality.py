@@ -8,6 +8,7 @@ import numpy as np
 
 from prensa.checks.after.between_nodes import BetweenNodes
 from prensa.checks.check import Committed, Failed, Finished, warning
+from prensa.checks.force_share import ForceShare
 from prensa.checks.thresholds import NOTABLE_DEPTH, SLIGHT
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.record import magnitude
@@ -16,7 +17,6 @@ from prensa.linear.rigid_modes import CLOSED
 from prensa.model.fields import motions_in
 from prensa.model.problem import Problem, Step
 from prensa.system.system import System
-from prensa.types import Array
 
 HIDDEN_FORCE_RATIO = 100.0
 """A tool force below this multiple of the residual allowed is no result."""
@@ -41,25 +41,23 @@ class PenaltyShare:
 
     A spring of stiffness k that carries f gives way by f/k, and that gap lowers the force F over a prescribed travel d by f/k
     df/dd: gaps and travels are reciprocal (Betti). Of all springs that is a share Σ f df / (k F dd) = dE/dW of F: what their
-    energy gains over what the work does. In a linear body that is E/W (Castigliano); a body that stiffens loses more, metal
-    that yields at a constant force nothing. The rate is that over the second half of the work: within a single increment forces
-    of sliding step as nodes pass.
+    energy gains over what the work does (`ForceShare`). In a linear body that is E/W; a body that stiffens loses more, metal
+    that yields at a constant force nothing.
     """
 
     def __init__(self, system: System) -> None:
         self.system = system
         self.work, self.share, self.softest = 0.0, 0.0, ""
-        self.rows: list[tuple[float, float]] = []  # W and E at the ends of increments
+        self.of_springs = ForceShare()
 
     def go_on_from(self, before: PenaltyShare) -> None:
         """Take over what was seen of the run on an earlier system."""
-        self.work, self.share, self.softest, self.rows = before.work, before.share, before.softest, list(before.rows)
+        self.work, self.share, self.softest = before.work, before.share, before.softest
+        self.of_springs.rows = list(before.of_springs.rows)
 
     def note(self, given: Committed) -> tuple[()]:
         """Note an increment."""
-        if not self.rows and given.context.state.energy.external == 0.0:
-            self.rows.append((0.0, 0.0))  # of a run that is continued the beginning is not known
-        self.rows.append((given.state.energy.external, sum(self._stored(given).values())))
+        self.of_springs.note(given, sum(self._stored(given).values()))
         return ()
 
     def __call__(self, given: Committed) -> tuple[()]:
@@ -67,7 +65,7 @@ class PenaltyShare:
         # Steps of little work, in which a sheet is clamped, have large shares without a meaning for what is asked of the run.
         stored = self._stored(given)
         if stored and given.state.energy.external > self.work:
-            self.work, self.share = given.state.energy.external, _last_rate(np.array(self.rows))
+            self.work, self.share = given.state.energy.external, self.of_springs.last()
             self.softest = max(stored, key=lambda name: stored[name])
         return ()
 
@@ -84,18 +82,6 @@ class PenaltyShare:
                 f"too low by an estimated {100.0 * self.share:.2g} %; raise 'beta' and 'beta_T', or use "
                 "'enforcement: {type: exact}'"
             )
-
-
-def _last_rate(rows: Array) -> float:
-    """The change of the second column of rows (k, 2) over that of the first, which ends above 0, from half of its end on."""
-    work, stored = rows.T
-    below = np.flatnonzero(work <= 0.5 * work[-1])
-    if not len(below):  # of a run that is continued no more is known
-        return float(stored[-1] / work[-1])
-    i = int(below[-1])
-    part = (0.5 * work[-1] - work[i]) / (work[i + 1] - work[i])
-    base = rows[i] + part * (rows[i + 1] - rows[i])
-    return float((stored[-1] - base[1]) / (work[-1] - base[0]))
 
 
 def _gives_way(f: ContactForces, scale: Scale) -> float:

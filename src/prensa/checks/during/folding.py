@@ -1,7 +1,8 @@
 """Elements that fold over themselves: reported once each way, and the end of a run where a contact is missing for good.
 
 An element whose free side goes past the support beside it meets nothing there. What keeps it from passing through itself
-is no metal, and forces from then on are those of a body that has room where it has none: the run has its answer.
+is no metal, and forces from then on are those of a body that has room where it has none: the run has its answer. Others fold
+where the mesh is too coarse; these are reported at the end, where forces show them.
 """
 
 from __future__ import annotations
@@ -10,10 +11,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prensa.checks.check import Solved, ended_by, warning
+from prensa.checks.check import Committed, Failed, Finished, Solved, ended_by, warning
 from prensa.checks.during.acceptance import Corners
 from prensa.checks.during.self_intersection import free_sides, least_on_sides, past_support, side_nodes
-from prensa.checks.thresholds import TOUCHING_DEPTH
+from prensa.checks.force_share import ForceShare
+from prensa.checks.thresholds import SLIGHT, TOUCHING_DEPTH
 from prensa.errors import Finding
 from prensa.policy import Policy
 from prensa.system.assembly import Block
@@ -32,17 +34,46 @@ class Folding:
         """Supports that sides were reported to be past, '' of what folds elsewhere."""
         self.since: dict[tuple[str, int], int] = {}
         """Number of the increment in which a side of an element (its body, its number) was first found past a support."""
+        self.coarse = ""
+        """The first element that folded where no contact is missing."""
+        self.carry = ForceShare()
+        """What elements gain in energy while they are folded."""
+        self.gained = 0.0
         self._at: Array | None = None
         self._folded: list[tuple[Block, int]] = []
 
     def __call__(self, given: Solved) -> Iterator[Finding]:
         """Inside condensed bodies, which are linear, nothing folds."""
         if given.complete and self.system.dofs.dimension == 3:
-            yield from self._bricks(self.folded(given.result.u))
+            self._coarse(self.folded(given.result.u))
         elif given.complete:
             yield from self.look(given.context, given.result.u, self.folded(given.result.u))
         elif given.context.ends_step:
             self.since.clear()
+
+    def go_on_from(self, before: Folding) -> None:
+        """Take over what was seen of the run on an earlier system."""
+        self.coarse, self.gained, self.carry.rows = before.coarse, before.gained, list(before.carry.rows)
+
+    def note(self, given: Committed) -> tuple[()]:
+        """Note what the elements that are folded at the end of an increment have gained in it."""
+        if given.complete:
+            folded = self._folded if self._at is not None else []
+            for block, before, after in zip(self.system.blocks, given.context.state.history, given.state.history):
+                own = np.array([e for b, e in folded if b is block], dtype=np.int64)
+                if len(own):
+                    self.gained += float((block.work(after, own) - block.work(before, own)).sum())
+            self.carry.note(given, self.gained)
+        return ()
+
+    def warnings(self, _: Finished | Failed) -> Iterator[Finding]:
+        """Of elements that fold where no contact is missing, where forces show it."""
+        share = self.carry.at_most_work() if self.coarse else 0.0
+        if share > SLIGHT:
+            yield warning(
+                f"{self.coarse} folds over itself, and an estimated {100.0 * share:.2g} % of the forces are those of elements "
+                "that do: use a finer mesh, or a larger fillet of the tool"
+            )
 
     def folded(self, u: Array) -> list[tuple[Block, int]]:
         """Elements that fold over themselves, the worst of each body first, for degrees of freedom u (ndof,)."""
@@ -74,12 +105,6 @@ class Folding:
         ]
         return np.unique(np.concatenate(nodes)) if nodes else None
 
-    def _bricks(self, folded: list[tuple[Block, int]]) -> Iterator[Finding]:
-        """In space the worst of the elements with a corner that is turned inside out is reported once."""
-        if folded and not self.reported:
-            words = "stresses there are unreliable; use a finer mesh, or a larger fillet of the tool"
-            yield self._reported(*folded[0], "", words)
-
     def look(self, c: Context, u: Array, folded: list[tuple[Block, int]]) -> Iterator[Finding]:
         """What there is to say of the worst of the ``folded`` elements of a converged increment, or why the run ends with it."""
         if not folded:
@@ -101,22 +126,31 @@ class Folding:
         self.since = since
         if not self.reported:
             block, element = folded[0]
-            yield self._reported(block, element, "", self._cause(c, block, element))
+            if free := free_sides(self.system, c.plan.fixed, block.body, block.cells[element]):
+                yield self._reported(block, element, "", _missing(free))
+            else:
+                self._coarse(folded)
         if reason is not None:
             yield ended_by(reason)
+
+    def _coarse(self, folded: list[tuple[Block, int]]) -> None:
+        """Note the first of the elements that fold where no contact is missing."""
+        if folded and not self.coarse:
+            self.coarse = self._placed(*folded[0])
 
     def _reported(self, block: Block, element: int, support: str, words: str) -> Finding:
         """A warning of an element; notes the support that its side is past, '' for none."""
         self.reported.add(support)
-        place = self.system.X[block.cells[element]].mean(axis=0).tolist()
-        return warning(f"{place_of(CornerInverted(element, block.body, *place))} folds over itself: {words}")
+        return warning(f"{self._placed(block, element)} folds over itself: {words}")
 
-    def _cause(self, c: Context, block: Block, element: int) -> str:
-        """What makes an element fold that is past no support, and what to do."""
-        if free := free_sides(self.system, c.plan.fixed, block.body, block.cells[element]):
-            which = " and ".join(map(repr, free))
-            return f"{which}, in no contact, slides past its support or tool; make it part of a contact surface"
-        return "stresses there are unreliable; use a finer mesh, or a larger fillet of the tool"
+    def _placed(self, block: Block, element: int) -> str:
+        place = self.system.X[block.cells[element]].mean(axis=0).tolist()
+        return place_of(CornerInverted(element, block.body, *place))
+
+
+def _missing(free: list[str]) -> str:
+    which = " and ".join(map(repr, free))
+    return f"{which}, in no contact, slides past its support or tool; make it part of a contact surface"
 
 
 def _beyond(past: Past) -> str:

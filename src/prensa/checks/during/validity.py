@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.checks.check import Committed, Failed, Finished, ended_by, warning
-from prensa.checks.thresholds import NO_DIFFERENCE
+from prensa.checks.force_share import ForceShare
+from prensa.checks.thresholds import NO_DIFFERENCE, SLIGHT
 from prensa.errors import Finding
 from prensa.geometry.plane import cross
 from prensa.materials.flow_curve import FlowCurve
@@ -28,7 +29,7 @@ from prensa.system.system import Evaluation, System
 from prensa.types import Array, Index
 
 STRAIN_WARNING = 0.05
-"""Strain, or rotation (rad), worth a warning where it should be small: forces are off by as much, metals yield before."""
+"""Strain, rotation (rad) or share of a force worth a warning: of strains that should be small forces are off by as much."""
 STRAIN_LIMIT = 0.1
 """Strain, rotation (rad) or loss of volume beyond which linear elasticity does not hold, nor small-strain kinematics."""
 VOLUME_SHARE = 0.05
@@ -65,11 +66,14 @@ class Validity:
         self.fastest: dict[str, float] = {}
         self.rubbed: dict[tuple[str, str], tuple[float, float]] = {}
         self.squeezed: dict[str, float] = {}
+        self.too_soft: dict[str, ForceShare] = {}
+        self.unbalanced = ForceShare()
         self.stretched: set[str] = set()
         self.reported: set[str] = set()
         self._slopes: dict[str, Array] = {}
         self._areas: dict[str, Array] = {}
         self._volumes: dict[str, Array] = {}
+        self._left_out: dict[str, float] = {}
         self.finite = p.kinematics == "finite" and p.remesh == "off"
 
     def __call__(self, given: Committed) -> Iterator[Finding]:
@@ -79,6 +83,10 @@ class Validity:
         # of condensed bodies the displacements are known at the end of a step
         if given.complete and (reason := self.look(given.state.u, given.state.history)):
             yield ended_by(reason)
+        if given.complete:
+            for body, energy in self._left_out.items():
+                self.too_soft.setdefault(body, ForceShare()).note(given, energy)
+            self.unbalanced.note(given, given.state.energy.imbalance)
         yield from self._elastic_metals()
 
     def _elastic_metals(self) -> Iterator[Finding]:
@@ -142,14 +150,7 @@ class Validity:
                     f"{in_degrees(d.rotation)}: 'kinematics: small' neglects terms of that size; use 'finite', or add "
                     "'allow_large_strain: true'"
                 )
-        for body, lost in self.squeezed.items():
-            rubbed = self._without_bound(body)
-            yield (
-                f"body {body!r}: a twentieth of it has lost more than {100 * lost:.2g} % of its volume, but plastic flow "
-                "preserves volume: tools and supports leave it no room"
-                + ", or friction that no shear strength bounds presses it" * rubbed
-                + "; check supports and travels" + ", and take 'capped' or 'shear' friction" * rubbed
-            )  # fmt: skip
+        yield from self._of_compression()
         for body, strain in self.used_to.items():
             end = self.system.problem.bodies[body].material.flow.known_to()
             yield (
@@ -162,6 +163,25 @@ class Validity:
                 f"the friction of contact {contact!r} has a table that ends at a {name} of {end:g} and was used up to "
                 f"{most:.3g}, where its last value is kept; give values up to there"
             )
+
+    def _of_compression(self) -> Iterator[str]:
+        """Sentences about bodies that flow and lose volume, where their forces show it."""
+        for body, lost in self.squeezed.items():
+            much = f"body {body!r}: a twentieth of it has lost more than {100 * lost:.2g} % of its volume"
+            soft, missed = self.too_soft[body].at_most_work(), abs(self.unbalanced.at_most_work())
+            rubbed = self._without_bound(body)
+            if soft > STRAIN_WARNING:
+                yield (
+                    f"{much}, where metals are stiffer than a constant bulk modulus, and forces are too low by an estimated "
+                    f"{100 * soft:.2g} %; plastic flow preserves volume: tools and supports leave it no room"
+                    + ", or friction that no shear strength bounds presses it" * rubbed
+                    + "; check supports and travels" + ", and take 'capped' or 'shear' friction" * rubbed
+                )  # fmt: skip
+            elif missed > SLIGHT:
+                yield (
+                    f"{much}, and under such pressures the work of its elements' stresses differs from that of their forces by "
+                    f"{100 * missed:.2g} %: the mesh is too coarse; take a finer one, and check the forces of both"
+                )
 
     def _of_metals(self) -> Iterator[str]:
         """Sentences about metals that left the range of their tests."""
@@ -210,10 +230,16 @@ class Validity:
             self.stretched.add(block.body)
 
     def _note_volume(self, block: Block, moved: Array) -> None:
-        """Note the loss of volume of a body that flows, at the centres of its elements, where a share exceeds it."""
+        """Note the loss of volume of a body that flows, at the centres of its elements, where a share exceeds it.
+
+        And the energy of compression that its constant bulk modulus leaves out. Where little is lost, so is that.
+        """
         if block.body not in self._volumes:
             self._volumes[block.body] = block.volume.sum(axis=1)
         det, volume = self._determinants(block, moved), self._volumes[block.body]
+        material = self.system.problem.bodies[block.body].material
+        bulk = material.modulus / (3.0 * (1.0 - 2.0 * material.poisson))
+        self._left_out[block.body] = bulk * float(volume @ _stiffening(det))
         known = max(STRAIN_LIMIT, self.squeezed.get(block.body, 0.0))
         kept = float(volume[1.0 - det <= known].sum())
         if kept < (1.0 - VOLUME_SHARE) * float(volume.sum()):  # most increments need no sorting
@@ -298,6 +324,17 @@ def principal(S: Array) -> Array:
         return np.asarray(np.linalg.eigvalsh(S))
     middle, radius = 0.5 * (S[:, 0, 0] + S[:, 1, 1]), np.hypot(0.5 * (S[:, 0, 0] - S[:, 1, 1]), S[:, 0, 1])
     return np.stack([middle - radius, middle + radius], axis=1)
+
+
+def _stiffening(det: Array) -> Array:
+    """Energy, per initial volume and bulk modulus, that Birch's equation of state has beyond ½ ln² J where J = det (m,) < 1.
+
+    That of second order, 9/2 f² with f = ½ (J^(−2/3) − 1) (Birch, Phys. Rev. 71, 1947, 809): under pressure the bulk modulus
+    rises by four times the pressure, that of metals by four to six times. ½ ln² J is Hencky's law, whose modulus rises by twice.
+    """
+    J = np.where(det > 0.0, np.minimum(det, 1.0), 1.0)  # of an element that is turned inside out nothing is known
+    f = 0.5 * (J ** (-2.0 / 3.0) - 1.0)
+    return np.asarray(4.5 * f**2 - 0.5 * np.log(J) ** 2)
 
 
 def _exceeded(values: Array, volume: Array, share: float) -> float:
