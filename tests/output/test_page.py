@@ -124,7 +124,7 @@ def test_curves_of_very_many_increments_have_fewer_points(done, monkeypatch):
     """The increments that are shown stay among them, and the slider's label counts all."""
     from prensa.output import scene as module
 
-    monkeypatch.setattr(module, "MOST_CURVES", 1)
+    monkeypatch.setattr(module, "CURVES_SIZE", 1)
     stored = stored_run(done.directory)
     made, _ = scene(stored, 1)
     assert made["drawn"] == [1, len(stored)]

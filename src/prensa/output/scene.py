@@ -29,7 +29,7 @@ from prensa.result.increment import STATUS, BodyState, ContactState, Increment
 from prensa.types import Array, Index
 
 MOST_NUMBERS = 8_000_000  # in the frames of a page at the first try: some six megabytes of it
-MOST_CURVES = 1_000_000  # characters of the curves of a page: some thousand increments with three tools
+CURVES_SIZE = 1_000_000  # characters of the curves of a page: some thousand increments with three tools
 CHARACTERS = 8  # of a number of a curve, on average
 PROFILES = ("x", "y", "pressure", "pressure_from_stress", "shear", "slip")
 
@@ -125,14 +125,14 @@ def _numbers(stored: Stored, number: int) -> int:
 
 
 def _history(stored: Stored, frames: Sequence[int]) -> tuple[dict[str, Any], Index]:
-    """Columns of the curves, and the rows of the history that they have: all, or as many as `MOST_CURVES` has room for.
+    """Columns of the curves, and the rows of the history that they have: all, or as many as `CURVES_SIZE` has room for.
 
     The rows of the frames are among them.
     """
     table, problem = stored.history, stored.problem
     columns = [f"{t}.{c}" for t in problem.tools for c in (*place_columns(problem), *force_columns(problem))]
     columns += [c for c in table if c.startswith("energy.")]
-    most = int(MOST_CURVES / (CHARACTERS * (len(columns) + 5)))
+    most = int(CURVES_SIZE / (CHARACTERS * (len(columns) + 5)))
     rows = np.arange(len(stored))
     if len(rows) > most:
         of_frames = np.searchsorted(table["increment"], frames).tolist()
