@@ -24,7 +24,7 @@ DOCS = Path(__file__).parent
 PICTURES = DOCS / "guide" / "pictures"
 EXAMPLES = DOCS.parent / "examples"
 GALLERY = DOCS / "gallery" / "pictures"
-SHOWN = ("heading", "combined_extrusion", "ball_indentation")
+SHOWN = ("heading", "combined_extrusion", "ball_indentation", "square_billet")
 SCREENS = {"report_desktop": (1280, 860), "report_phone": (390, 860)}
 
 

@@ -137,5 +137,5 @@ def test_pressures_of_quadratic_edges_are_drawn_by_the_smoothed_stress(done):
     closed = contact.status > 0
     drawn = lines["p, smoothed stress"].get_ydata()
     assert np.array_equal(np.sort(drawn[np.isfinite(drawn)]), np.sort(contact.pressure_smoothed[closed]))
-    made = {c["name"]: c for c in scene(stored_run(done.directory))["contacts"]}
+    made = {c["name"]: c for c in scene(stored_run(done.directory))[0]["contacts"]}
     assert made["block-punch"]["quadratic"]

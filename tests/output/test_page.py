@@ -13,7 +13,7 @@ import prensa as pr
 from prensa.model.problem import Output
 from prensa.output.report import stored_run
 from prensa.output.run import run
-from prensa.output.scene import chosen_frames, scene
+from prensa.output.scene import as_json, scene
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
 DRIVER = shutil.which("chromedriver")
@@ -108,22 +108,32 @@ def colourful(image: np.ndarray) -> float:
 
 
 # ------------------------------------------------------------------------------------------------------ without browser
-def test_frames_are_the_increments_with_fields_and_thinned_ones_keep_ends_and_peak(done, monkeypatch):
-    """All increments are shown; where they would be too many, the ends of steps and the largest force stay."""
+def test_frames_are_the_increments_with_fields_and_thinned_ones_keep_first_last_and_peak(done):
+    """All increments are shown; where they would be too many, the first, the last and that of the largest force stay."""
+    stored = stored_run(done.directory)
+    made, data = scene(stored)
+    assert made["frames"] == list(range(len(stored))) and made["shown"] == made["drawn"] == [len(stored)] * 2
+    fewer, text = scene(stored, 0.8 * (len(data) + len(as_json(made))))
+    peak = max(stored, key=lambda i: abs(i.force("punch").y)).number
+    assert {0, peak - 1, len(stored) - 1} <= set(fewer["frames"]) and fewer["shown"] == [len(fewer["frames"]), len(stored)]
+    assert len(fewer["frames"]) < len(stored)
+    assert len(text) + len(as_json(fewer)) <= 0.8 * (len(data) + len(as_json(made)))
+
+
+def test_curves_of_very_many_increments_have_fewer_points(done, monkeypatch):
+    """The increments that are shown stay among them, and the slider's label counts all."""
     from prensa.output import scene as module
 
+    monkeypatch.setattr(module, "CURVES_SIZE", 1)
     stored = stored_run(done.directory)
-    assert chosen_frames(stored) == list(stored.with_fields) == list(range(1, len(stored) + 1))
-    monkeypatch.setattr(module, "MOST_NUMBERS", 1)
-    thinned = chosen_frames(stored)
-    ends = [i.number for i in stored if i.end_of_step]
-    peak = max(stored, key=lambda i: abs(i.force("punch").y)).number
-    assert {*ends, peak, 1} <= set(thinned) and len(thinned) < len(stored)
+    made, _ = scene(stored, 1)
+    assert made["drawn"] == [1, len(stored)]
+    assert made["history"]["increment"] == [len(stored)] and made["frames"] == [0]
 
 
 def test_only_contacts_that_touch_are_shown(done):
     """The wall that nothing reaches has no empty plot, neither on the page nor among the pictures."""
-    assert [c["name"] for c in scene(stored_run(done.directory))["contacts"]] == ["block.top-punch"]
+    assert [c["name"] for c in scene(stored_run(done.directory))[0]["contacts"]] == ["block.top-punch"]
     assert sorted(p.name for p in (done.directory / "pictures").glob("pressure*")) == ["pressure_block.top-punch.png"]
 
 
@@ -165,7 +175,7 @@ def remeshed(directory):
 def test_a_mesh_that_changes_starts_a_group_of_frames(tmp_path):
     """Frames of one mesh share its cells; those of the next have their own, bodies and contact surfaces alike."""
     remeshed(tmp_path)
-    made = scene(stored_run(tmp_path))
+    made, _ = scene(stored_run(tmp_path))
     assert [(g["first"], g["last"], g["bodies"][0]["elements"]) for g in made["groups"]] == [(0, 2, 32), (2, 3, 72)]
     assert [(g["first"], g["last"]) for g in made["contacts"][0]["groups"]] == [(0, 2), (2, 3)]
 

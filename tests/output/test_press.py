@@ -306,7 +306,7 @@ def test_the_interactive_plot_has_the_capacity_beside_the_force(tmp_path: Path) 
     fixed = {"b.bottom": "y", "b.left": "x"}
     half = upset_block(stroke(-0.2, 4), material=ALUMINIUM, tools=tools, n=(4, 4), fixed=fixed, thickness=10.0)
     pr.run(pr.Case(half, output=pr.Output(pictures=False, report=False, mirror="left")), out=tmp_path, quiet=True)
-    made = scene(stored_run(tmp_path))["capacities"]
+    made = scene(stored_run(tmp_path))[0]["capacities"]
     assert list(made) == ["t"]
     assert made["t"] == pytest.approx(0.5 * np.interp([0.0, 0.05, 0.1, 0.15, 0.2], [0.0, 1.0], [4e3, 20e3]), rel=1e-5)
 

@@ -173,16 +173,19 @@ def test_the_page_holds_what_the_run_wrote(page, ran):
         assert np.abs(v - seen.of(field_values(body, "mises"))).max() <= 0.51 * (high - low) / 4095
 
 
-def test_a_page_that_would_be_too_large_shows_fewer_increments(ran, monkeypatch):
-    """The ends of the steps and the largest force stay."""
-    from prensa.output import scene as module
+def test_a_page_that_would_be_too_large_shows_fewer_increments(ran):
+    """The first, the last and the largest force stay longest; the last alone where there is no room at all."""
     from prensa.output.report import stored_run
+    from prensa.output.scene import as_json, scene
 
     folder, _, solved = ran
-    monkeypatch.setattr(module, "MOST_TEXT", 1)
-    made = module.scene(stored_run(folder))
+    made, data = scene(stored_run(folder))
+    whole = len(data) + len(as_json(made))
+    fewer, data = scene(stored_run(folder), whole - 1)
     peak = max(solved, key=lambda i: abs(i.force("ball").y)).number
-    assert {2, 4, peak - 1} <= set(made["frames"]) and len(made["frames"]) < 5
+    assert {0, 4, peak - 1} <= set(fewer["frames"]) and len(fewer["frames"]) < 5
+    assert len(data) + len(as_json(fewer)) < whole
+    assert scene(stored_run(folder), 1)[0]["frames"] == [4]
 
 
 @test_page.needs_browser

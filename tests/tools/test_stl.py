@@ -254,11 +254,11 @@ def test_mistakes_of_place_are_reported(folder, changes, words):
     ("changes", "words"),
     [
         ((), r"^$"),
-        ((("die.stl", "upright.stl"),), r"it looks along -z and is to be turned \('turn'\)"),
+        ((("die.stl", "upright.stl"),), r"it faces -z and is to be turned \('turn'\)"),
         ((("die.stl", "upright.stl, turn: [-90 deg, 0, 0]"),), r"^$"),
         (
             (("die.stl", "upright.stl"), ("touching: b.top, at: [0, 0, 0]", "at: [0, 22, 1]")),
-            r"looks along -z, and the tool goes along -y, .* turn it, as with 'turn: \[-90 deg, 0, 0\]'$",
+            r"the surface faces -z, but the tool moves along -y, .* turn it, as with 'turn: \[-90 deg, 0, 0\]'$",
         ),
         ((("y: -0.02", "y: -0.02, x: 0.1"),), r"^$"),
     ],
@@ -286,10 +286,10 @@ def test_check_says_where_a_surface_looks(folder):
     for name in ("die.stl", "ball.stl", "punch.stl"):
         tool = pr.Stl(str(folder / name) if name != "punch.stl" else punch(folder))
         said[name] = tool.details(tool.shape(DOWN, 0.0), DOWN)
-    assert "open, looks along -y," in said["die.stl"]
+    assert "open, faces -y," in said["die.stl"]
     assert "looks" not in said["ball.stl"]
     assert "good for contacts deeper than 0.31, normals off by up to 2.3° on slivers" in said["die.stl"]
-    assert "closed, its largest flat looks along +y," in said["punch.stl"]
+    assert "closed, its largest flat faces +y," in said["punch.stl"]
 
 
 def test_a_run_says_how_coarse_it_is(folder, tmp_path, caplog):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +15,7 @@ from prensa.output import plot, press
 from prensa.output.answer import size_of_force
 from prensa.output.files import file_name, file_names, replacing
 from prensa.output.flow import flow_lines
+from prensa.output.frames import evenly, travelled
 from prensa.output.history import read_convergence
 from prensa.output.maxima import largest_force
 from prensa.output.measured import MEASURES, read_measures
@@ -80,6 +81,20 @@ def order(path: Path) -> tuple[float, float, str]:
     if path.stem.startswith(_PRESS):
         return names.index("force_stroke") - 0.5, 0.0, path.stem
     return (1.5 if path.stem.startswith(_PRESSURE) else names.index(path.stem) if path.stem in names else 99), 0.0, path.stem
+
+
+def by_importance(paths: Sequence[Path], stored: Stored) -> list[Path]:
+    """Pictures as one would give them up last: all but earlier ends of steps, then these, evenly by travel of the tools."""
+    steps: dict[int, list[Path]] = {}
+    for path in paths:
+        if (found := _MOMENT.fullmatch(path.stem)) is not None and found[3]:
+            steps.setdefault(int(found[3]), []).append(path)
+    later = {path for several in steps.values() for path in several}
+    ends = {stored[k].step_number: k for k in np.flatnonzero(stored.ends).tolist()}
+    known = sorted(n for n in steps if n in ends)
+    travel = travelled(stored.history, stored.problem)[[ends[n] for n in known]].tolist()
+    chosen = [p for k in evenly(travel, ()) for p in steps[known[k]]]
+    return [*(p for p in paths if p not in later), *chosen, *(p for p in paths if p in later and p not in chosen)]
 
 
 def is_picture(path: Path) -> bool:

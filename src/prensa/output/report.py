@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import importlib.util
-import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -23,12 +22,16 @@ from prensa.output.files import file_name, write_text
 from prensa.output.history import energies_of
 from prensa.output.maxima import largest_force, maxima
 from prensa.output.packing import as_text
-from prensa.output.pictures import PICTURES, caption, order
+from prensa.output.pictures import PICTURES, by_importance, caption, order
 from prensa.output.stored import Placement, Stored
 from prensa.output.summary import COMPLETED, ENDED, SUMMARY, has_ended
 from prensa.output.summary import read_summary as read_summary
 
 REPORT = "report.html"
+MOST_PAGE = 10_000_000  # bytes of the page, which can be mailed then, however many steps the run has
+MOST_STILLS = 3_000_000  # of these, characters of the pictures that are drawn without a script
+MOST_SENTENCES = 20_000  # and of the list of the increments that are shown
+MOST_INPUT = 1_000_000  # and of the case: one whose meshes are arrays is larger
 BOKEH = ("bokeh.min.js", "bokeh-api.min.js")  # the library that draws, as it is in Python's package
 
 
@@ -53,11 +56,12 @@ def write_report(directory: str | Path) -> Path:
         undefined=jinja2.StrictUndefined,
     )  # fmt: skip
     stored = stored_run(directory, summary)
-    stills = list(_pictures(directory, stored.problem.space == "solid")) if summary["status"] in ENDED else []
+    stills, of = _stills(directory, stored) if summary["status"] in ENDED else ([], 0)
     environment.filters |= {"number": number, "seconds": lambda s: f"{s:.2f}" if s < 100 else f"{s:.0f}"}
-    page = environment.get_template("report.html").render(
-        run=summary, pictures=stills, **_tables(stored, summary), **_interactive(stored)
-    )
+    template = environment.get_template("report.html")
+    given = {"run": summary, "pictures": stills, "drawn": of, "input": _input(summary), **_tables(stored, summary)}
+    rest = template.render(**given, **_interactive(stored, None))
+    page = template.render(**given, **_interactive(stored, MOST_PAGE - len(rest.encode()))) if stored.with_fields else rest
     if summary["status"] not in ENDED and has_ended(directory):
         return write_report(directory)  # meanwhile: what it writes of itself is not to be replaced by what was before
     return write_text(directory / REPORT, page, shared=True)
@@ -86,21 +90,40 @@ def number(value: float, digits: int = 5) -> str:
 
 
 # ------------------------------------------------------------------------------------------------------------- details
-def _interactive(stored: Stored) -> dict[str, Any]:
-    """The interactive part: what it shows, the library that draws it and the script that drives that."""
-    from prensa.output.scene import scene
+def _interactive(stored: Stored, room: int | None) -> dict[str, Any]:
+    """The interactive part: the library that draws it, the script that drives that, and what it shows in so many characters.
+
+    Without ``room`` (None) all but what it shows, which tells how much room there is.
+    """
+    from prensa.output.scene import as_json, scene
 
     if not stored.with_fields:
-        return {"frames": 0, "thinned": "", "touched": False}
-    made = scene(stored)
-    data, (shown, there) = made.pop("data"), made["shown"]
-    return {
-        "scene": json.dumps(made, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c"), "data": data,
-        "frames": there, "touched": bool(made["contacts"]),
-        "thinned": f"{shown} of the {there} increments with fields are shown, to keep the page small." if shown < there else "",
-        "library": _library(),
-        "script": _template("report.js"), "viewer": _template("report_space.js"),
-    }  # fmt: skip
+        return {"frames": 0, "thinned": "", "which": "", "touched": False}
+    there = len(stored.with_fields)
+    given = {"frames": there, "library": _library(), "script": _template("report.js"), "viewer": _template("report_space.js")}
+    if room is None:
+        return given | {"scene": "", "data": "", "thinned": "", "which": "", "touched": False}
+    made, data = scene(stored, room - MOST_SENTENCES)
+    return given | {"scene": as_json(made), "data": data, "touched": bool(made["contacts"])} | _left_out(made)
+
+
+def _left_out(made: Mapping[str, Any]) -> dict[str, str]:
+    """``thinned``: how many of the increments the page shows, where it does not show all; ``which`` they are."""
+    (shown, there), (rows, increments) = made["shown"], made["drawn"]
+    text = which = ""
+    if shown < there:
+        text = f"{shown} of the {there} increments with fields are shown, to keep the page below {MOST_PAGE / 1e6:.0f} MB: the "
+        text += "first, the last, that of the largest force, and others spaced evenly by the travel of the tools."
+        which = ", ".join(str(made["history"]["increment"][k]) for k in made["frames"])
+    if rows < increments:
+        text += f" Curves have {rows} of the {increments} increments; all are in history.csv."
+    return {"thinned": text.strip(), "which": which}
+
+
+def _input(summary: Mapping[str, Any]) -> str:
+    """The case of a run as the page shows it."""
+    text: str = summary["case"]
+    return text if len(text) <= MOST_INPUT else f"The input has {len(text) / 1e6:.1f} MB; it is 'case' in summary.json."
 
 
 def _template(name: str) -> str:
@@ -253,8 +276,18 @@ def _facts(case: Case, summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield f"Step {step.name}", given if given != "{}" else "nothing moves"
 
 
-def _pictures(directory: Path, solid: bool) -> Iterator[tuple[str, str]]:
-    """Pairs (caption, data URI) of the pictures of a run, in reading order."""
-    for path in sorted((directory / PICTURES).glob("*.png"), key=order):
-        if text := caption(path, solid):
-            yield text, "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()
+def _stills(directory: Path, stored: Stored) -> tuple[list[tuple[str, str]], int]:
+    """Pairs (caption, data URI) of the pictures of a run, in reading order, and how many there are.
+
+    Where they have more than `MOST_STILLS` characters, some of the shapes at ends of steps are left out, evenly by travel.
+    """
+    solid = stored.problem.space == "solid"
+    there = sorted((p for p in (directory / PICTURES).glob("*.png") if caption(p, solid)), key=order)
+    shown, room = set(), float(MOST_STILLS)
+    for path in by_importance(there, stored):
+        room -= 4 * path.stat().st_size / 3 + 200
+        if room < 0:
+            break
+        shown.add(path)
+    uris = (("data:image/png;base64," + base64.b64encode(p.read_bytes()).decode(), p) for p in there if p in shown)
+    return [(caption(path, solid), uri) for uri, path in uris], len(there)

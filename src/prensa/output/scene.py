@@ -6,10 +6,11 @@ the same mesh share its cells, so that the mesh may change during a run.
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from prensa.measures.columns import force_columns, place_columns
 from prensa.model.problem import Problem
 from prensa.output import plot, press, scene_in_space, style
 from prensa.output.cells import around, drawn, outline
+from prensa.output.frames import frame_order, row_order
 from prensa.output.maxima import largest_force, leading_tool
 from prensa.output.outline import outlines
 from prensa.output.packing import PLACE_BITS, VALUE_BITS, Packer
@@ -26,30 +28,37 @@ from prensa.output.stored import Stored
 from prensa.result.increment import STATUS, BodyState, ContactState, Increment
 from prensa.types import Array, Index
 
-MOST_NUMBERS = 8_000_000  # in the frames of a page: some six megabytes of it
-MOST_TEXT = 6_500_000  # characters of the frames of a page in space, which with its library and pictures has ten megabytes
+MOST_NUMBERS = 8_000_000  # in the frames of a page at the first try: some six megabytes of it
+CURVES_SIZE = 1_000_000  # characters of the curves of a page: some thousand increments with three tools
+CHARACTERS = 8  # of a number of a curve, on average
 PROFILES = ("x", "y", "pressure", "pressure_from_stress", "shear", "slip")
 
 
-def scene(stored: Stored) -> dict[str, Any]:
-    """Everything that the page draws; ``data`` is the packed block that its references point into.
+def scene(stored: Stored, room: float = math.inf) -> tuple[dict[str, Any], str]:
+    """Everything that the page draws, and the packed block of text that its references point into.
 
-    In space frames are left out until the block has `MOST_TEXT` characters at most: fields that are rough compress badly.
+    ``room``: characters that both may have. Frames are left out until they fit: fields that are rough compress badly. One
+    frame at least is left.
     """
-    frames = chosen_frames(stored)
-    made = _scene(stored, frames)
-    while made["solid"] and len(made["data"]) > MOST_TEXT and len(frames) > 2:
-        fewer = chosen_frames(stored, max(2, int(0.9 * len(frames) * MOST_TEXT / len(made["data"]))))
-        if len(fewer) >= len(frames):  # the ends of steps and the peak stay
-            break
-        frames = fewer
-        made = _scene(stored, frames)
-    return made
+    order = frame_order(stored)
+    count = _first_guess(stored, order)
+    while True:
+        made, data = _scene(stored, sorted(order[:count]))
+        size = len(data) + len(as_json(made))
+        if size <= room or count <= 1:
+            return made, data
+        count = max(1, min(count - 1, int(0.95 * count * room / size)))
 
 
-def _scene(stored: Stored, frames: list[int]) -> dict[str, Any]:
+def as_json(made: Mapping[str, Any]) -> str:
+    """A scene as it stands in the page."""
+    return json.dumps(made, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _scene(stored: Stored, frames: list[int]) -> tuple[dict[str, Any], str]:
     problem, packer = stored.problem, Packer()
     increments = [stored.number(n) for n in frames]
+    history, rows = _history(stored, frames)
     made: dict[str, Any] = {
         "name": problem.name,
         "axes": style.axes_names(problem),
@@ -61,17 +70,18 @@ def _scene(stored: Stored, frames: list[int]) -> dict[str, Any]:
         "palettes": {name: style.palette(name) for name in (style.SEQUENTIAL, style.DIVERGING)},
         "colours": style.CYCLE,
         "status": STATUS,
-        "frames": [int(np.searchsorted(stored.history["increment"], n)) for n in frames],
+        "frames": np.searchsorted(stored.history["increment"][rows], frames).tolist(),
         "shown": [len(frames), len(stored.with_fields)],
+        "drawn": [len(rows), len(stored)],
         "largest": largest_force(stored, frames),
-        "history": _history(stored),
+        "history": history,
         "leading": leading_tool(stored.history, problem),
-        "capacities": _capacities(stored),
+        "capacities": _capacities(stored, rows),
         "mirror": plot.mirror_lines(increments[0], problem, stored.mirror) if increments else [],
         "offered": _offered(stored, increments) if increments else [],
     }  # fmt: skip
     made |= (_in_space if problem.space == "solid" else _in_plane)(stored, increments, packer)
-    return made | {"data": packer.text()}
+    return made, packer.text()
 
 
 def _in_plane(stored: Stored, increments: list[Increment], packer: Packer) -> dict[str, Any]:
@@ -97,24 +107,14 @@ def _in_space(stored: Stored, increments: list[Increment], packer: Packer) -> di
     }
 
 
-def chosen_frames(stored: Stored, most: int | None = None) -> list[int]:
-    """Numbers of the increments to show: all with fields, or evenly spaced ones with the ends of steps and the peak.
-
-    ``most``: how many evenly spaced ones; as many as make `MOST_NUMBERS` if None.
-    """
-    there = list(stored.with_fields)
-    if not there:
-        return []
-    most = max(int(MOST_NUMBERS / max(_numbers(stored, there[-1]), 1)), 2) if most is None else most
-    if len(there) <= most:
-        return there
-    ends = set(stored.history["increment"][stored.ends].tolist()) & set(there)
-    peak = largest_force(stored, there)
-    even = [there[k] for k in np.unique(np.linspace(0, len(there) - 1, most).round().astype(int))]
-    return sorted({*even, *ends, *([peak] if peak is not None else [])})
-
-
 # ------------------------------------------------------------------------------------------------------------- details
+def _first_guess(stored: Stored, order: Sequence[int]) -> int:
+    """How many frames have `MOST_NUMBERS` numbers, about: of the largest mesh, which is the last one."""
+    if not order:
+        return 0
+    return min(len(order), max(int(MOST_NUMBERS / max(_numbers(stored, stored.with_fields[-1]), 1)), 1))
+
+
 def _numbers(stored: Stored, number: int) -> int:
     """How many numbers a frame has, about: eight a node of a section, in space three and its fields a point that is seen."""
     increment = stored.number(number)
@@ -124,21 +124,30 @@ def _numbers(stored: Stored, number: int) -> int:
     return (3 + len(plot.fields_of(stored.problem, [increment]))) * sum(len(s.pairs) for s in seen.values())
 
 
-def _history(stored: Stored) -> dict[str, Any]:
-    """Columns of the curves, of all increments."""
+def _history(stored: Stored, frames: Sequence[int]) -> tuple[dict[str, Any], Index]:
+    """Columns of the curves, and the rows of the history that they have: all, or as many as `CURVES_SIZE` has room for.
+
+    The rows of the frames are among them.
+    """
     table, problem = stored.history, stored.problem
     columns = [f"{t}.{c}" for t in problem.tools for c in (*place_columns(problem), *force_columns(problem))]
     columns += [c for c in table if c.startswith("energy.")]
-    out: dict[str, Any] = {c: _rounded(table[c]) for c in ("time", *columns)}
-    out |= {c: [int(v) for v in table[c]] for c in ("increment", "iterations", "cutbacks")}
-    out["step"] = [str(v) for v in table["step"]]
-    return out
+    most = int(CURVES_SIZE / (CHARACTERS * (len(columns) + 5)))
+    rows = np.arange(len(stored))
+    if len(rows) > most:
+        of_frames = np.searchsorted(table["increment"], frames).tolist()
+        rows = np.sort(list(islice(row_order(stored, of_frames), max(most, len(of_frames)))))
+    out: dict[str, Any] = {c: _rounded(table[c][rows]) for c in ("time", *columns)}
+    out |= {c: table[c][rows].astype(int).tolist() for c in ("increment", "iterations", "cutbacks")}
+    out["step"] = [str(v) for v in table["step"][rows]]
+    return out, rows
 
 
-def _capacities(stored: Stored) -> dict[str, list[float | None]]:
-    """Capacities of the presses by tool, at its first place and at all increments; None where none is drawn."""
+def _capacities(stored: Stored, rows: Index) -> dict[str, list[float | None]]:
+    """Capacities of the presses by tool, at its first place and at some increments; None where none is drawn."""
     found = {t: press.capacity_beside(stored.history, stored.problem, t) for t in stored.problem.tools}
-    return {t: [v if math.isfinite(v) else None for v in _rounded(c)] for t, c in found.items() if c is not None}
+    return {t: [v if math.isfinite(v) else None for v in _rounded(c[np.append(0, rows + 1)])]
+            for t, c in found.items() if c is not None}  # fmt: skip
 
 
 def _rounded(values: Iterable[float]) -> list[float]:

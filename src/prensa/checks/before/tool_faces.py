@@ -27,8 +27,8 @@ def tool_faces(system: System) -> Iterator[Finding]:
             way = ways[np.argmax(np.linalg.norm(ways, axis=1))]
             yield Finding(
                 f"tools.{tool.name}",
-                f"the surface looks along {along(looks)}, and the tool goes along {along(way)}, past that: it presents its side "
-                f"to what it presses; turn it, as with {_turn(looks, way)}",
+                f"the surface faces {along(looks)}, but the tool moves along {along(way)}, so that its side meets what "
+                f"it presses; turn it, as with {_turn(looks, way)}",
             )
 
 

@@ -689,7 +689,7 @@ function update() {  // once a picture of the screen, whatever the slider says i
 function label() {
   const r = row();
   $("slider").value = state.frame;
-  $("now").textContent = `${history.step[r]} · increment ${history.increment[r]} of ${history.increment.length} · time ${text(history.time[r])}`;
+  $("now").textContent = `${history.step[r]} · increment ${history.increment[r]} of ${scene.drawn[1]} · time ${text(history.time[r])}`;
 }
 let clock = null;
 function play(on) {

@@ -105,7 +105,7 @@ class Stl(ToolShape):
         turned = "its normals look the wrong way ('reverse: true' turns them round), or "
         unsure = self.reverse is not None or not stl.read(self.file, self.digest or "").closed
         looks = self._made().looks
-        aside = f"it looks along {along(looks)} and is to be turned ('turn'), or " if looks is not None else ""
+        aside = f"it faces {along(looks)} and is to be turned ('turn'), or " if looks is not None else ""
         return f"; or {aside}{turned * unsure}its 'unit' is another one"
 
     def details(self, shape: Tool, direction: Array) -> str:
@@ -123,8 +123,8 @@ class Stl(ToolShape):
         coarse += f" with chords up to {chord:.2g}, good for contacts deeper than {50.0 * chord:.2g}" if chord else ""
         coarse += f", normals off by up to {0.25 * angle:.2g}° on slivers" if chord else ""
         looks, flat = shape.looks, shape.facets.largest_flat
-        way = f", looks along {along(looks)}" if looks is not None else ""
-        way = f", its largest flat looks along {along(flat)}" if not way and flat is not None else way
+        way = f", faces {along(looks)}" if looks is not None else ""
+        way = f", its largest flat faces {along(flat)}" if not way and flat is not None else way
         return (
             f", {Path(self.file).name}, {size}, {len(s.triangles)} triangles in {s.parts} part{'s' * (s.parts > 1)}, "
             f"{'closed' if s.closed else 'open'}{way}, {coarse}, {sharp} sharp edges"
