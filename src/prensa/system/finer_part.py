@@ -67,7 +67,8 @@ def part_of(
 ) -> Part | None:  # fmt: skip
     """Surroundings of nodes of a contact in the state at the end of an increment: so many layers of elements, halved so often.
 
-    ``increments`` of its steps, of metal and under sharp corners; those of its last step are the run's if nothing is said, those before it automatic.
+    ``increments`` of its steps, of metal and under sharp corners; those of its last step are the run's if nothing is said,
+    those before it automatic.
     None where nothing of their border is held.
     """
     u = end.u
