@@ -14,13 +14,12 @@ import prensa as pr
 from prensa.checks.before.preflight import preflight
 from prensa.model.schema import warnings_of
 from prensa_bench import robustness
-from prensa_bench.robustness import checks
+from prensa_bench.robustness import checks, judging
 from prensa_bench.robustness.claims import let_go, sprung_back
 from prensa_bench.robustness.drawn import Drawn, Twin, chain, circle, plane, stamp
 from prensa_bench.robustness.families import INSTEAD, drawn, instead, on_second_mesh
 from prensa_bench.robustness.families.cycles import unsettled
 from prensa_bench.robustness.files import Record, read, solve_into, solve_stages
-from prensa_bench.robustness import judging
 from prensa_bench.robustness.judging import judge_files, unlike
 from problems import pressed_block, stroke
 
@@ -335,7 +334,7 @@ def test_a_second_run_that_is_late_is_no_agreement(tmp_path, monkeypatch):
 
 
 def test_a_second_run_that_stops_without_a_reason_that_its_files_show_is_reported(tmp_path, monkeypatch):
-    """One that had to stop is not compared, one that crashes or whose files are wrong is wrong; and so is what stopped so instead."""
+    """One that had to stop is not compared, one that crashes or whose files are wrong is wrong."""
     drawn = twins(monkeypatch, stopped=pr.PrensaError("no way on"), crashed=IndexError("out of range"))
     for keys in ({}, {"same_tools": True}):
         outcome = judge_files(drawn("stopped", **keys), 0, tmp_path / f"a{len(keys)}")

@@ -227,7 +227,7 @@ def test_reasons_of_stops_are_those_of_the_files():
 
 def test_a_free_elastic_body_may_lie_turned_and_no_body_squeezed():
     """By any angle about any axis once its supports are free, with them by none; a stretch of 1e-4 more is found."""
-    d, record = solved()
+    _, record = solved()
     last = replace(record.problem.steps[-1], fixed={"body.bottom": pr.Fixed(free=True)})
     held = replace(record.problem, steps=(replace(last, fixed={}),))
     Q = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
