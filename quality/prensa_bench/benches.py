@@ -91,7 +91,8 @@ def _summed_up(voice: Voice, tallies: list[Tally]) -> None:
         shares = ", ".join(f"{s} {tally.share(s):.1%}" for s in problems.VERDICTS)
         low, high = problems.bounds(tally.count("right"), len(tally.outcomes))
         head = f"{tally.suite}: {len(tally.outcomes)} problems, seed {tally.seed}"
-        voice.say(f"{head}: {shares}; 95 % bounds of right {low:.1%} to {high:.1%}")
+        twins = f"; {tally.twins()}" if tally.twins() else ""
+        voice.say(f"{head}: {shares}; 95 % bounds of right {low:.1%} to {high:.1%}{twins}")
 
 
 def _figures(tally: Tally) -> dict[str, Any]:

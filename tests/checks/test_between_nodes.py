@@ -114,6 +114,15 @@ def test_forces_that_are_too_large_are_reported_too(number):
     assert any("forces are too large, by an estimated" in words for words in said)
 
 
+@pytest.mark.parametrize("number", [55, pytest.param(50, marks=pytest.mark.slow)])
+def test_sharp_stamps_that_coarse_metal_carries_too_well_are_reported(number):
+    """On two to four nodes; forces of others, 0, 30 and 35 of `GOOD`, are right, and nothing is said."""
+    found, error, said = verdict(draw(9071, number))
+    assert found == "reported" and error > 0.05
+    assert estimated(said) == pytest.approx(error, abs=0.03)
+    assert "too large" in " ".join(said)
+
+
 def deep(n):
     """A roll on two elements in the middle of a body of n (2,) elements of length 1."""
     mesh = pr.Rectangle((float(n[0]), float(n[1])), n=n)

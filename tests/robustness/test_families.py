@@ -14,10 +14,10 @@ import prensa as pr
 from prensa.checks.before.preflight import preflight
 from prensa.model.schema import warnings_of
 from prensa_bench import robustness
-from prensa_bench.robustness import checks
+from prensa_bench.robustness import checks, judging
 from prensa_bench.robustness.claims import let_go, sprung_back
 from prensa_bench.robustness.drawn import Drawn, Twin, chain, circle, plane, stamp
-from prensa_bench.robustness.families import drawn
+from prensa_bench.robustness.families import INSTEAD, drawn, instead, on_second_mesh
 from prensa_bench.robustness.families.cycles import unsettled
 from prensa_bench.robustness.files import Record, read, solve_into, solve_stages
 from prensa_bench.robustness.judging import judge_files, unlike
@@ -297,6 +297,71 @@ def test_verdicts_say_what_happened(tmp_path):
     assert (late.status, late.words) == ("time", "not ended after 0 s, stage 1, step '', increment 0, time 0")
     told = judge_files(replace(d, stages=(replace(d.problem, fixed={}),)), 0, tmp_path / "e")
     assert (told.status, told.reason) == ("reported", "PreflightError")
+
+
+def twins(monkeypatch, **failing):
+    """A problem and twins of it by name: one like it, and others that fail so when they are solved."""
+    solve = judging.solve_into
+
+    def failed(folder, problem, until, numerics):
+        if problem.name in failing:
+            raise failing[problem.name]
+        solve(folder, problem, until, numerics)
+
+    monkeypatch.setattr(judging, "solve_into", failed)
+    d = pressed()
+    return lambda name, **keys: replace(d, twins=(Twin(replace(d.problem, name=name), **keys),), kind=f"with {name}")
+
+
+def test_a_second_run_that_is_late_is_no_agreement(tmp_path, monkeypatch):
+    """It is not compared, and says so; of the problems that are drawn instead the first that can be compared is the last."""
+    drawn = twins(monkeypatch, late=judging.OutOfTime())
+    late, good = drawn("late"), drawn("like it")
+    assert judge_files(good, 0, tmp_path / "a").twin == "like it: compared"
+    alone = judge_files(late, 0, tmp_path / "b")
+    assert (alone.status, alone.twin) == ("right", "late: not compared")
+    assert alone.words == "not compared: its twin did not end in time"
+    other = judge_files(late, 0, tmp_path / "c", iter([late, good, replace(good, claims=(lambda r: "not asked",))]))
+    assert (other.status, other.twin) == ("right", "late: another compared")
+    assert other.words.count("did not end in time") == 2 and other.words.endswith("instead of it with like it: right")
+    wrong = judge_files(late, 0, tmp_path / "d", [replace(good, claims=(lambda r: "the moon is green",))])
+    assert wrong.status == "wrong" and "instead of it with like it: the moon is green" in wrong.words
+    stiffer = Twin(replace(late.problem, name="rougher", friction=pr.Coulomb(0.1)))
+    assert judge_files(late, 0, tmp_path / "e", [replace(late, twins=(stiffer,))]).status == "wrong"
+    assert judge_files(replace(late, limit=0.0), 0, tmp_path / "f", [good]).twin == "late: another compared"
+    tally = robustness.Tally("x", 0, [alone, other, other])
+    assert tally.twins() == "2 late: another compared, 1 late: not compared"
+
+
+def test_a_second_run_that_stops_without_a_reason_that_its_files_show_is_reported(tmp_path, monkeypatch):
+    """One that had to stop is not compared, one that crashes or whose files are wrong is wrong."""
+    drawn = twins(monkeypatch, stopped=pr.PrensaError("no way on"), crashed=IndexError("out of range"))
+    for keys in ({}, {"same_tools": True}):
+        outcome = judge_files(drawn("stopped", **keys), 0, tmp_path / f"a{len(keys)}")
+        assert (outcome.status, outcome.reason, outcome.twin) == ("reported", "PrensaError", "stopped: not compared")
+        assert outcome.words == "its twin: no way on"
+    crashed = judge_files(drawn("crashed"), 0, tmp_path / "b", [drawn("like it")])
+    assert (crashed.status, crashed.reason) == ("wrong", "Crashed")
+    monkeypatch.setattr(judging, "_stopped", lambda *_: judging.Verdict("confirmed", "folded: no way on", "Distorted"))
+    confirmed = judge_files(drawn("stopped", same_tools=True), 0, tmp_path / "c")
+    assert (confirmed.status, confirmed.twin) == ("right", "stopped: not compared")
+    assert confirmed.words == "not compared: its twin stopped, folded: no way on"
+    finer = drawn("like it", same_tools=True)
+    seen = replace(finer, claims=(lambda r: "twice" if r.problem.name == "like it" else "",))
+    assert (outcome := judge_files(seen, 0, tmp_path / "d")).status == "wrong" and outcome.words == "its twin: twice"
+
+
+def test_one_of_ten_is_solved_on_a_second_mesh():
+    """The seed chooses it, and what is drawn instead of it is of the same kind, and other problems."""
+    for seed in (7, 8):
+        second = [k for k in range(100) if any(t.problem.name == "on a finer mesh" for t in drawn("space", seed, k).twins)]
+        assert [k // 10 for k in second] == list(range(10))
+        assert all(on_second_mesh("space", seed, k) == (k in second) for k in range(100))
+        others = list(instead("space", seed, second[0]))
+        assert len({d.kind for d in (drawn("space", seed, second[0]), *others)}) == 1 + INSTEAD
+        assert all(d.twins[0].problem.name == "on a finer mesh" for d in others)
+        assert not list(instead("space", seed, second[0] + 1))
+    assert not any(on_second_mesh("setups", 7, k) for k in range(10))
 
 
 def test_stages_go_on_from_one_another(tmp_path):

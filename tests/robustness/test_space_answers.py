@@ -15,7 +15,7 @@ import prensa as pr
 from prensa.mesh.generate import mesh_of
 from prensa_bench.robustness import cells_in_space, stops, tools_in_space
 from prensa_bench.robustness import checks_in_space as checks
-from prensa_bench.robustness.claims import released
+from prensa_bench.robustness.claims import released, sprung_back
 from prensa_bench.robustness.drawn import Drawn
 from prensa_bench.robustness.families import drawn
 from prensa_bench.robustness.files import Record, Shape
@@ -225,13 +225,30 @@ def test_reasons_of_stops_are_those_of_the_files():
     assert "corner of an element" in stops.folded(d, flat)
 
 
+def test_a_free_elastic_body_may_lie_turned_and_no_body_squeezed():
+    """By any angle about any axis once its supports are free, with them by none; a stretch of 1e-4 more is found."""
+    _, record = solved()
+    last = replace(record.problem.steps[-1], fixed={"body.bottom": pr.Fixed(free=True)})
+    held = replace(record.problem, steps=(replace(last, fixed={}),))
+    Q = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
+    Q *= np.sign(np.linalg.det(Q))
+    for stretch, found in ((0.0, False), (1e-4, True)):
+        s = body(record, -1)
+        turned = replace(s, x=s.X @ (np.eye(3) + np.diag([0.0, stretch, 0.0])) @ Q.T + 5.0)
+        moved = replace(record, bodies={0: {"body": turned}}, problem=replace(held, steps=(last,)))
+        assert ("left with displacements" in sprung_back(moved)) == found
+        assert "left with displacements" in sprung_back(replace(moved, problem=held))
+    mirrored = replace(moved, bodies={0: {"body": replace(s, x=s.X * [1.0, 1.0, -1.0])}})
+    assert "left with displacements" in sprung_back(mirrored)
+
+
 def test_the_family_draws_what_it_is_to_draw():
     """Wedges, sectors, tools of triangles, profiles, pushed and tilted ones, releases; one in ten on a second mesh."""
     kinds = [drawn("space", 7, k) for k in range(60)]
     words = " ".join(d.kind for d in kinds)
     for what in ("wedges", "sector", "of tetrahedra,", "of triangles", "rib", "push", "tilt", "rolling", "twist", "released"):
         assert what in words
-    assert 2 <= sum(type(t).__name__ == "Finer" for d in kinds for t in d.twins) <= 12
+    assert sum(type(t).__name__ == "Finer" for d in kinds for t in d.twins) == 6
 
 
 def test_tools_that_lie_between_nodes_go_down_to_them():

@@ -37,7 +37,8 @@ class Twin:
     """Another problem with the same answer: its last forces times ``scale`` are those of the first, to ``tolerance``.
 
     ``angle``: by which it is turned; ``axes``: of the forces that are the same, where not all are; ``each_step``: whether those
-    at the ends of all steps are.
+    at the ends of all steps are; ``same_tools``: whether tools and supports are those of the first, so that what is known of
+    its files holds of those of the twin.
     """
 
     problem: pr.Problem
@@ -46,6 +47,7 @@ class Twin:
     angle: float = 0.0
     axes: tuple[str, ...] = ("fx", "fy")
     each_step: bool = False
+    same_tools: bool = False
 
     def forces(self, history: Mapping[str, Any], tool: str) -> dict[str, Any]:
         """Forces of a tool by axis in the history of the twin, as those of the first problem."""

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import tempfile
 import time
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,76 +16,133 @@ from prensa_bench.robustness import checks, checks_in_space, stops
 from prensa_bench.robustness.drawn import Drawn, Twin
 from prensa_bench.robustness.files import OutOfTime, Record, read, solve_into, solve_stages, totals
 from prensa_bench.robustness.increments import reason_of
-from prensa_bench.robustness.outcome import Outcome
+from prensa_bench.robustness.outcome import COMPARED, INSTEAD, NOT_COMPARED, Outcome
 
 GIVEN_INCREMENTS = 20  # a step, of twins whose own increments differ
 
 
-def judge_files(d: Drawn, number: int, folder: Path | None = None) -> Outcome:
-    """Solve one drawn problem into a folder (None: a temporary one), and judge what its files say."""
+class Verdict(NamedTuple):
+    """``status``, ``words`` and ``reason`` of an `Outcome`; ``twin``: whether its answer and that of its twin were compared."""
+
+    status: str
+    words: str = ""
+    reason: str = ""
+    twin: str = ""
+
+
+def judge_files(d: Drawn, number: int, folder: Path | None = None, instead: Iterable[Drawn] = ()) -> Outcome:
+    """Solve one drawn problem into a folder (None: a temporary one), and judge what its files say.
+
+    ``instead``: problems that are solved and judged in its place, one after the other until one has been compared with its
+    twin, where it was not: of its twin no answer came, or of itself.
+    """
     if folder is None:
         with tempfile.TemporaryDirectory() as own:
-            return judge_files(d, number, Path(own))
+            return judge_files(d, number, Path(own), instead)
     start = time.process_time()
-    status, words, reason = _verdict(d, folder, start + d.limit)
+    found = _verdict(d, folder, start + d.limit)
     iterations, cutbacks = totals(folder / "run")
+    found = _until_compared(found, folder, instead)
     seconds = time.process_time() - start
-    return Outcome(number, f"{number}: {d.kind}", status, words, iterations, cutbacks, seconds, reason)
+    twin = f"{d.twins[0].problem.name}: {found.twin}" if d.twins else ""
+    cost = (iterations, cutbacks, seconds)
+    return Outcome(number, f"{number}: {d.kind}", found.status, found.words, *cost, found.reason, twin)
 
 
-def _verdict(d: Drawn, folder: Path, until: float) -> tuple[str, str, str]:
+def _until_compared(first: Verdict, folder: Path, instead: Iterable[Drawn]) -> Verdict:
+    """The verdict with those on the problems solved in its place: wrong or reported if one of them is."""
+    found = first
+    for k, other in enumerate(instead):
+        if found.twin != NOT_COMPARED or found.status == "wrong":
+            return found
+        with_it = _verdict(other, folder / f"instead{k}", time.process_time() + other.limit)
+        words = "; ".join(filter(None, (found.words, f"instead of it {other.kind}: {with_it.words or with_it.status}")))
+        twin = INSTEAD if with_it.twin == COMPARED else NOT_COMPARED
+        worse = with_it if with_it.status in ("wrong", "reported") else found
+        found = Verdict(worse.status, words, worse.reason, twin)
+    return found
+
+
+def _verdict(d: Drawn, folder: Path, until: float) -> Verdict:
+    twin = NOT_COMPARED if d.twins else ""
     try:
         records = solve_stages(folder / "run", d.stages, until, d.numerics)
     except OutOfTime:
-        return "time", f"not ended after {d.limit:g} s, {_how_far(folder / 'run')}", ""
+        return Verdict("time", f"not ended after {d.limit:g} s, {_how_far(folder / 'run')}", twin=twin)
     except PrensaError as error:
-        return _stopped(d, folder / "run", error)
+        return _stopped(d, folder / "run", error)._replace(twin=twin)
     except Exception as error:
-        return "wrong", f"crashed: {type(error).__name__}: {error}", "Crashed"
-    judge = checks_in_space if d.problem.space == "solid" else checks
-    if wrong := judge.wrong_with(d, records):
-        return "wrong", wrong, ""
-    for k, twin in enumerate(d.twins):
+        return _crashed(error, twin)
+    if wrong := _judge(d).wrong_with(d, records):
+        return Verdict("wrong", wrong, twin=twin)
+    found = []
+    for k, other in enumerate(d.twins):
         try:
-            solve_into(folder / f"twin{k}", twin.problem, until + d.limit, d.numerics)
+            found.append(_beside(d, records[-1], other, folder / f"twin{k}", until))
+        except Exception as error:
+            found.append(_crashed(error, NOT_COMPARED))
+    bad = [v for v in found if v.status != "right"]
+    missed = [v for v in found if v.twin == NOT_COMPARED]
+    return next(iter((*bad, *missed, *found)), Verdict("right"))
+
+
+def _crashed(error: Exception, twin: str) -> Verdict:
+    return Verdict("wrong", f"crashed: {type(error).__name__}: {error}", "Crashed", twin)
+
+
+def _judge(d: Drawn) -> Any:
+    return checks_in_space if d.problem.space == "solid" else checks
+
+
+def _beside(d: Drawn, record: Record, twin: Twin, folder: Path, until: float) -> Verdict:
+    """The verdict on the last run of a problem beside its twin.
+
+    Right too where no answer of the twin came for a reason that is no fault, in words that say so: it took too long, or stopped
+    as its files show that it had to. A twin that stops or is wrong else is reported or wrong as any problem is.
+    """
+    itself = replace(d, stages=(twin.problem,), twins=())
+    try:
+        solve_into(folder / "0", twin.problem, until + d.limit, d.numerics)
+    except OutOfTime:
+        return Verdict("right", "not compared: its twin did not end in time", twin=NOT_COMPARED)
+    except PrensaError as error:
+        found = _stopped(itself, folder, error) if twin.same_tools else Verdict("reported", str(error), reason_of(error))
+        if found.status == "confirmed":
+            return Verdict("right", f"not compared: its twin stopped, {found.words}", twin=NOT_COMPARED)
+        return found._replace(words=f"its twin: {found.words}", twin=NOT_COMPARED)
+    other = read(folder / "0", twin.problem)
+    if twin.same_tools and (wrong := _judge(d).wrong_with(itself, [other])):
+        return Verdict("wrong", f"its twin: {wrong}", twin=NOT_COMPARED)
+    if unlike(record, other, twin) and not _same_times(record, other):
+        # what increments decide is no difference between the two problems: both once more with given ones
+        try:
+            record, other = _in_step(folder, d, twin, until + 3 * d.limit)
         except OutOfTime:
-            return "right", "(the twin used for comparison did not end in time)", ""
+            return _with_others("did not end in time")
         except PrensaError as error:
-            return "right", f"(the twin used for comparison failed: {error})", ""
-        other = read(folder / f"twin{k}", twin.problem)
-        if unlike(records[-1], other, twin) and not _same_times(records[-1], other):
-            # what increments decide is no difference between the two problems: both once more with given ones
-            try:
-                one, other = _in_step(folder / f"again{k}", d, twin, until + 3 * d.limit)
-            except OutOfTime:
-                return "right", "(the twin took other increments, and with given ones did not end in time)", ""
-            except PrensaError as error:
-                return (
-                    "right",
-                    f"(the twin took other increments, and with given ones one of the two failed: {error})",
-                    "",
-                )
-            if not _same_times(one, other):
-                return "right", "(the twin took other increments, and with given ones too)", ""
-            if wrong := unlike(one, other, twin):
-                return "wrong", wrong, ""
-        elif wrong := unlike(records[-1], other, twin):
-            return "wrong", wrong, ""
-    return "right", "", ""
+            return _with_others(f"one of the two failed: {error}")
+        if not _same_times(record, other):
+            return _with_others("other times again")
+    wrong = unlike(record, other, twin)
+    return Verdict("wrong" if wrong else "right", wrong, twin=COMPARED)
 
 
-def _stopped(d: Drawn, folder: Path, error: PrensaError) -> tuple[str, str, str]:
+def _with_others(words: str) -> Verdict:
+    return Verdict("right", f"not compared: its twin took other increments, and with given ones {words}", twin=NOT_COMPARED)
+
+
+def _stopped(d: Drawn, folder: Path, error: PrensaError) -> Verdict:
     """Of one stage in space: what came before is checked, and whether its files show the reason."""
     reason, last = reason_of(error), folder / "0"
     if d.problem.space != "solid" or len(d.stages) > 1 or not (last / "history.csv").is_file():
-        return "reported", str(error), reason
+        return Verdict("reported", str(error), reason)
     record = read(last, d.problem)
     if len(record.steps) == 0:
-        return "reported", str(error), reason
+        return Verdict("reported", str(error), reason)
     if record.bodies and (wrong := checks_in_space.until_it_stopped(d, record)):
-        return "wrong", f"{wrong} (before it stopped: {error})", reason
+        return Verdict("wrong", f"{wrong} (before it stopped: {error})", reason)
     found = stops.confirmed(d, record, reason)
-    return ("confirmed", f"{found}: {error}", reason) if found else ("reported", str(error), reason)
+    return Verdict("confirmed", f"{found}: {error}", reason) if found else Verdict("reported", str(error), reason)
 
 
 def _same_times(one: Record, other: Record) -> bool:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
 
 VERDICTS = ("right", "confirmed", "reported", "wrong", "time")
+COMPARED, INSTEAD, NOT_COMPARED = "compared", "another compared", "not compared"
 
 
 @dataclass(frozen=True)
@@ -14,6 +16,8 @@ class Outcome:
     ``status``: 'right'; 'confirmed' (stopped for a reason that the checks find in the files too); 'reported' (the solver or the
     check before it said that it cannot, ``reason`` is the type of what it said); 'wrong' (an answer that does not hold what
     is asked of it); 'time' (not ended within its limit of processor time). ``words``: what was said, or what is wrong.
+    ``twin``: of one solved in a second way, on a finer mesh, turned, in other units, that way and whether the answers were
+    compared (`COMPARED`), or those of another problem in its place (`INSTEAD`), or none (`NOT_COMPARED`); '' of others.
     """
 
     number: int
@@ -24,6 +28,7 @@ class Outcome:
     cutbacks: int = 0
     seconds: float = 0.0
     reason: str = ""
+    twin: str = ""
 
 
 @dataclass
@@ -37,6 +42,10 @@ class Tally:
     def count(self, status: str) -> int:
         """Number of outcomes with a status."""
         return sum(o.status == status for o in self.outcomes)
+
+    def twins(self) -> str:
+        """How many were solved in which second way, and compared or not, in words."""
+        return ", ".join(f"{n} {how}" for how, n in sorted(Counter(o.twin for o in self.outcomes if o.twin).items()))
 
     def share(self, status: str) -> float:
         """Share of outcomes with a status."""

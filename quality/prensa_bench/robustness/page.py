@@ -12,7 +12,7 @@ from prensa.errors import PrensaError
 from prensa_bench.robustness.increments import RERUN_EVERY
 from prensa_bench.robustness.outcome import VERDICTS, Outcome, Tally, bounds
 
-REPORTED = ("family", "seed", "number", "kind", "verdict", "reason", "iterations", "cutbacks", "seconds", "words")
+REPORTED = ("family", "seed", "number", "kind", "verdict", "reason", "iterations", "cutbacks", "seconds", "twin", "words")
 
 
 def commit_seed(folder: Path | None = None) -> tuple[int, str]:
@@ -44,7 +44,7 @@ def write(path: Path, tallies: list[Tally], commit: str = "") -> None:
         out.writerow(REPORTED)
         for t in tallies:
             for o in t.outcomes:
-                cost = (o.iterations, o.cutbacks, f"{o.seconds:.2f}")
+                cost = (o.iterations, o.cutbacks, f"{o.seconds:.2f}", o.twin)
                 out.writerow((t.suite, t.seed, o.number, o.kind, o.status, o.reason, *cost, o.words))
 
 
@@ -65,7 +65,7 @@ def collected(tables: Iterable[Path]) -> list[Tally]:
                 raise PrensaError(f"{path}: this is not a table of outcomes; --from takes what --report wrote as .csv")
             for r in rows:
                 cost = (int(r["iterations"]), int(r["cutbacks"]), float(r["seconds"]))
-                outcome = Outcome(int(r["number"]), r["kind"], r["verdict"], r["words"], *cost, r["reason"])
+                outcome = Outcome(int(r["number"]), r["kind"], r["verdict"], r["words"], *cost, r["reason"], r["twin"])
                 found.setdefault((r["family"], int(r["seed"])), {})[outcome.number] = outcome
     return [Tally(suite, seed, [of[k] for k in sorted(of)]) for (suite, seed), of in found.items()]
 
@@ -88,7 +88,8 @@ def page(tallies: list[Tally], commit: str = "") -> str:
     lines += [
         "",
         f"Every {RERUN_EVERY}th elastic and plastic problem is run again at half the step and ten times the penalty. The answers",
-        "of the other families are judged by their files alone, by code that shares nothing with the solver.", "",
+        "of the other families are judged by their files alone, by code that shares nothing with the solver.",
+        *(f"Solved in a second way of {t.suite}, seed {t.seed}: {t.twins()}." for t in tallies if t.twins()), "",
     ]  # fmt: skip
     kinds = Counter(
         (t.suite, o.status, o.reason, kind_of(o.words)) for t in tallies for o in t.outcomes if o.status != "right"

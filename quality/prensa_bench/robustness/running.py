@@ -9,7 +9,8 @@ from dataclasses import replace
 
 import prensa as pr
 from prensa_bench.robustness.blocks import draw
-from prensa_bench.robustness.families import FAMILIES, drawn
+from prensa_bench.robustness.drawn import Drawn
+from prensa_bench.robustness.families import FAMILIES, drawn, instead
 from prensa_bench.robustness.increments import AS_DRAWN, RERUN_EVERY, enforced, judge
 from prensa_bench.robustness.judging import judge_files
 from prensa_bench.robustness.outcome import Outcome, Tally
@@ -28,10 +29,15 @@ def judged(family: str, seed: int, number: int, enforcement: str = AS_DRAWN, slo
     if family in BLOCKS:
         p = enforced(draw(family, seed, number), enforcement)
         return judge_slopes(p, pr.Numerics(), p.name, seed, number) if slopes else judge(p, number, number % RERUN_EVERY == 0)
-    d = drawn(family, seed, number)
+    d = _enforced(drawn(family, seed, number), enforcement)
+    if slopes:
+        return judge_slopes(d.problem, d.numerics, d.kind, seed, number)
+    return judge_files(d, number, instead=(_enforced(other, enforcement) for other in instead(family, seed, number)))
+
+
+def _enforced(d: Drawn, enforcement: str) -> Drawn:
     twins = tuple(replace(t, problem=enforced(t.problem, enforcement)) for t in d.twins)
-    d = replace(d, stages=tuple(enforced(p, enforcement) for p in d.stages), twins=twins)
-    return judge_slopes(d.problem, d.numerics, d.kind, seed, number) if slopes else judge_files(d, number)
+    return replace(d, stages=tuple(enforced(p, enforcement) for p in d.stages), twins=twins)
 
 
 def run(

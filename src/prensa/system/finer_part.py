@@ -58,7 +58,7 @@ def may_part(system: System, s: Surface) -> bool:
     plain = system.dofs.dimension == 2 and not system.on_undeformed and p.start is None and p.heat is None and not system.gone
     names = [*p.loads, *p.body_force, *(name for step in p.steps for name in (*step.loads, *step.body_force))]
     loaded = any(name.partition(".")[0] == s.body for name in names)
-    return plain and not loaded and s.points.are_nodes and system.meshes[s.body].cells.shape[1] in (3, 4)
+    return plain and not loaded and (s.points.are_nodes or s.sharp) and system.meshes[s.body].cells.shape[1] in (3, 4)
 
 
 def part_of(
@@ -67,7 +67,8 @@ def part_of(
 ) -> Part | None:  # fmt: skip
     """Surroundings of nodes of a contact in the state at the end of an increment: so many layers of elements, halved so often.
 
-    ``increments`` of its steps, of metal; those of its last step are the run's if nothing is said, those before it automatic.
+    ``increments`` of its steps, of metal and under sharp corners; those of its last step are the run's if nothing is said,
+    those before it automatic.
     None where nothing of their border is held.
     """
     u = end.u
@@ -86,8 +87,9 @@ def part_of(
     # would miss a turn between steps.
     ways = [values[:, k : k + 2] for k in range(2, values.shape[1], 2)]
     steps = [_step(system, s.body, marked[:, :2], *way) for way in zip(ways, stages)]
-    # Elastic bodies have no history but that of friction, and one increment a step, cut where it is too long, ends as many do.
-    if not any(b.law.plastic for b in system.blocks if b.body == s.body):
+    # Elastic bodies have no history but that of friction, and one increment a step, cut where it is too long, ends as many do;
+    # but edges under sharp corners are cut once an increment, where nodes are at its start, which has to be near.
+    if not any(o.sharp for _, o in contacts) and not any(b.law.plastic for b in system.blocks if b.body == s.body):
         increments = [1] * len(steps)
     increments = increments or [None] * (len(steps) - 1) + [c.plan.increments]
     steps = [replace(step, increments=count) for step, count in zip(steps, increments)]

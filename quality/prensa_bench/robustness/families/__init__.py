@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
@@ -45,6 +45,26 @@ FAMILIES: Mapping[str, Callable[[np.random.Generator], Drawn]] = {
 }
 
 
+SECOND_MESH: Mapping[str, Callable[[np.random.Generator], Drawn]] = {"space": space.on_two_meshes}
+"""Families of which one problem in `ONE_IN` is solved on a second mesh too, and how that one is drawn."""
+ONE_IN = 10
+INSTEAD = 10  # problems drawn at most in the place of one that could not be compared
+
+
 def drawn(family: str, seed: int, number: int) -> Drawn:
     """Problem *number* of a family: the same for the same arguments, whatever other families there are."""
-    return FAMILIES[family](np.random.default_rng([seed, number, zlib.crc32(family.encode())]))
+    draw = SECOND_MESH[family] if on_second_mesh(family, seed, number) else FAMILIES[family]
+    return draw(np.random.default_rng([seed, number, zlib.crc32(family.encode())]))
+
+
+def on_second_mesh(family: str, seed: int, number: int) -> bool:
+    """Whether a problem is the one of its `ONE_IN` that is solved on a second mesh too: the seed chooses it."""
+    chooses = np.random.default_rng([seed, number // ONE_IN, zlib.crc32(f"second mesh of {family}".encode())])
+    return family in SECOND_MESH and number % ONE_IN == chooses.integers(ONE_IN)
+
+
+def instead(family: str, seed: int, number: int) -> Iterator[Drawn]:
+    """Problems to compare where that of this number, solved on a second mesh, could not be; of other problems none."""
+    if on_second_mesh(family, seed, number):
+        for k in range(1, INSTEAD + 1):
+            yield SECOND_MESH[family](np.random.default_rng([seed, number, zlib.crc32(family.encode()), k]))

@@ -21,7 +21,6 @@ from prensa_bench.robustness.tools_over_bodies import BROUGHT_TOGETHER, hovering
 FINER_BY = 1.5  # bricks of the second mesh for each of the first along an axis
 SAME_ON_FINER = 0.06  # of the two, under a plate
 SAME_TURNED = 1e-5  # of a problem that is turned about the upright axis
-ONE_IN = 10  # problems of which one is solved on a second mesh
 OF_TETRAHEDRA = 0.25  # of the bodies, the rest are of bricks
 FORCES_XYZ = ("fx", "fy", "fz")
 
@@ -43,6 +42,8 @@ class Finer(Twin):
     """The same problem on a finer mesh."""
 
     axes: tuple[str, ...] = ("fy",)
+    each_step: bool = True
+    same_tools: bool = True
 
     def forces(self, history: Mapping[str, Any], tool: str) -> dict[str, Any]:
         """Forces of a tool by axis."""
@@ -50,8 +51,17 @@ class Finer(Twin):
 
 
 def problem(rng: np.random.Generator) -> Drawn:
-    """A body on its bottom, on planes of symmetry or clamped, and a tool above it; one in `ONE_IN` on a second mesh too."""
-    second = rng.random() < 1.0 / ONE_IN
+    """A body on its bottom, on planes of symmetry or clamped, and a tool above it."""
+    return _problem(rng, second=False)
+
+
+def on_two_meshes(rng: np.random.Generator) -> Drawn:
+    """A box under a plate, solved on a finer mesh too."""
+    return _problem(rng, second=True)
+
+
+def _problem(rng: np.random.Generator, second: bool) -> Drawn:
+    rng.random()  # what chose the second mesh before the seed did: the other numbers are what they were
     plastic = rng.random() < 0.6
     m = metal(rng, plastic)
     material = m.material
@@ -92,7 +102,7 @@ def _twins(rng: np.random.Generator, p: pr.Problem, body: Body, second: bool) ->
     """The finer one, of bricks, of those that are solved on a second mesh; of every third other box the one that is turned."""
     if second:
         n = tuple(round(FINER_BY * k) for k in body.mesh.n)
-        finer = replace(p, bodies={"body": replace(p.bodies["body"], mesh=replace(body.mesh, n=n))})
+        finer = replace(p, name="on a finer mesh", bodies={"body": replace(p.bodies["body"], mesh=replace(body.mesh, n=n))})
         return (Finer(finer, tolerance=SAME_ON_FINER),)
     turned = _turned(p, body) if body.box and rng.random() < 0.3 else None
     return (QuarterTurn(turned, tolerance=SAME_TURNED),) if turned is not None else ()
@@ -113,7 +123,7 @@ def _turned(p: pr.Problem, body: Body) -> pr.Problem | None:
     mesh, sides = _quarter_turned(body)
     ways = {"x": "z", "y": "y", "z": "x", "xyz": "xyz"}
     return replace(
-        p, bodies={"body": replace(p.bodies["body"], mesh=mesh)}, tools={"tool": replace(tool, **given)},
+        p, name="turned by 90°", bodies={"body": replace(p.bodies["body"], mesh=mesh)}, tools={"tool": replace(tool, **given)},
         fixed={sides.get(name, name): ways[way] for name, way in body.fixed.items()},
         steps=tuple(replace(s, move={"tool": _motion(s.move["tool"])}) for s in p.steps),
     )  # fmt: skip

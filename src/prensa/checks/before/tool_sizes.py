@@ -62,8 +62,8 @@ def _shortest(system: System, s: Surface) -> float:
 
 
 def _computed(system: System, s: Surface) -> bool:
-    """Whether a run computes a contact of few nodes on finer elements, and says what its force is off."""
-    return may_part(system, s) and remeshing_of(system.problem) is None
+    """Whether a run computes a contact of few nodes on finer elements, and says what its force is off, or looks at its dips."""
+    return not s.sharp and may_part(system, s) and remeshing_of(system.problem) is None
 
 
 def _gives_way(system: System, s: Surface, beta: float) -> bool:
