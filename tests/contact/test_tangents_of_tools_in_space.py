@@ -72,7 +72,7 @@ TOOLS = {
     "cone": (pr.Revolved(pr.Profile(points=((0.0, 0.0), (10.0, 8.0)))), ((1.0, -0.4), (2.0, -0.5), (0.9, 0.5), (2.1, 0.6))),
     "extruded die": (pr.Extruded(DIE, axis=(0.0, 0.0, 1.0)), ACROSS),
     "revolved die": (pr.Revolved(ROUND_DIE), ACROSS),
-    "swept punch": (pr.Swept(PUNCH, PLAN), ((1.0, -0.5), (1.8, -0.4), (0.9, 1.7), (1.55, 1.5))),
+    "swept punch": (pr.Swept(PUNCH, PLAN), ((0.8, -0.5), (1.8, -0.4), (0.9, 1.7), (1.55, 1.5))),
     "pyramid": (pr.Pyramid(of="vickers", radius=0.3), ((0.02, -0.03), (0.9, 0.02), (0.03, 0.6), (0.7, 0.65))),
     "cube": (pr.Polyhedron(points=CUBE, radius=0.4), ((0.3, 0.2), (0.9, 0.25), (0.25, 0.85), (0.85, 0.9))),
     "stl": (None, ((-0.5, -0.5), (0.6, -0.4), (-0.4, 0.5), (0.5, 0.6))),
