@@ -79,6 +79,7 @@ TOOLS = {
 }  # fmt: skip
 MODES = [("small", "reference"), ("finite", "current")]
 GROUPS = [*product(TOOLS, MODES), ("cylinder", ("small", "current")), ("revolved die", ("small", "current"))]
+STEP = 5e-7
 DEPTH = 0.003
 STICK, SLIDE = np.array([2e-5, -1e-5]), np.array([0.07, 0.04])
 
@@ -154,11 +155,15 @@ class Blocks:
         """Unknowns with the contact points at the depth, and along the tangents where ways (4, 2) from the committed ones end."""
         u = u.copy()
         for _ in range(6):
+            most = 0.0
             for s in self.system.surfaces:
                 x = self.system.stencils(s, u, state)
                 off = ways - (x.s - state.contact.coordinate[s.rows])
                 d = (-DEPTH * np.array([1.0, 1.2, 0.9, 1.1]) - x.g)[:, None] * x.n + (off[:, :, None] * x.e).sum(axis=1)
                 self.system.displacement(u)[s.points.nodes] += d
+                most = max(most, float(np.abs(d).max()))
+            if most < 1e-7:
+                break
         return u
 
 
@@ -192,7 +197,7 @@ def states_of(e):
 
 @pytest.mark.parametrize(("tool", "mode"), GROUPS, ids=["-".join([tool, *mode]) for tool, mode in GROUPS])
 def test_the_tangent_is_the_derivative(tool, mode, ball):
-    """Each law with each enforcement within 1e-6 of the largest entry, by the tool's motions and in random directions."""
+    """Each law with each enforcement within 1e-6 of the largest entry, by each motion of the tool while nodes go their ways."""
     given, feet = TOOLS[tool]
     given = given or ball
     system = pr.discretise(posed(given, under(given.shape(DOWN, 0.0), feet), *mode))
@@ -210,17 +215,12 @@ def test_the_tangent_is_the_derivative(tool, mode, ball):
     mine = blocks.owner >= 0
     worst, largest = np.zeros((2, len(COMBINATIONS)))
     np.maximum.at(largest, blocks.owner[mine], abs(K).max(axis=1).toarray()[mine, 0])
-    h, rng = 1e-5, np.random.default_rng(5)
-    for k in range(8):
-        v = np.zeros(system.ndof)
-        if k < 6:
-            v[blocks.tools[:, k]] = 1.0
-        else:
-            v[mine] = rng.normal(size=mine.sum())
-        near = [system.evaluate(c, u + s * h * v, lam, stiffness=False) for s in (1, -1, 2, -2)]
-        assert all((states_of(e) == states).all() for e in near)
-        a, b, twice, minus = (e.r for e in near)
-        off = np.abs((8.0 * (a - b) - (twice - minus)) / (12.0 * h) - K @ v)
-        np.maximum.at(worst, blocks.owner[mine], off[mine])
+    h, rng = STEP, np.random.default_rng(5)
+    for k in range(6):
+        v = np.where(mine, 0.3 * rng.normal(size=system.ndof), 0.0)
+        v[blocks.tools] = np.eye(6)[k]
+        a, b = (system.evaluate(c, u + s * h * v, lam, stiffness=False) for s in (1, -1))
+        assert (states_of(a) == states).all() and (states_of(b) == states).all()
+        np.maximum.at(worst, blocks.owner[mine], np.abs((a.r - b.r) / (2.0 * h) - K @ v)[mine])
     wrong = {COMBINATIONS[i]: float(q) for i, q in enumerate(worst / largest) if not q <= 1e-6}
     assert not wrong
