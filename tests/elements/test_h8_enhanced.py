@@ -1,4 +1,4 @@
-"""The brick with enhanced strains: tangents with every law, plane strain, turned models, beams, compression."""
+"""The brick with enhanced strains: plane strain, turned models, beams, compression."""
 
 from __future__ import annotations
 
@@ -10,46 +10,8 @@ from blocks_of_bricks import block_of, bricks, respond
 from prensa.elements.element import element_of
 from prensa.elements.enhanced import At, integrate, numbers
 from prensa.elements.form import Form
-from prensa.layout import SPATIAL
 
 E, NU = 1000.0, 0.3
-FLOW = [
-    pr.Perfect(20.0), pr.Linear(20.0, 50.0), pr.Ludwik(20.0, 50.0, 0.3), pr.Swift(40.0, 0.01, 0.2), pr.Voce(20.0, 20.0, 8.0),
-    pr.HockettSherby(20.0, 40.0, 2.0, 0.6), pr.SwiftVoce(K=40.0, e0=0.007, n=0.26, s0=15.0, Q=20.0, b=12.0, w=0.6),
-    pr.JohnsonCook(20.0, 50.0, 0.3, 0.02, 1e-3), pr.FlowTable(((0.0, 20.0), (0.1, 30.0), (1.0, 40.0))),
-]  # fmt: skip
-LAWS = [
-    (pr.Elastic(E, NU), "small"), (pr.Elastic(E, NU), "finite"), (pr.NeoHooke(E, NU), "finite"),
-    (pr.StVenantKirchhoff(E, NU), "finite"), *((pr.J2(E, NU, flow), k) for flow in FLOW for k in ("small", "finite")),
-    (pr.J2(E, NU, FLOW[3], "kirchhoff"), "finite"),
-]  # fmt: skip
-
-
-def name(case) -> str:
-    material, kinematics = case
-    flow = getattr(material, "flow", None)
-    return "-".join([material.type, *([flow.type, material.yield_on] if flow else []), kinematics])
-
-
-@pytest.mark.parametrize("case", LAWS, ids=name)
-def test_stiffness_is_the_derivative_of_the_forces(case):
-    """K agrees with central differences within 1e-6 along random directions, from a committed state, with modes at work."""
-    X, cells, _ = bricks((2, 1, 1), (2.0, 1.0, 1.0))
-    rng = np.random.default_rng(1)
-    X = X + 0.1 * rng.uniform(-1, 1, size=X.shape)
-    block, pattern = block_of(X, cells, "h8_enhanced", *case)
-    bent = np.stack([0.06 * X[:, 0] * X[:, 1], -0.03 * X[:, 0] ** 2, 0.02 * X[:, 2] * X[:, 0]], axis=1)
-    before = respond(block, pattern, X, 0.5 * bent, block.undeformed)[2].history
-    x = X + 0.5 * bent if case[1] == "finite" else X
-    du = (0.5 * bent + 0.002 * rng.normal(size=X.shape)).ravel()
-    _, K, result = respond(block, pattern, x, du, before, stiffness=True)
-    assert result.failed is None
-    assert np.abs(result.history[..., block.law.size + 9 :]).max() > 1e-3
-    if block.law.plastic:
-        assert (result.history[..., SPATIAL.kept] > before[..., SPATIAL.kept]).mean() > 0.4
-    for v in rng.normal(size=(4, X.size)):
-        plus, minus = (respond(block, pattern, x, du + s * v, before)[0].ravel() for s in (1e-7, -1e-7))
-        assert np.abs((plus - minus) / 2e-7 - K @ v).max() <= 1e-6 * np.abs(K).max()
 
 
 def test_a_turned_element_has_turned_forces():
@@ -61,7 +23,7 @@ def test_a_turned_element_has_turned_forces():
     bent = np.stack([0.06 * X[:, 0] * X[:, 1], -0.03 * X[:, 0] ** 2, 0.02 * X[:, 2] * X[:, 0]], axis=1)
     found = []
     for R in (np.eye(3), Q):
-        block, pattern = block_of(X @ R.T, cells, "h8_enhanced", pr.J2(E, NU, FLOW[3]), "finite")
+        block, pattern = block_of(X @ R.T, cells, "h8_enhanced", pr.J2(E, NU, pr.Swift(40.0, 0.01, 0.2)), "finite")
         history, x = block.undeformed, X @ R.T
         for _ in range(2):
             r, _, result = respond(block, pattern, x, 0.5 * bent @ R.T, history)

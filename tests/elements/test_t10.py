@@ -1,4 +1,4 @@
-"""Quadratic tetrahedra: patch tests, tangents, contact at the middle of their sides, recovered stresses, files."""
+"""Quadratic tetrahedra: patch tests, contact at the middle of their sides, recovered stresses, files."""
 
 from __future__ import annotations
 
@@ -18,10 +18,6 @@ from prensa.mesh.bricks import outside
 from prensa.system.state import State
 
 SWIFT = pr.J2(200e3, 0.3, pr.Swift(565.0, 0.007, 0.26))
-LAWS = [
-    (pr.Elastic(200e3, 0.3), "small"), (pr.Elastic(200e3, 0.3), "finite"), (pr.NeoHooke(200e3, 0.3), "finite"),
-    (pr.StVenantKirchhoff(200e3, 0.3), "finite"), (SWIFT, "small"), (SWIFT, "finite"),
-]  # fmt: skip
 
 
 def test_shapes_are_one_at_their_node_and_have_exact_slopes():
@@ -39,7 +35,7 @@ def test_shapes_are_one_at_their_node_and_have_exact_slopes():
     assert np.isclose((t.weight * t.at[:, 0] * t.at[:, 1]).sum(), 1.0 / 120.0, rtol=1e-14)
 
 
-@pytest.mark.parametrize("case", [LAWS[0], LAWS[5]], ids=["elastic", "j2"])
+@pytest.mark.parametrize("case", [(pr.Elastic(200e3, 0.3), "small"), (SWIFT, "finite")], ids=["elastic", "j2"])
 def test_patch(case):
     """A constant gradient on a skew mesh gives the law's stress at every point and no force on inner nodes, to 1e-12."""
     X, cells, inner = tetrahedra((2, 2, 2), (1.0, 1.2, 0.8), 0.2)
@@ -73,23 +69,6 @@ def test_pure_bending_is_exact_and_its_stress_is_recovered_at_the_nodes():
     assert np.abs(nodal[:, 1:]).max() <= 1e-12
     kept = recover(cells, block.volume, block.element.N, stress, np.ones(len(cells), dtype=bool))
     assert kept[:, 0].max() <= stress[..., 0].max()
-
-
-@pytest.mark.parametrize("case", LAWS, ids=lambda c: f"{c[0].type}-{c[1]}")
-def test_stiffness_is_the_derivative_of_the_forces(case):
-    """K of a skew mesh agrees with central differences within 1e-6 along random directions, from a committed state."""
-    X, cells, _ = tetrahedra((1, 1, 1), (1.0, 1.0, 1.0))
-    rng = np.random.default_rng(1)
-    X = X + 0.03 * rng.uniform(-1, 1, size=X.shape)
-    block, pattern = block_of(X, cells, "t10", *case)
-    first, du = 0.003 * rng.normal(size=X.shape), 0.005 * rng.normal(size=X.size)
-    before = respond(block, pattern, X, first, block.undeformed)[2].history
-    x = X + first if case[1] == "finite" else X
-    _, K, result = respond(block, pattern, x, du, before, stiffness=True)
-    assert result.failed is None
-    for v in rng.normal(size=(6, X.size)):
-        plus, minus = (respond(block, pattern, x, du + s * v, before)[0].ravel() for s in (1e-7, -1e-7))
-        assert np.abs((plus - minus) / 2e-7 - K @ v).max() <= 1e-6 * np.abs(K).max()
 
 
 # ---------------------------------------------------------------------------------------------------------------- contact

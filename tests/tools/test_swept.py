@@ -59,6 +59,21 @@ def test_gap_normal_and_curvature_belong_together(tool):
     assert np.abs(shape.closest(x[near] - close.g[near, None] * close.n[near]).g).max() < 1e-12
 
 
+@pytest.mark.parametrize("start", [(0.0, 0.0), (-9.0, 0.0)], ids=["from the reference point", "from elsewhere"])
+@pytest.mark.parametrize("rise", [0.0, 3.0])
+@pytest.mark.parametrize("kind", [pr.Extruded, pr.Revolved])
+def test_rays_straight_at_a_tool_of_one_line_meet_it(kind, rise, start):
+    """Along its normal, from either side and any distance, to 1e-9: such a tool has no length of its own."""
+    rng, shape = np.random.default_rng(0), kind(pr.Profile(points=(start, (9.0, rise)))).shape(DOWN, 0.0)
+    x = np.stack([rng.uniform(0.5, 3.0, 40), np.full(40, -9.0), rng.uniform(-2.0, 2.0, 40)], axis=1)
+    for _ in range(300):
+        x[:, 1] += 0.9 * shape.closest(x).g
+    normals = shape.closest(x).n
+    for d in (-1.0, -0.1, -1e-3, -1e-6, 1e-9, 1e-6, 1e-3, 0.1):
+        h = np.concatenate([shape.along((a + d * n)[None], -n, 3610.0) for a, n in zip(x, normals)])
+        assert np.abs(h - d).max() < 1e-9
+
+
 def test_closed_forms():
     """A revolved circle is a ball, an extruded one a cylinder, a circle off the axis a torus, to round-off."""
     x = points()

@@ -106,8 +106,9 @@ def marched_along(
 ) -> Array:  # fmt: skip
     """`Tool.along` of any shape whose ``distance`` (k,) grows no faster than the way; ``unit``: a length of the shape.
 
-    Steps of |g| cannot pass a surface; then Newton.
+    Steps of |g| cannot pass a surface but by round-off; then Newton.
     """
+    by = 1e-4 * unit + ROUND_OFF * limit  # a shape without corners, as a cone of one line, has no length of its own
     inside = distance(xi) < 0.0
     way = np.where(inside, -1.0, 1.0)
     h = np.zeros(len(xi))
@@ -115,7 +116,7 @@ def marched_along(
     for _ in range(400):
         x = xi[going] + (way[going] * h[going])[:, None] * direction
         close = np.abs(distance(x))
-        near = np.flatnonzero(close <= 1e-4 * unit)
+        near = np.flatnonzero(close <= by)
         arrived = np.zeros(len(going), dtype=bool)  # and not on the way out
         arrived[near] = np.where(inside[going[near]], 1.0, -1.0) * way[going[near]] * (normal(x[near]) @ direction) > 0.0
         # on the surface itself, as at a tip, steps lead nowhere
@@ -129,8 +130,8 @@ def marched_along(
         x = xi + h[:, None] * direction
         g, slope = distance(x), normal(x) @ direction
         step = np.where(np.abs(slope) > NEGLIGIBLE, g / np.where(np.abs(slope) > NEGLIGIBLE, -slope, 1.0), 0.0)
-        # The surface is within 1e-4 of a length by now: a longer step comes of a ray that all but grazes it.
-        step = np.clip(step, -1e-3 * unit, 1e-3 * unit)
+        # The surface is that near by now: a much longer step comes of a ray that all but grazes it.
+        step = np.clip(step, -10.0 * by, 10.0 * by)
         h = h + step
         if (np.abs(step) <= 4 * EPS * limit).all():
             break

@@ -138,6 +138,11 @@ class _Swept(Analytic):
     def _axis(self) -> Array:
         return np.array(self.axis)
 
+    @cached_property
+    def _across(self) -> Array:
+        """The axes (3, 2) of the section plane."""
+        return section_axes(self._axis)
+
     def _of_section(self, x: Array) -> Closest:
         return self.section.closest(x - np.array(self.at))
 
@@ -167,7 +172,7 @@ class Prism(_Swept):
 
     def closest(self, xi: Array) -> Closest:
         """Points (k, 3) → `Closest`."""
-        axes = section_axes(self._axis)
+        axes = self._across
         found = self._of_section(xi @ axes)
         t = turned(found.n) @ axes.T
         return Closest(found.g, found.n @ axes.T, found.c[:, None, None] * t[:, :, None] * t[:, None])
@@ -188,7 +193,7 @@ class Revolution(_Swept):
         rho = np.linalg.norm(away, axis=1)
         scale = np.abs(xi).max(initial=0.0) + self.extent
         on_axis = rho <= NEGLIGIBLE * scale
-        some = section_axes(k)[:, 0]
+        some = self._across[:, 0]
         e = np.where(on_axis[:, None], some, away / np.where(on_axis, 1.0, rho)[:, None])
         found = self._of_section(np.stack([rho, zeta], axis=1))
         (n_rho, n_zeta), c = found.n.T, found.c
@@ -251,7 +256,7 @@ class Moulding(_Swept):
 
     def closest(self, xi: Array) -> Closest:
         """Points (k, 3) → `Closest`."""
-        axes, k = section_axes(self._axis), self._axis
+        axes, k = self._across, self._axis
         plan = self.plan.closest(xi @ axes - np.array(self.plan_at))
         found = self._of_section(np.stack([plan.g, xi @ k], axis=1))
         out = plan.n @ axes.T
