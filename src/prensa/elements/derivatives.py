@@ -32,8 +32,8 @@ from prensa.materials.j2 import TABLES
 from prensa.materials.point_form import Given, PointForm, PointLaw
 from prensa.types import Array
 
-BATCH = 4
-"""Directions at a time: they share what there is of values, and more would not stay in registers."""
+BATCH = 5
+"""Directions at a time, at most: they share what there is of values; from five on one more costs what it does alone."""
 
 
 class Variant(NamedTuple):
