@@ -7,6 +7,7 @@ that of the increment. Weights of forces and histories come back by the reverse 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np

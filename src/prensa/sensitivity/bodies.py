@@ -99,7 +99,7 @@ class Elements:
     def _along(self, some: slice, g: Group, k: int, changes: Changes, dxn: Array, dx: Array | None, dold: Array) -> Along:
         """The directions of a group for some elements, committed histories (e, q, h, s); k: the block.
 
-        dxn, dx (n, 2, d): motions of nodes as the increment begins and ends, the latter beyond what initial places make; None: none.
+        dxn, dx (n, 2, d): motions of nodes as the increment begins, and at its end beyond those of initial places; None: none.
         """
         cells, own = self.block.cells[some], slice(g.first, g.first + g.size)
         # One row of zeros stands for all elements where all nodes stay.

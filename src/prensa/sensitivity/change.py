@@ -85,7 +85,7 @@ class Changes(NamedTuple):
         none = [np.zeros((*v.shape, 0)) for v in each[0].volume]
         volume = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.volume for ch in last))) if last else tuple(none)
         scale = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.scale for ch in each)))
-        # Groups as large as each other: each computes once what its directions share, and five of a kind cost as much as 4 + 1 do.
+        # Groups of like size: each computes once what its directions share.
         count = -(-len(each) // BATCH)
         ends = [k * len(each) // count for k in range(count + 1)]
         groups = tuple(_group(each[a:b], a) for a, b in pairwise(ends))
