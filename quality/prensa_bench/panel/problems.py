@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from prensa.verify.forming import upsetting
 from prensa_bench.robustness.families import drawn
 
 SEED = 7
-GROUPS = ("gallery", "strips", "families", "large", "space")
+GROUPS = ("gallery", "strips", "exact", "families", "large", "space")
 DRAWN_OF = {"strips": 10, "slide_release": 6, "rolls": 6, "forgings": 6, "cycles": 6, "ironings": 6}
 FORMING_CASES = (
     "flat_punch", "snap_through", "strip_drawing", "wire_drawing", "forward_extrusion", "flat_rolling",
@@ -23,6 +23,7 @@ FORMING_CASES = (
     "channel_forming",
 )  # fmt: skip
 SPACE_CASES = ("ball_indentation", "square_billet", "vickers", "snap_hook", "bar_rolling")
+DRAWN_EXACT = (0, 1, 2, 3, 5, 6, 7, 8, 9)  # strips with friction, of which it is asked how exact contact goes
 DRAWN_IN_SPACE = 6
 
 
@@ -56,6 +57,7 @@ def problems() -> Mapping[str, Entry]:
     for family, count in DRAWN_OF.items():
         group = family if family in GROUPS else "families"
         out |= {f"{family} {k}": Entry(group, partial(_drawn, family, k)) for k in range(count)}
+    out |= {f"exact {k}": Entry("exact", partial(_exact, "strips", k)) for k in DRAWN_EXACT}
     out["hertz 1e5"] = Entry("large", partial(_hertz, (242, 207)), 4, partial(_hertz, (7, 6)))
     out["upsetting 1e5"] = Entry("large", partial(_upsetting, (260, 195), 0.1), 6, partial(_upsetting, (4, 3), 0.1))
     out |= {name: Entry("space", partial(_case, name)) for name in SPACE_CASES}
@@ -86,3 +88,10 @@ def _case(name: str, *changes: str) -> Posed:
 def _drawn(family: str, number: int) -> Posed:
     found = drawn(family, SEED, number)
     return Posed(found.problem, found.numerics)
+
+
+def _exact(family: str, number: int) -> Posed:
+    """A drawn problem with the contacts' conditions met exactly, by multipliers, and friction."""
+    problem, numerics = _drawn(family, number)
+    contacts = tuple(replace(c, enforcement=pr.Exact()) for c in problem.contacts)
+    return Posed(replace(problem, contacts=contacts), numerics)

@@ -7,6 +7,7 @@ stencils of `prensa.contact.stencil` make of it is linear: forces are w p n + a 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -86,20 +87,28 @@ class Places(NamedTuple):
     n: int
 
     @property
-    def inputs(self) -> dict[str, slice]:
+    def inputs(self) -> Mapping[str, slice]:
         """By name."""
-        t = self.t
-        widths = {
-            "g": 1, "way": t, "lam_n": 1, "lam": t, "k_n": 1, "k_t": 1, "weight": 1, "area": 1, "slip": 1, "traction": t,
-            "area_was": 1, "k": 1, "speed": 1, "numbers": self.n,
-        }  # fmt: skip
-        return _in_a_row(widths)
+        return _inputs(self.t, self.n)
 
     @property
-    def outputs(self) -> dict[str, slice]:
+    def outputs(self) -> Mapping[str, slice]:
         """By name."""
-        t = self.t
-        return _in_a_row({"p": 1, "t": t, "slip": 1, "P": 1, "T": t, "bound": 1, "friction": 1, "stored": 1})
+        return _outputs(self.t)
+
+
+@cache
+def _inputs(t: int, n: int) -> Mapping[str, slice]:
+    widths = {
+        "g": 1, "way": t, "lam_n": 1, "lam": t, "k_n": 1, "k_t": 1, "weight": 1, "area": 1, "slip": 1, "traction": t,
+        "area_was": 1, "k": 1, "speed": 1, "numbers": n,
+    }  # fmt: skip
+    return _in_a_row(widths)
+
+
+@cache
+def _outputs(t: int) -> Mapping[str, slice]:
+    return _in_a_row({"p": 1, "t": t, "slip": 1, "P": 1, "T": t, "bound": 1, "friction": 1, "stored": 1})
 
 
 def _in_a_row(widths: dict[str, int]) -> dict[str, slice]:

@@ -7,12 +7,14 @@ that of the increment. Weights of forces and histories come back by the reverse 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from prensa.elements import shapes as tables
 from prensa.elements.gradients import (
+    Gradients,
     at_points,
     dilatation,
     fbar,
@@ -25,15 +27,15 @@ from prensa.elements.gradients import (
 )  # fmt: skip
 from prensa.kernels.differentiate import forward, reverse, units
 from prensa.kernels.emit import Kind, Program, Put, Rows, Shared, generated, puts, total
-from prensa.kernels.record import ONE, Node, cell, given, lift, many, piece, where
+from prensa.kernels.record import ONE, Node, answered, cell, constant, given, lift, many, piece, where
 from prensa.materials.hardening import SHIFT_BEGUN, SHIFT_COMMITTED, SHIFT_NOW, TABLE_ARRAYS
 from prensa.materials.hencky_j2 import first_piola
 from prensa.materials.j2 import TABLES
 from prensa.materials.point_form import Given, PointForm, PointLaw
 from prensa.types import Array
 
-BATCH = 4
-"""Directions at a time: they share what there is of values, and more would not stay in registers."""
+BATCH = 5
+"""Directions at a time, at most: they share what there is of values; from five on one more costs what it does alone."""
 
 
 class Variant(NamedTuple):
@@ -85,21 +87,58 @@ def _record(v: Variant) -> _Recorded:
     x_n, x, shapes, weight = many("x_n", v.dofs), many("x", v.dofs), many("shapes", 3 * n), given("shapes", 3 * n)
     committed, p = many("committed", v.fields), many("p", v.law.numbers)
     u = [b - a for a, b in zip(x_n, x)]
-    g = gradients(x_n, shapes, v.axisymmetric)
-    h = stretched = gradient(u, g)
     if v.mean:
         return _record_mean(v, x_n, x)
+    begun = _begun(x_n, u, shapes, v.axisymmetric)
+    h = stretched = begun.h
     # Without F-bar nothing is shared: α is one, and forces are those of the point alone.
     ratio, middle = ONE, list[Node]()
     if v.bar:
-        middle = [dilatation(gradient(u, gradients(x_n, [lift(s) for s in tables.centre(n, 2)], v.axisymmetric)))]
+        middle = [dilatation(_begun(x_n, u, [lift(s) for s in tables.centre(n, 2)], v.axisymmetric).h)]
         stretched, _, ratio = fbar(h, middle[0], v.axisymmetric)
     found = v.law.answer(stretched, _given(v, committed, p))
     # V τ ∇N in the present places, V = V_n/(α^m J_n): ∇N f⁻¹ of the places before
-    volume = g.volume * weight * given("scale", 0) / (ratio * found.volume)
-    r = forces(first_piola(h, found.stress, volume), g)
+    volume = begun.volume * weight * given("scale", 0) / (ratio * found.volume)
+    r = forces(begun.turned(first_piola(h, found.stress, volume)), begun.by)
     energies = found.energy, found.work
     return _Recorded([], x_n, x, middle, committed, p, r, list(found.history), energies, found.strains)
+
+
+class _Begun(NamedTuple):
+    """A point as the increment begins: gradients of N that stay ``by``, the volume, the gradient h of the increment.
+
+    Derivatives by the places come through five numbers alone, the gradient L of how these move: (∇N)′ = −Lᵀ ∇N, V′ = V tr L,
+    (∇u)′ = ∇u′ − ∇u L. Along m directions that is a third of the products of (∇N)′ node by node.
+    """
+
+    by: Gradients
+    L: tuple[Node, ...]
+    volume: Node
+    h: tuple[Node, ...]
+
+    def turned(self, P: Sequence[Node]) -> tuple[Node, ...]:
+        """A stress P that meets the gradients which stay, with the derivative that P meets those that do not: −P Lᵀ."""
+        L11, L12, L21, L22, L33 = self.L
+        ways = ((L11, L12), (L21, L22), (L11, L12), (L21, L22))
+        plane = [_less(P[c], ways[c], (P[c - c % 2], P[c - c % 2 + 1])) for c in range(4)]
+        return (*plane, _less(P[4], (L33,), (P[4],)))
+
+
+def _begun(x_n: list[Node], u: list[Node], shapes: list[Node], axisymmetric: bool) -> _Begun:
+    g = gradients(x_n, shapes, axisymmetric)
+    by = Gradients([tuple(map(constant, row)) for row in g.by], g.volume, g.good)
+    L, h = gradient(x_n, by), gradient(u, by)
+    L11, L12, L21, L22, L33 = L
+    ways = ((L11, L21), (L12, L22), (L11, L21), (L12, L22))
+    plane = [_less(h[c], ways[c], (h[c - c % 2], h[c - c % 2 + 1])) for c in range(4)]
+    V = constant(g.volume)
+    grows = [L11, L22, L33] if axisymmetric else [L11, L22]
+    return _Begun(by, L, answered(V, grows, [V] * len(grows)), (*plane, _less(h[4], (L33,), (h[4],))))
+
+
+def _less(x: Node, at: Sequence[Node], slopes: Sequence[Node]) -> Node:
+    """X, with Σ slopes at′ less than its own derivative."""
+    return answered(x, [x, *at], [ONE, *(-s for s in slopes)])
 
 
 def _given(v: Variant, committed: list[Node], p: list[Node]) -> Given:

@@ -259,6 +259,11 @@ def answered(value: Node, at: Sequence[Node], slopes: Sequence[Node]) -> Node:
     return node("answered", value, *at, *slopes)
 
 
+def constant(value: Node) -> Node:
+    """A value without derivatives."""
+    return answered(value, [], []) if isinstance(value, Node) else value
+
+
 def as_found(value: Node, graph: Node) -> Node:
     """A value that was found before, or in another way, with the derivatives of the graph that found it."""
     return value if not isinstance(value, Node) else answered(value, [graph], [ONE])

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -77,27 +78,37 @@ class Elements:
         seconds = c.rule.seconds(block, c.seconds)
         return cls(block, c.x_n, x, c.state.history[k], c.history[k], new, seconds, c.rule.share, histories or Histories())
 
-    def chunks(self) -> Iterator[slice]:
-        """Elements that are answered for together."""
-        for first in range(0, len(self.block), ELEMENTS_AT_ONCE):
-            yield slice(first, min(first + ELEMENTS_AT_ONCE, len(self.block)))
+    @cached_property
+    def chunks(self) -> list[tuple[slice, At]]:
+        """Elements that are answered for together, for the kernels."""
+        ends = range(0, len(self.block), ELEMENTS_AT_ONCE)
+        chunks = [slice(first, min(first + ELEMENTS_AT_ONCE, len(self.block))) for first in ends]
+        return [(some, self._at(some)) for some in chunks]
 
-    def at(self, some: slice) -> At:
-        """Some elements, for the kernels."""
+    def _at(self, some: slice) -> At:
         law, cells, mode = point_law(self.block, self.seconds), self.block.cells[some], self.block.mode
         element: Any = self.block.element
         shifted = bool(self.block.law.plastic and self.share)
         bars = element.bar, mode.axisymmetric, law.form, shifted, element.mean_dilatation
         variant = Variant(element.nodes, element.points, *bars)
         return At(
-            variant, element.table.rows, self.block.X[some], self.x_n[cells], self.x[cells], self.committed[some],
-            self.old[some], self.new[some], law, self.share, mode.scale,
+            variant, element.table.rows, self.block.X[some], self.x_n.take(cells, axis=0), self.x.take(cells, axis=0),
+            self.committed[some], self.old[some], self.new[some], law, self.share, mode.scale,
         )  # fmt: skip
 
-    def _along(self, some: slice, g: Group, k: int, dX: Array, dxn: Array, dx: Array, dold: Array) -> Along:
-        """The directions of a group for some elements: motions (n, 2, s), committed histories (e, q, h, s); k: the block."""
-        cells = self.block.cells[some]
-        return Along(dX[cells], dxn[cells], dx[cells], dold[some], g.p[k], *g.tables[k])
+    def _along(self, some: slice, g: Group, k: int, changes: Changes, dxn: Array, dx: Array | None, dold: Array) -> Along:
+        """The directions of a group for some elements, committed histories (e, q, h, s); k: the block.
+
+        dxn, dx (n, 2, d): motions of nodes as the increment begins, and at its end beyond those of initial places; None: none.
+        """
+        cells, own = self.block.cells[some], slice(g.first, g.first + g.size)
+        # One row of zeros stands for all elements where all nodes stay.
+        still = np.broadcast_to(np.zeros((1, cells.shape[1], 2, g.size)), (*cells.shape, 2, g.size))
+        initial = changes.X[..., own].take(cells, axis=0) if len(changes.X) else still
+        end = initial if dx is None else dx[..., own].take(cells, axis=0)
+        if dx is not None and len(changes.X):
+            end += initial
+        return Along(initial, dxn[..., own].take(cells, axis=0), end, dold[some], g.p[k], *g.tables[k])
 
     def forces_along(self, changes: Changes, k: int, dxn: Array, dold: Sequence[Array], r: Array) -> None:
         """Add to r (ndof, d) what directions change of forces at fixed degrees of freedom; k: the block.
@@ -105,12 +116,11 @@ class Elements:
         dold: of the committed histories (e, q, h, s) by group; dxn (n, 2, d).
         """
         for g, old in zip(changes.groups, dold):
-            own, force = slice(g.first, g.first + g.size), np.zeros((len(dxn), 2, g.size))
-            begin, end = np.ascontiguousarray(dxn[..., own]), changes.places(own, len(dxn))
-            for some in self.chunks():
-                found = derivatives.forces_along(self.at(some), self._along(some, g, k, end, begin, end, old))
+            force = np.zeros((len(dxn), 2, g.size))
+            for some, at in self.chunks:
+                found = derivatives.forces_along(at, self._along(some, g, k, changes, dxn, None, old))
                 scatter_forces(found.reshape(len(found), -1), self.block.cells[some], force.reshape(-1))
-            r[: 2 * len(dxn), own] += force.reshape(-1, g.size)
+            r[: 2 * len(dxn), g.first : g.first + g.size] += force.reshape(-1, g.size)
 
     def histories_along(
         self, changes: Changes, k: int, dxn: Array, dx: Array, dold: Sequence[Array]
@@ -121,12 +131,9 @@ class Elements:
         """
         found, energy, volume = [self.histories.like(old) for old in dold], np.zeros((2, dxn.shape[-1])), self.block.volume
         for g, old, new in zip(changes.groups, dold, found):
-            own = slice(g.first, g.first + g.size)
-            initial = changes.places(own, len(dxn))
-            begin, end = np.ascontiguousarray(dxn[..., own]), dx[..., own] + initial
-            for some in self.chunks():
-                along = self._along(some, g, k, initial, begin, end, old)
-                energy[:, own] += derivatives.history_along(self.at(some), along, volume[some], new[some])
+            for some, at in self.chunks:
+                along = self._along(some, g, k, changes, dxn, dx, old)
+                energy[:, g.first : g.first + g.size] += derivatives.history_along(at, along, volume[some], new[some])
         return found, energy
 
     def in_volumes(self, volumes: Array, energy: Array) -> None:

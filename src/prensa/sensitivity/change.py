@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -84,12 +85,11 @@ class Changes(NamedTuple):
         none = [np.zeros((*v.shape, 0)) for v in each[0].volume]
         volume = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.volume for ch in last))) if last else tuple(none)
         scale = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.scale for ch in each)))
-        groups = tuple(_group(each[first : first + BATCH], first) for first in range(0, len(each), BATCH))
+        # Groups of like size: each computes once what its directions share.
+        count = -(-len(each) // BATCH)
+        ends = [k * len(each) // count for k in range(count + 1)]
+        groups = tuple(_group(each[a:b], a) for a, b in pairwise(ends))
         return cls(tuple(each), X, volume, np.stack([ch.at for ch in each], axis=-1), scale, groups)
-
-    def places(self, own: slice, nodes: int) -> Array:
-        """What some directions change of the initial places, (n, 2, s)."""
-        return np.ascontiguousarray(self.X[..., own]) if len(self.X) else np.zeros((nodes, 2, own.stop - own.start))
 
 
 def _group(some: Sequence[Change], first: int) -> Group:

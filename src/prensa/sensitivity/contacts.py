@@ -56,8 +56,9 @@ def turning(f: ContactForces) -> Array:
 def area_rates(points: ContactPoints, x: Array, dx: Array) -> Array:
     """Rates (k, d) of the points' areas at node positions x (n, 2) that move by dx (n, 2, d)."""
     shares, out = points.shares, np.zeros((len(points), dx.shape[2]))
-    rates = np.einsum("sea,sead->sd", points.slopes(x), dx[points.edges[shares.edge]])
-    np.add.at(out, shares.point, rates)
+    by, moved = points.slopes(x), dx.take(points.edges[shares.edge], axis=0)
+    rates = by.reshape(len(by), 1, -1) @ moved.reshape(len(by), by[0].size, -1)
+    np.add.at(out, shares.point, rates[:, 0])
     return out
 
 

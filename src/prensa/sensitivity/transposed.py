@@ -414,8 +414,7 @@ def _prescribed(system: System, c: Context, motion: Array, r: Array, before: Wei
 
 def _follow(b: Elements, new: Array, nodal: Array) -> None:
     """Add to weights (m, n, 2) of the nodes' motions what those of the histories (m, e, q, h) after an increment give them."""
-    for some in b.chunks():
-        at = b.at(some)
+    for some, at in b.chunks:
         for w, out in zip(new, nodal):
             _to_nodes(derivatives.history_back(at, w[some]), b.block.cells[some], out)
 
@@ -431,10 +430,9 @@ def _element(
     """Adjoints from forces and histories of block number k."""
     cells, stress, weights = b.block.cells, np.zeros((len(r), *b.block.volume.shape)), adjoints.law[k]
     dofs = (2 * cells[:, :, None] + np.arange(2)).reshape(len(cells), -1)
-    for some in b.chunks():
-        at = b.at(some)
+    for some, at in b.chunks:
         for i, w in enumerate(new):
-            found = derivatives.back(at, w[some], r[i][dofs[some]])
+            found = derivatives.back(at, w[some], r[i].take(dofs[some]))
             _to_nodes(found.X, cells[some], adjoints.X[i])
             _to_nodes(found.x_n, cells[some], x_n[i])
             _to_nodes(found.x, cells[some], x[i])
