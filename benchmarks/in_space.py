@@ -9,13 +9,16 @@ done once a run, apart) and solution. Memory: by how much the peak of a process 
 
 From 1e4 to 1e6 unknowns: 15 24 34 46 69. LU takes a minute and 8 GB at 3e5: ``--lu 34`` asks for it up to 34³ bricks,
 ``--ldlt 46`` likewise; ``--shapes``, ``--materials`` choose rows. Each figure is a process of its own and a line of the file
-``--to``; what is there is not measured again, so that a measurement that was stopped goes on. ``run.py --only space`` writes
-the page.
+``--to``; what is there is not measured again, so that a measurement that was stopped goes on. Each line holds the state of
+the linear solvers that it was measured with; the tables mark those of another one than the present. ``run.py --only space``
+writes the page.
 """
 
 from __future__ import annotations
 
 import argparse
+import functools
+import hashlib
 import json
 import math
 import multiprocessing
@@ -51,7 +54,22 @@ FIRST = 0.005
 """Share of the height by which the first increment of a run presses."""
 TO = Path("results/in_space.jsonl")
 NAMES = {"lu": "LU", LDLT: "LDLᵀ", MULTIGRID: "multigrid"}
+EARLIER = "\\*"
+"""Marks what was measured with another state of the linear solvers than the present."""
 Row = dict[str, Any]
+
+
+@functools.cache
+def state() -> str:
+    """Digest of the sources of the linear solvers."""
+    folder = Path(pr.__file__).parent
+    files = [*sorted((folder / "linear").glob("*.py")), folder / "kernels" / "smoothers.py"]
+    return hashlib.sha256(b"".join(f.read_bytes() for f in files)).hexdigest()[:12]
+
+
+def mark(row: Row) -> str:
+    """`EARLIER` where a row is not of the present state."""
+    return "" if row.get("state") == state() else EARLIER
 
 
 def billet(n: int, shape: str, material: str) -> pr.Problem:
@@ -202,7 +220,7 @@ def apart(measure: Callable[..., Row], *given: Any) -> Row:
             row = measure(*given)
         except (ArithmeticError, PrensaError) as error:
             row = {"failed": str(error)}
-        to.send(row | {"MB": memory("VmHWM") - before})
+        to.send(row | {"MB": memory("VmHWM") - before, "state": state()})
 
     here, there = multiprocessing.Pipe()
     process = multiprocessing.get_context("fork").Process(target=measured, args=(there,))
@@ -259,9 +277,9 @@ def solutions(rows: list[Row]) -> Iterator[list[str]]:
 def words(row: Row) -> str:
     """Set-up + solution (iterations), memory of a row."""
     if "failed" in row:
-        return str(row["failed"])
+        return str(row["failed"]) + mark(row)
     its = "" if row["kind"] == "lu" else f" ({'over ' if math.isinf(row['residual']) else ''}{row['iterations']})"
-    return f"{row['setup']:.2f} + {row['solution']:.2f}{its}, {row['MB']:.0f}"
+    return f"{row['setup']:.2f} + {row['solution']:.2f}{its}, {row['MB']:.0f}{mark(row)}"
 
 
 def exponents(rows: list[Row], least: int = 90_000) -> Iterator[str]:
@@ -287,7 +305,7 @@ def increments(rows: list[Row]) -> Iterator[list[str]]:
         of_solver = r["wall"]["factorisation and solve"] / sum(v for v in r["wall"].values() if isinstance(v, float))
         yield [
             f"{r['n']}³", r["shape"], r["material"], NAMES[r["solver"]], str(r["iterations"]), str(r["krylov"]),
-            f"{r['seconds']:.1f}", f"{100 * of_solver:.0f} %", f"{r['MB']:.0f}",
+            f"{r['seconds']:.1f}", f"{100 * of_solver:.0f} %", f"{r['MB']:.0f}{mark(r)}",
         ]  # fmt: skip
 
 
@@ -301,7 +319,8 @@ def page(rows: list[Row]) -> str:
     """The tables of all rows."""
     return "\n\n".join([
         table("unknowns, bricks, material, LU of A, LDLᵀ of P, multigrid of P", solutions(rows)),
-        "Set-up + solution in seconds (iterations), memory in MB.",
+        "Set-up + solution in seconds (iterations), memory in MB."
+        + (f" {EARLIER} With an earlier state of the linear solvers." if any(map(mark, rows)) else ""),
         "Growth of set-up + solution, exponent of the unknowns from 1e5 on: " + "; ".join(exponents(rows)) + ".",
         table("bricks, shape, material, solver, iterations, Krylov, total s, in the solver, MB", increments(rows)),
     ])  # fmt: skip
@@ -320,7 +339,7 @@ def main() -> None:
     a = parser.parse_args()
     a.to.parent.mkdir(parents=True, exist_ok=True)
     if a.n:
-        _, *given = flowing(4, "flat 2", "elastic")  # kernels are compiled before
+        _, *given = flowing(9, "flat 2", "elastic")  # kernels are compiled before, those of levels too
         by_gmres(MULTIGRID)(*given)  # rslab's threads do not survive a fork: here it must not be used
     for row in missing(a, stored(a.to)):
         with a.to.open("a") as file:

@@ -13,6 +13,7 @@ from prensa.errors import ArgumentError, CaseError
 from prensa.linear import iterative
 from prensa.linear.factorisations import krylov
 from prensa.linear.iterative import NodalMatrix, geometry_of
+from prensa.linear.multigrid import Multigrid
 from prensa.linear.reduction import Reduced
 from prensa.model.schema import dump, loads
 from prensa.policy import Policy
@@ -182,6 +183,31 @@ def test_too_many_cycles_turn_to_ldlt(sliding, caplog):
     assert "multigrid did not solve all systems; LDLᵀ of the symmetric part took over" in caplog.text
     f.begin()
     assert f.name == "multigrid" and not f.fell_back
+
+
+def test_a_run_whose_multigrid_fails_is_solved_by_ldlt_and_says_so(monkeypatch, tmp_path):
+    """With cycles that correct nothing LDLᵀ solves every step to its share; forces are those of LU, log and summary say so."""
+    problem, left, step = billet(n=4), [], iterative.Iterative.step
+    *_, right = pr.solve(problem, pr.Numerics(solver="superlu"))
+
+    def watched(self, values, b, share, changed=None):
+        x = step(self, values, b, share, changed)
+        scale = self._scaled(np.ones_like(b))
+        r = self._tangent(values) @ (x / scale) - scale * b
+        left.append((self.name, np.linalg.norm(r) / np.linalg.norm(scale * b) / share))
+        return x
+
+    monkeypatch.setattr(iterative.Iterative, "step", watched)
+    monkeypatch.setattr(Multigrid, "__call__", lambda self, r: r)
+    case = pr.Case(problem, pr.Numerics(solver="multigrid"), pr.Output(pictures=False, report=False))
+    found = pr.run(case, tmp_path / "out", quiet=True)
+    assert left and {name for name, _ in left} == {"ldlt"} and all(share <= 2.0 for _, share in left)
+    assert found.history["t.fy"][-1] == pytest.approx(right.force("t").y, rel=1e-8)
+    said = "linear solver: multigrid did not solve all systems; LDLᵀ of the symmetric part took over where it did not"
+    assert found.summary["linear_solver"]["solver"] == "multigrid" and found.summary["warnings"].count(said) == 1
+    written = (tmp_path / "out" / "run.log").read_text(encoding="utf-8")
+    assert written.count("multigrid does not lead to a solution in 100 iterations; LDLᵀ of the symmetric part takes over") >= 2
+    assert "LU of the tangent" not in written
 
 
 @pytest.mark.parametrize("solver", ["ldlt", "multigrid"])

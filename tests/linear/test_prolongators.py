@@ -1,4 +1,7 @@
-"""Prolongators of multigrid in space: along long edges of bricks nothing is interpolated, and forces of soft motions stay."""
+"""Prolongators of multigrid in space: along long edges of bricks nothing is interpolated, and forces of soft motions stay.
+
+Sheared bricks are as long as they are, not as their edges.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ import pytest
 from pyamg.aggregation.aggregation import fit_candidates
 
 import prensa as pr
+from prensa.linear.factorisations import krylov
 from prensa.linear.iterative import NodalMatrix, geometry_of
 from prensa.linear.multigrid import (
     Candidates,
@@ -17,6 +21,7 @@ from prensa.linear.multigrid import (
     chains_of,
     edges_of,
     graph_of,
+    lengths_of,
     near_edges,
     prolongator,
     soft_motions,
@@ -29,18 +34,22 @@ from prensa.system.planning import plan_step
 N, LONG = (10, 6, 10), 5.0
 
 
-def drawn_out(shift):
-    """P and nodes of an elastic block of bricks five times as long in y, their inner nodes displaced by a share of an edge."""
+def drawn_out(shift, shear=0.0, held="y"):
+    """P and nodes of an elastic block of bricks five times as long in y, their inner nodes displaced by a share of an edge.
+
+    shear: by which the layers of bricks rise along x; ``held``: axes along which the bottom is.
+    """
     size = np.array(N) * (1.0, LONG, 1.0)
     problem = pr.Problem(
         "b", space="solid", bodies={"b": pr.Body(pr.Box(tuple(size), N), pr.Elastic(200e3, 0.3))},
-        tools={"t": pr.Plane(touching="b.top")}, contacts=(pr.Contact("b.top", "t"),), fixed={"b.bottom": "y"},
+        tools={"t": pr.Plane(touching="b.top")}, contacts=(pr.Contact("b.top", "t"),), fixed={"b.bottom": held},
         steps=(pr.Step("s", move={"t": pr.Motion(y=-0.01)}),),
     )  # fmt: skip
     box = discretise(problem).meshes["b"]
     x = box.points.copy()
     inner = ((x > 0) & (x < size)).all(axis=1)
     x[inner] += np.random.default_rng(0).uniform(-shift, shift, (inner.sum(), 3)) * (1.0, LONG, 1.0)
+    x[:, 1] += shear * x[:, 0]
     sides = {name: tuple(np.unique(faces).tolist()) for name, faces in box.edges.items()}
     mesh = pr.Bricks(tuple(map(tuple, x.tolist())), tuple(map(tuple, box.cells.tolist())), sides)
     system = discretise(replace(problem, bodies={"b": pr.Body(mesh, pr.Elastic(200e3, 0.3))}))
@@ -102,3 +111,38 @@ def test_coarse_matrices_of_long_bricks_have_the_blocks_of_cubes():
     blocks = coarse.tobsr((12, 12))
     assert len(blocks.indices) <= 27 * (blocks.shape[0] // 12)
     assert grid.size > 4 * sum(level.Q.nnz + level.R.nnz for level in grid.levels)
+
+
+UNIT = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], dtype=float)
+
+
+def test_lengths_of_sheared_bricks_are_those_of_their_parallelepipeds():
+    """Edges of bricks with right angles; semi-axes of the affine image of a ball otherwise, the same in any orientation."""
+    rng = np.random.default_rng(0)
+    turn = np.linalg.qr(rng.standard_normal((3, 3)))[0]
+    lengths, along = lengths_of((UNIT * (3.0, 1.0, 2.0) @ turn.T)[None])
+    assert lengths[0] == pytest.approx([1.0, 2.0, 3.0], rel=1e-12) and along[0] == 1
+    # drawn out by ten, its layers rise by nine: edges of 9.06, 10 and 1, a width of 0.74
+    F = np.array([[1.0, 0.0, 0.0], [9.0, 10.0, 0.0], [0.0, 0.0, 1.0]])
+    lengths, _ = lengths_of((UNIT @ F.T @ turn.T)[None])
+    assert lengths[0] == pytest.approx(np.linalg.svd(F, compute_uv=False)[::-1], rel=1e-10)
+    assert lengths[0, 2] > 13.0 and lengths[0, 1] == pytest.approx(1.0)
+    # flat by ten, its edges across leaning by five
+    F = np.array([[1.0, 0.5, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 1.0]])
+    lengths, along = lengths_of((UNIT @ F.T)[None])
+    assert lengths[0] == pytest.approx(np.linalg.svd(F, compute_uv=False)[::-1], rel=1e-10) and along[0] == 1
+
+
+@pytest.mark.parametrize(("shear", "most"), [(0.0, 15), (4.5, 30)])
+def test_sheared_bricks_take_few_more_cycles(shear, most):
+    """Drawn-out bricks whose layers rise steeply are drawn out as before; taken for flat ones, as their edges are, 69."""
+    P, nodes = drawn_out(0.0, shear, "xyz")
+    cycle, count = Multigrid(P, nodes, Policy(multigrid_coarsest=300)), [0]
+    b = np.random.default_rng(1).standard_normal(P.shape[0])
+
+    def counted(r):
+        count[0] += 1
+        return cycle(r)
+
+    x = krylov(P.tocsr(), counted, b * nodes.free.ravel(), 100, 1e-8, least=100)
+    assert x is not None and count[0] <= most

@@ -40,9 +40,9 @@ class Nodes(NamedTuple):
 
 
 class Edges(NamedTuple):
-    """Of the bricks around each node (n,): mean ``short`` and ``middle`` edge; ``flat`` bricks' short edges (k, 2) of nodes.
+    """Of the bricks around each node (n,): mean ``short`` and ``middle`` length; ``flat`` bricks' short edges (k, 2) of nodes.
 
-    drawn: whether most bricks are drawn out: their longest edge is much longer than the middle one.
+    drawn: whether most bricks are drawn out: their longest length is much longer than the middle one.
     """
 
     short: Array
@@ -51,8 +51,19 @@ class Edges(NamedTuple):
     drawn: bool
 
 
+def lengths_of(x: Array) -> tuple[Array, Index]:
+    """Principal lengths (m, 3) of bricks x (m, 8, 3), ascending, and the direction (m,) of `BRICK_EDGES` of their short edges.
+
+    They are those of the edges where these are at right angles. Of sheared bricks the edges are longer than what they span: the
+    nodes across a drawn-out brick whose layers rise steeply are neighbours of its diagonal.
+    """
+    e = np.stack([(x[:, E[:, 1]] - x[:, E[:, 0]]).mean(axis=1) for E in BRICK_EDGES], axis=1)
+    squares = np.linalg.eigvalsh(e @ e.transpose(0, 2, 1))
+    return np.sqrt(np.maximum(squares, 0.0)), np.linalg.norm(e, axis=2).argmin(axis=1)
+
+
 def edges_of(nodes: Nodes, ratio: float) -> Edges:
-    """Edges of the cells by length; cells other than bricks have one length, the mean distance from their middle."""
+    """Lengths of the cells around nodes; cells other than bricks have one length, the mean distance from their middle."""
     n = len(nodes.X)
     sums, flat, long = np.zeros((3, n)), [np.zeros((0, 2), dtype=np.int64)], [np.zeros(0)]
     for cells in nodes.cells:
@@ -62,12 +73,10 @@ def edges_of(nodes: Nodes, ratio: float) -> Edges:
             size = np.linalg.norm(x - x.mean(axis=1, keepdims=True), axis=2).mean(axis=1)
             short = middle = size
         else:
-            e = [np.linalg.norm(x[:, E[:, 0]] - x[:, E[:, 1]], axis=2).mean(axis=1) for E in BRICK_EDGES]
-            lengths = np.stack(e, axis=1)
-            order = np.argsort(lengths, axis=1)
-            short, middle, longest = np.take_along_axis(lengths, order, axis=1).T
+            lengths, along = lengths_of(x)
+            short, middle, longest = lengths.T
             thin = middle > ratio * short
-            pairs = BRICK_EDGES[order[thin, 0]].reshape(-1, 8)
+            pairs = BRICK_EDGES[along[thin]].reshape(-1, 8)
             flat.append(np.take_along_axis(known[thin], pairs, axis=1).reshape(-1, 2))
             long.append(longest / middle)
         for row, values in zip(sums, (np.ones(len(known)), short, middle)):
