@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import ezdxf
+import meshio
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
@@ -119,7 +120,10 @@ def test_bodies_in_space_are_drawn_from_two_sides(tmp_path: Path) -> None:
         assert (np.abs(hue - colour / colour.max()).max(axis=1) < 0.02).mean() > 0.02
     done = CliRunner().invoke(app, ["check", str(case), "--picture", str(tmp_path / "a.png")])
     assert done.exit_code == 0 and (tmp_path / "a.png").stat().st_size > 5000
-    case.write_text(IN_SPACE.replace("b.base: z", "b.side: z"))
+    mesh = system.meshes["b"]  # from a file: which sides there are is known once it is read
+    meshio.write(tmp_path / "b.vtu", meshio.Mesh(mesh.points, [("hexahedron", mesh.cells)]))
+    cylinder = IN_SPACE[IN_SPACE.index("{type: cylinder") : IN_SPACE.index(", material")]
+    case.write_text(IN_SPACE.replace(cylinder, "{type: file, path: b.vtu}").replace("b.base: z, b.cap: x", "b.side: z"))
     done = CliRunner().invoke(app, ["check", str(case), "--picture", str(tmp_path / "b.png")])
     assert done.exit_code == 2 and "unknown boundary 'side'" in done.output and (tmp_path / "b.png").stat().st_size > 5000
 

@@ -17,7 +17,7 @@ from prensa_bench import robustness
 from prensa_bench.robustness import checks, judging
 from prensa_bench.robustness.claims import let_go, sprung_back
 from prensa_bench.robustness.drawn import Drawn, Twin, chain, circle, plane, stamp
-from prensa_bench.robustness.families import INSTEAD, drawn, instead, on_second_mesh
+from prensa_bench.robustness.families import MOST_INSTEAD, drawn, instead, on_second_mesh
 from prensa_bench.robustness.families.cycles import unsettled
 from prensa_bench.robustness.files import Record, read, solve_into, solve_stages
 from prensa_bench.robustness.judging import judge_files, unlike
@@ -358,7 +358,7 @@ def test_one_of_ten_is_solved_on_a_second_mesh():
         assert [k // 10 for k in second] == list(range(10))
         assert all(on_second_mesh("space", seed, k) == (k in second) for k in range(100))
         others = list(instead("space", seed, second[0]))
-        assert len({d.kind for d in (drawn("space", seed, second[0]), *others)}) == 1 + INSTEAD
+        assert len({d.kind for d in (drawn("space", seed, second[0]), *others)}) == 1 + MOST_INSTEAD
         assert all(d.twins[0].problem.name == "on a finer mesh" for d in others)
         assert not list(instead("space", seed, second[0] + 1))
     assert not any(on_second_mesh("setups", 7, k) for k in range(10))
@@ -428,7 +428,8 @@ def test_a_family_is_drawn_by_its_seed(family):
             system = pr.discretise(stage)
             assert {t.name: tuple(t.at) for t in system.tools} == {k: v.at for k, v in d.tools.items()}
             assert set(d.mu) == {c.name for c in stage.contacts}
-            assert [*map(str, preflight(system)), *warnings_of(stage)] == []  # nor is anything said of a good case
+            said = [*map(str, preflight(system)), *warnings_of(stage)]
+            assert [a for a in said if "modulus of a metal" not in a] == []  # elastic metals that are pressed far are such
 
 
 def test_outcomes_of_several_processes_are_in_order():

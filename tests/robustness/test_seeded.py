@@ -69,11 +69,12 @@ def test_rigid_body_motions_are_counted_in_little_memory():
 
 
 def test_random_problems_raise_no_alarm():
-    """Nor about random problems (their coefficients of friction of up to 5 and meshes distorted on purpose apart)."""
+    """Nor about random problems, apart from friction of up to 5, distorted meshes and elastic metals, all of them on purpose."""
     for suite in ("elastic", "plastic"):
         for number in range(20):
             said = alarms(robustness.draw(suite, 5, number))
-            assert [a for a in said if "coefficient above 2" not in a and "scaled Jacobian" not in a] == []
+            on_purpose = ("coefficient above 2", "scaled Jacobian", "modulus of a metal")
+            assert [a for a in said if not any(words in a for words in on_purpose)] == []
 
 
 @pytest.mark.slow
@@ -113,5 +114,6 @@ def test_verification_cases_raise_no_alarm(monkeypatch):
     assert "starts 0.01 inside" in str(
         found.pop("tube in a round cavity", "starts 0.01 inside")
     )  # a fit with interference
-    heard = {k: [a for a in v if ".mesh: " not in a] for k, v in found.items()}
+    # so is an elastic sphere of steel that a theory of elasticity is compared with
+    heard = {k: [a for a in v if ".mesh: " not in a and "modulus of a metal" not in a] for k, v in found.items()}
     assert {k: v for k, v in heard.items() if v} == {}

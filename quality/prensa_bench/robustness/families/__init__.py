@@ -48,7 +48,7 @@ FAMILIES: Mapping[str, Callable[[np.random.Generator], Drawn]] = {
 SECOND_MESH: Mapping[str, Callable[[np.random.Generator], Drawn]] = {"space": space.on_two_meshes}
 """Families of which one problem in `ONE_IN` is solved on a second mesh too, and how that one is drawn."""
 ONE_IN = 10
-INSTEAD = 10  # problems drawn at most in the place of one that could not be compared
+MOST_INSTEAD = 10  # problems drawn at most in the place of one that could not be compared
 
 
 def drawn(family: str, seed: int, number: int) -> Drawn:
@@ -66,5 +66,5 @@ def on_second_mesh(family: str, seed: int, number: int) -> bool:
 def instead(family: str, seed: int, number: int) -> Iterator[Drawn]:
     """Problems to compare where that of this number, solved on a second mesh, could not be; of other problems none."""
     if on_second_mesh(family, seed, number):
-        for k in range(1, INSTEAD + 1):
+        for k in range(1, MOST_INSTEAD + 1):
             yield SECOND_MESH[family](np.random.default_rng([seed, number, zlib.crc32(family.encode()), k]))
