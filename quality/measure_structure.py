@@ -60,7 +60,7 @@ ORDER = [
     "types", "precision", "errors", "registry", "layout", "derivatives", "policy", "timer", "reference", "model", "kernels",
     "geometry", "importers", "mesh", "friction", "materials", "tools", "testing", "elements", "contact", "system", "linear",
     "result",
-    "measures", "checks", "solver", "remeshing", "conduction", "analysis", "dies", "sensitivity", "output", "verify", "study",
+    "measures", "checks", "solver", "remeshing", "conduction", "analysis", "dies", "sensitivity", "output", "study", "verify",
     "inverse", "bench", "cli", "__main__",
 ]  # fmt: skip
 """Rooms from below upwards, those of older checkouts (`bench`) among them."""

@@ -57,12 +57,13 @@ class Folding:
 
     def note(self, given: Committed) -> tuple[()]:
         """Note what the elements that are folded at the end of an increment have gained in it."""
-        if given.complete:
-            if self._folded:  # histories of condensed bodies are found when they are asked for
-                for block, before, after in zip(self.system.blocks, given.context.state.history, given.state.history):
-                    own = np.array([e for b, e in self._folded if b is block], dtype=np.int64)
-                    if len(own):
-                        self.gained += float((block.work(after, own) - block.work(before, own)).sum())
+        if self.coarse and given.complete:
+            if not self.carry.rows:  # up to here nothing was folded
+                self.carry.rows = [(0.0, 0.0), (given.context.state.energy.external, 0.0)]
+            for block, before, after in zip(self.system.blocks, given.context.state.history, given.state.history):
+                own = np.array([e for b, e in self._folded if b is block], dtype=np.int64)
+                if len(own):
+                    self.gained += float((block.work(after, own) - block.work(before, own)).sum())
             self.carry.note(given, self.gained)
         return ()
 
