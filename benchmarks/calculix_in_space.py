@@ -283,11 +283,11 @@ increments, but for rows that say otherwise; CalculiX begins with a tenth of a s
 What limits the ratio: both factorise in every iteration. Friction makes the matrix of CalculiX unsymmetric, and LU in double
 precision by SPOOLES takes 95 % of its time at 34 050 unknowns and 97 % at 96 110 (perf). LDLᵀ of the symmetric part in single
 precision under GMRES is cheaper by more the larger the system is. What prensa gains there it spends in part on increments, three
-times as many: with six it takes fewer iterations than CalculiX. CalculiX has no first increment of its own, the deck gives one.
-Where both begin with the same, each goes on as it chooses and takes at 96 110 unknowns: with a tenth of the step 886 and 74 s, a
-ratio of 12.0; with prensa's 1/400 of the step 2048 and 140 s, 14.6. In six increments each the ratio is 17.8; a tenth for CalculiX
-beside 1/400 for prensa gives 6.3. At 4641 unknowns prensa's start counts (imports, kernels from the disk), and CalculiX, which has
-none, is as fast."""
+times as many: with six it takes fewer iterations than CalculiX. CalculiX has no first increment of its own, the deck gives
+one. Where both begin with the same, each goes on as it chooses and takes at 96 110 unknowns: with a tenth of the step 886 and
+74 s, a ratio of 12.0; with prensa's 1/400 of the step 2048 and 140 s, 14.6. In six increments each the ratio is 17.8; a tenth
+for CalculiX beside 1/400 for prensa gives 6.3. At 4641 unknowns prensa's start counts (imports, kernels from the disk), and
+CalculiX, which has none, is as fast."""
 
 
 def main() -> None:
