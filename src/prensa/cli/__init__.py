@@ -170,10 +170,12 @@ def check(
         from prensa.checks.before.preflight import preflight, staircase
         from prensa.cli.describe import lines_of, lines_of_whole, summary_of
         from prensa.model.plausibility import warnings_of
+        from prensa.output.mirrors import unheld_mirrors
+
         system = _drawn(problem, picture, voice)
         for line in (*lines_of(system), *lines_of_whole(described)):
             voice.confirm(line)
-        notices = [*preflight(system), *staircase(system)]
+        notices = [*preflight(system), *staircase(system), *unheld_mirrors(system, described.output.mirror)]
         warnings = [*warnings_of(problem), *(str(n) for n in notices if not n.fatal)]
         for warning in warnings:
             voice.warn(warning)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from prensa.errors import PrensaError
+from prensa.checks.thresholds import NO_DIFFERENCE
+from prensa.errors import Finding, PrensaError
 from prensa.model.names import suggest
 from prensa.model.problem import Problem
 from prensa.result.increment import Increment
+from prensa.system.contact_surfaces import always_held
+from prensa.system.system import System
 from prensa.types import Array
 
 
@@ -66,9 +69,7 @@ def mirror_lines(increment: Increment, problem: Problem, sides: Sequence[str]) -
         If a side is none, or two sides have the same direction.
 
     """
-    X = np.vstack([b.X for b in increment.bodies.values()])
-    pairs = (("left", "right"), ("bottom", "top"), ("back", "front"))[: X.shape[1]]
-    ends = {name: (k, at) for k, p in enumerate(pairs) for name, at in zip(p, (X[:, k].min(), X[:, k].max()))}
+    ends = _ends(np.vstack([b.X for b in increment.bodies.values()]))
     lines = [(0, 0.0)] if problem.space == "axisymmetric" else []
     for side in sides:
         if side not in ends:
@@ -77,5 +78,49 @@ def mirror_lines(increment: Increment, problem: Problem, sides: Sequence[str]) -
         if axis in [a for a, _ in lines]:
             already = "the axis does that" if problem.space == "axisymmetric" and axis == 0 else "another side does that"
             raise PrensaError(f"'mirror' cannot mirror about the {side} side too: {already}; name one side of a direction")
-        lines.append((axis, float(at)))
+        lines.append((axis, at))
     return lines
+
+
+def _ends(X: Array) -> dict[str, tuple[int, float]]:
+    """Axis and coordinate of each side of the box around points (n, d)."""
+    pairs = (("left", "right"), ("bottom", "top"), ("back", "front"))[: X.shape[1]]
+    return {name: (k, float(at)) for k, p in enumerate(pairs) for name, at in zip(p, (X[:, k].min(), X[:, k].max()))}
+
+
+def unheld_mirrors(system: System, mirror: Sequence[str]) -> Iterator[Finding]:
+    """Sides of ``mirror`` that are no planes of symmetry: neither supports nor tools hold the bodies there.
+
+    What is modelled may then be the whole, and its forces would be given as those of a half.
+    """
+    ends, near = _ends(system.X), NO_DIFFERENCE * system.length
+    for side in mirror:
+        axis, at = ends.get(side, (0, np.nan))
+        if at == at and not (_held(system, axis, at, near) or _stopped(system, axis, at, near)):
+            yield Finding(
+                "output.mirror",
+                f"nothing holds the bodies in {'xyz'[axis]} at their {side} side, so that it is no plane of symmetry, but forces "
+                f"of the whole part count what is modelled twice for it; hold it in 'fixed', or leave {side!r} out",
+            )
+
+
+def _held(system: System, axis: int, at: float, near: float) -> bool:
+    """Whether supports hold a node at a place along an axis."""
+    for name, mesh in system.meshes.items():
+        there = np.abs(mesh.points[:, axis] - at) <= near
+        inclined = [s for b, s in system.problem.fixed.items() if b.partition(".")[0] == name and s.normal == "held"]
+        if there.any() and (inclined or always_held(system.problem, name, mesh)[there, axis].any()):
+            return True
+    return False
+
+
+def _stopped(system: System, axis: int, at: float, near: float) -> bool:
+    """Whether a tool stands at a place along an axis, its normal along it."""
+    for s in system.tool_contacts:
+        X = system.X[s.points.nodes]
+        there = X[np.abs(X[:, axis] - at) <= near]
+        if len(there):
+            seen = system.tool_masters[s.against].seen(there, system.initial().u)
+            if ((np.abs(seen.g) <= near) & (np.abs(seen.n[:, axis]) >= 1.0 - NO_DIFFERENCE)).any():
+                return True
+    return False

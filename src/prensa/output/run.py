@@ -27,6 +27,7 @@ from prensa.output.files import file_name, file_names, flush
 from prensa.output.folder import make_room, refuse_links
 from prensa.output.interrupt import Interruptible, Terminated
 from prensa.output.lock import locked
+from prensa.output.mirrors import unheld_mirrors
 from prensa.output.progress import ProgressBar
 from prensa.output.result import RunResult
 from prensa.precision import ROUND_OFF
@@ -204,6 +205,8 @@ class _Run:
             keep = self.start.clock.number
             self.passed = passages.restored(self.directory, self.system, self.start.clock)
             log.info("resumed after increment %d, time %.6g", keep, self.start.clock.time)
+        for finding in unheld_mirrors(self.system, self.case.output.mirror):
+            log.warning("%s", finding)
         with (
             closing(history.History(self.directory, self.case.problem, keep)) as self.tables,
             closing(passages.PassageTable(self.directory, self.passed, keep)) as self.means,
