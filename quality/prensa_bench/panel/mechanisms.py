@@ -163,8 +163,8 @@ TIMELY = (
     ),
     Mechanism(
         "early_stop",
-        "Attempts that half of the iterations have not brought half way to the tolerance are given up.",
-        (replaced(newton, newton._hopeless, lambda eq, state: False),),
+        "Attempts whose residual no longer falls are given up before the last iteration.",
+        policy={"max_nonimproving": NEVER, "stagnation_iterations": NEVER},
     ),
     # ------------------------------------------------------------------------------------------ contact and friction
     Mechanism(
