@@ -7,13 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.during.validity import STRAIN_WARNING
+from prensa.checks.during.validity import STRAIN_WARNING, YIELDS_BEFORE, elastic_metal
 from prensa.checks.thresholds import ALONG, NO_DIFFERENCE, TOUCHING_DEPTH, TOWARDS
 from prensa.errors import Finding
 from prensa.mesh.bricks import BrickMesh
 from prensa.mesh.quality import POOR
 from prensa.mesh.thin import strips
-from prensa.model.units import factor
 from prensa.policy import Policy
 from prensa.system.bending import Thickness, gaps_across
 from prensa.system.contact_surfaces import always_held
@@ -43,21 +42,20 @@ def far_upsets(system: System) -> Iterator[Finding]:
     p = system.problem
     if p.kinematics == "small":
         return
-    for name, body in p.bodies.items():
-        metal = body.material.modulus >= Policy().metal_modulus * factor("1 GPa", p.units.length, p.units.force, (1, -2))
-        u = upset(system, name)
+    for name in p.bodies:
+        elastic = all(elastic_metal(p, b, Policy()) for b in system.blocks if b.body == name)
+        u = upset(system, name) if elastic or system.dofs.dimension == 3 else None  # in the plane wear is for 'remesh'
         if u is None:
             continue
         by = f"by {u.height - u.left:.4g} of {u.height:.4g}"
-        if metal and not any(b.law.plastic for b in system.blocks if b.body == name):
+        if elastic:
             if 1.0 - u.left / u.height > STRAIN_WARNING:
                 yield Finding(
                     f"bodies.{name}.material",
-                    f"tools press {name!r} together {by}, and it is elastic with the modulus of a metal: metals yield long "
-                    "before; give it a 'j2' material with its flow curve",
+                    f"tools press {name!r} together {by}, and it is elastic with the modulus of a metal: {YIELDS_BEFORE}",
                     seen_in_run=True,
                 )
-        elif system.dofs.dimension == 3 and (shear := u.past_face if u.surrounded else sheared(system, name, u)) > _WORN:
+        elif (shear := u.past_face if u.surrounded else sheared(system, name, u)) > _WORN:
             yield Finding(
                 f"bodies.{name}",
                 f"tools press {name!r} together {by}: {_BY_A_FACE if u.surrounded else _BY_FRICTION}, by up to {shear:.2g}, and "

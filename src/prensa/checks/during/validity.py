@@ -18,6 +18,7 @@ from prensa.errors import Finding
 from prensa.geometry.plane import cross
 from prensa.materials.flow_curve import FlowCurve
 from prensa.model.metals import metals_of
+from prensa.model.problem import Problem
 from prensa.model.seconds import stated
 from prensa.model.units import factor
 from prensa.policy import Policy
@@ -30,6 +31,7 @@ from prensa.types import Array, Index
 
 STRAIN_WARNING = 0.05
 """Strain, rotation (rad) or share of a force worth a warning: of strains that should be small forces are off by as much."""
+YIELDS_BEFORE = "metals yield long before; give it a 'j2' material with its flow curve"
 STRAIN_LIMIT = 0.1
 """Strain, rotation (rad) or loss of volume beyond which linear elasticity does not hold, nor small-strain kinematics."""
 VOLUME_SHARE = 0.05
@@ -95,7 +97,7 @@ class Validity:
             self.reported.add(body)
             yield warning(
                 f"body {body!r} is elastic with the modulus of a metal, and a twentieth of it is strained by more than "
-                f"{STRAIN_WARNING:g}: metals yield long before; give it a 'j2' material with its flow curve"
+                f"{STRAIN_WARNING:g}: {YIELDS_BEFORE}"
             )
 
     def look(self, u: Array, history: Sequence[Array]) -> BeyondSmall | None:
@@ -214,14 +216,12 @@ class Validity:
 
     def _note_shape(self, block: Block, moved: Array) -> None:
         """Note the loss of volume of a body that flows, or the strain of an elastic metal, where a share exceeds it."""
-        material = self.system.problem.bodies[block.body].material
-        if not block.law.plastic and material.modulus < self.policy.metal_modulus * self._gpa():
-            return
+        problem = self.system.problem
         if block.law.plastic:
-            if self.system.problem.space != "plane stress":
+            if problem.space != "plane stress":
                 self._note_volume(block, moved)
             return
-        if block.body in self.stretched:
+        if block.body in self.stretched or not elastic_metal(problem, block, self.policy):
             return
         F = np.eye(moved.shape[1]) + self._gradients(block, moved)
         square = np.maximum(principal(np.swapaxes(F, 1, 2) @ F), SMALLEST)  # of the principal stretches
@@ -265,11 +265,6 @@ class Validity:
         if block.body not in self._slopes:
             self._slopes[block.body] = slopes(self.system.X[block.corners])
         return np.asarray(np.einsum("mai,maj->mij", moved.take(block.corners, axis=0), self._slopes[block.body]))
-
-    def _gpa(self) -> float:
-        """One GPa in the units of the problem."""
-        units = self.system.problem.units
-        return factor("1 GPa", units.length, units.force, (1, -2))
 
     def _note_flow(self, history: Sequence[Array]) -> None:
         if not self.system.has_memory:
@@ -316,6 +311,12 @@ def slopes(x: Array) -> Array:
         ring = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2**d
         g = ring if d == 2 else np.vstack([np.insert(ring, 2, end, axis=1) for end in (-0.125, 0.125)])
     return np.asarray(g @ np.linalg.inv(np.einsum("maj,ak->mjk", x, g)))
+
+
+def elastic_metal(problem: Problem, block: Block, policy: Policy) -> bool:
+    """Whether the elements of a block have the modulus of a metal and no flow."""
+    gpa = factor("1 GPa", problem.units.length, problem.units.force, (1, -2))
+    return not block.law.plastic and problem.bodies[block.body].material.modulus >= policy.metal_modulus * gpa
 
 
 def principal(S: Array) -> Array:
