@@ -52,7 +52,7 @@ VALUES = {
     ("Press", "capacity"): "number > 0, list of [stroke, force], or the name of a CSV file of them",
     ("Until", "press"): "name of a tool, or a list of them",
     ("Coulomb", "mu"): "{}, or the name of a CSV file of κ, μ",
-    ("J2", "of"): "name of a metal or of a file, or {}",
+    **{(t, "of"): "name of a metal or of a file, or {}" for t in ("J2", "Hill")},
     ("FlowTable", "points"): "{}, or the name of a CSV file of ε̄, σ_y",
     ("Profile", "points"): "{}, or the name of a DXF or CSV file, or [Drawing](#drawing)",
     **{(t, "fillet"): "number ≥ 0, or a list with one for each point" for t in ("Profile", "Polygon")},
@@ -72,6 +72,7 @@ EXAMPLES = Path(__file__).parent / "reference_examples.yaml"
 DEFAULTS = {
     **{(t, "radius"): "automatic" for t in ("Pyramid", "Polyhedron")},
     ("Step", "increments"): "automatic", ("Profile", "fillet"): "automatic", ("Polygon", "fillet"): "automatic",
+    **{("Hill", k): "of `r`, or of von Mises" for k in "FGHN"}, ("Hill", "rolling"): "`angle`", ("Hill", "normal"): "z",
     ("Load", "follower"): "`true`, or as before",
 }  # fmt: skip
 

@@ -19,6 +19,13 @@ from prensa.model.not_in_space import NOT_IN_SPACE, words_of
 from prensa.model.schema import loads
 from users_metals import Metal
 
+
+class Flat(Metal):
+    """A metal for the plane alone."""
+
+    in_space = False
+
+
 ROLL = "type: extruded, section: {type: circle, radius: 20}, axis: [0, 0, 1]"
 CASE = coining("[5, 3, 5]", "roll", ROLL, "{mu: 0.1}", 0.5, 5)
 SECOND = """bodies:
@@ -57,7 +64,7 @@ def _condensed(problem: pr.Problem) -> object:
 
 
 OTHERS = {
-    "material": lambda p: replace(p, bodies={"block": replace(p.bodies["block"], material=Metal(70e3, 0.3, 300.0, 500.0))}),
+    "material": lambda p: replace(p, bodies={"block": replace(p.bodies["block"], material=Flat(70e3, 0.3, 300.0, 500.0))}),
     "body_contacts": lambda p: replace(p, body_contacts=(pr.BodyContact("block.top", "block.bottom"),)),
     "heat": lambda p: replace(p, heat=Heat({"block": Conductor(50.0, 4.0)}, 20.0)),
     "outlines": lambda p: parse("block.folds", p),

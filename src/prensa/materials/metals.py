@@ -18,7 +18,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, get_args, get_origin
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, ValidationInfo
+from pydantic_core import ArgsKwargs, InitErrorDetails, PydanticCustomError
 
 from prensa.errors import CaseError, Mistake, PrensaError
 from prensa.materials.flow_curve import FlowCurve
@@ -151,6 +152,28 @@ def _read(path: Path, _time: int) -> tuple[Metal, MetalFile]:
 
 
 # ------------------------------------------------------------------------------------------------------- into a material
+def of_a_metal(cls: type, data: Any, info: ValidationInfo) -> Any:
+    """Validator of a material with a field ``of``: its fields, those that the metal gives too.
+
+    Raises
+    ------
+    ValidationError
+        In the words of `given_by`.
+
+    """
+    given = data
+    if isinstance(data, ArgsKwargs):  # of a script: fields in their order, and by name
+        given = dict(zip((f.name for f in fields(cls)), data.args)) | (data.kwargs or {})
+    if not isinstance(given, dict) or not isinstance(given.get("of"), str):
+        return data
+    try:
+        return given_by(given, info.context)
+    except (ValueError, CaseError) as error:
+        words = PydanticCustomError("metal", "{words}", {"words": str(error)})
+        wrong = InitErrorDetails(type=words, loc=("of",), input=given["of"])
+        raise ValidationError.from_exception_data(cls.__name__, [wrong]) from None
+
+
 def given_by(data: Mapping[str, Any], context: Any) -> dict[str, Any]:
     """Fields of a material ``of`` a metal: E, nu and flow in the units of the case, and what the case states in their place.
 

@@ -23,24 +23,25 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from prensa.errors import ArgumentError
+from prensa.kernels import algebra
 from prensa.kernels.differentiate import forward, reverse, units
 from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts
 from prensa.kernels.record import ONE, ZERO, Node, as_found, differs, given, many, one_like, sqrt, where
 from prensa.kernels.template import Template
 from prensa.layout import PLANE, TensorLayout
-from prensa.materials.corotational import Tensor, kirchhoff, turned_axes
+from prensa.materials.corotational import Tensor, from_axes, in_axes, kirchhoff, turned_axes
 from prensa.materials.flow_curve import NO_TABLE, stress_at
 from prensa.materials.hardening import TABLE_ARRAYS, Curve, scalars, table_at
-from prensa.materials.hencky_j2 import determinant, exponential, first_piola, logarithm, push_forward
 from prensa.materials.j2 import TABLES
 from prensa.materials.material import Material
+from prensa.materials.motion import MOTION_OF, Motion, admissible
 from prensa.materials.point_form import Found, Given, PointLaw
 from prensa.materials.protocol import At, Field, Out
 from prensa.materials.protocol import Material as Law
 from prensa.types import Array
 
-STRAIN_COLUMNS = slice(0, 4)
-AXES_COLUMNS = slice(4, 6)
+AXES_NUMBERS = {2: 2, 3: 6}
+"""Numbers of the history that say how the axes lie: cosine and sine of an angle, or the first two axes in space."""
 
 
 class PointAt(NamedTuple):
@@ -71,7 +72,7 @@ class PointMaterial(Material, abstract=True):
 
     Strains are logarithmic elastic ones, ½ ln b_e, in finite kinematics, and those of small strain in small; stresses are
     Kirchhoff's. Plastic flow keeps the volume. Derivatives are exact, those by the fields that are numbers too. Increments of
-    second order in time are those of backward Euler from a shifted beginning, of the variables too. Laws of the plane so far.
+    second order in time are those of backward Euler from a shifted beginning, of the variables too.
     """
 
     variables: ClassVar[tuple[str, ...]] = ()
@@ -80,7 +81,6 @@ class PointMaterial(Material, abstract=True):
     """Whether it depends on directions: tensors then have the components along the material's own axes, which turn with it."""
     symmetric: ClassVar[bool | None] = None
     """Whether its tangent is symmetric; None: that of an elastic material is."""
-    in_space: ClassVar[bool] = False
 
     def energy(self, strain: Tensor) -> Any:
         """Stored energy per initial volume at an elastic strain."""
@@ -107,8 +107,14 @@ class PointMaterial(Material, abstract=True):
         return sqrt(1.5 * d.dot(d))
 
     def axes(self, X: Array) -> Array:
-        """Angles (k,) in radians of the first material axis to x at initial places X (k, 2), of one that is ``directed``."""
+        """Angles (k,) in radians of the first material axis to x at initial places X (k, 2 or 3), of one that is ``directed``."""
         return np.zeros(len(X))
+
+    def directions(self, X: Array) -> Array:
+        """First and second axis (k, 2, 3) at initial places X (k, 3) in space; turned by `axes` about z unless it says other."""
+        angle = self.axes(X)
+        c, s, none = np.cos(angle), np.sin(angle), np.zeros(len(X))
+        return np.stack([np.stack([c, s, none], axis=-1), np.stack([-s, c, none], axis=-1)], axis=1)
 
     def bulk_law(self, finite: bool, **tensors: Any) -> Law:
         """The law.
@@ -116,27 +122,28 @@ class PointMaterial(Material, abstract=True):
         Raises
         ------
         ArgumentError
-            In three dimensions, and for a flow curve that is not compiled.
+            For a flow curve that is not compiled, and in three dimensions where it is a material of the plane.
 
         """
         name = type(self).__name__
-        if tensors.get("layout", PLANE) is not PLANE:
-            raise ArgumentError(f"{name}: a material of point functions has no law in three dimensions so far")
+        layout: TensorLayout = tensors.get("layout", PLANE)
+        if layout is not PLANE and not self.in_space:
+            raise ArgumentError(f"{name}: it has no law in three dimensions")
         curve: Any = getattr(self, "flow", None)
         if curve is not None and curve.kernel() is None:
             raise ArgumentError(f"{name}: its flow curve {type(curve).__name__} is not compiled; derive it from PointCurve")
         missing = {"plastic_strain", "plastic_work"} - set(self.variables) if self.plastic else set()
         if missing:
             raise ArgumentError(f"{name}: it is plastic and has no {' and '.join(sorted(missing))} among its variables")
-        return PointMaterialLaw(self, finite)
+        return PointMaterialLaw(self, finite, layout)
 
 
 def _derivative(energy: Any, strain: Tensor) -> Tensor:
     """Of an energy by a strain, exact."""
     # Nodes of their own, at which `reverse` stops: components may be made of one another.
     at = [as_found(x, x) for x in strain]
-    xx, yy, zz, xy = reverse([energy(Tensor(*at))], [ONE], at)
-    return Tensor(xx, yy, zz, 0.5 * xy)
+    slopes = reverse([energy(Tensor(*at))], [ONE], at)
+    return Tensor(*slopes[:3], *(0.5 * x for x in slopes[3:]))
 
 
 @dataclass(frozen=True)
@@ -149,17 +156,19 @@ class Form:
     template: Template
     curve: Template | None
     finite: bool
+    layout: TensorLayout = PLANE
 
     @classmethod
-    def of(cls, material: PointMaterial, finite: bool, seconds: float) -> PointLaw:
+    def of(cls, material: PointMaterial, finite: bool, layout: TensorLayout, seconds: float) -> PointLaw:
         """With the numbers of a material."""
         template, p, tables = Template.of(material, ["flow"] if hasattr(material, "flow") else [])
         if tables:
             raise ArgumentError(f"{template.description.__name__}: a material has no table but that of its field 'flow'")
         curve: Any = material.flow.kernel() if hasattr(material, "flow") else None
         if curve is None:
-            return PointLaw(cls(template, None, finite), np.append(seconds, p), *NO_TABLE)
-        return PointLaw(cls(template, curve.kind, finite), np.hstack([seconds, p, curve.p]), curve.knots, curve.coefficients)
+            return PointLaw(cls(template, None, finite, layout), np.append(seconds, p), *NO_TABLE)
+        own = cls(template, curve.kind, finite, layout)
+        return PointLaw(own, np.hstack([seconds, p, curve.p]), curve.knots, curve.coefficients)
 
     @property
     def material(self) -> type[PointMaterial]:
@@ -168,9 +177,25 @@ class Form:
         return found
 
     @property
+    def motion(self) -> Motion:
+        """Kinematics of plane or space."""
+        return MOTION_OF[self.layout]
+
+    @property
+    def strain(self) -> slice:
+        """Columns of b_e − I or the elastic strain."""
+        return slice(0, self.layout.kept)
+
+    @property
+    def axes(self) -> slice:
+        """Columns of the axes, none of a material that has none; see `AXES_NUMBERS`."""
+        many = AXES_NUMBERS[self.layout.dimension] if self.material.directed else 0
+        return slice(self.strain.stop, self.strain.stop + many)
+
+    @property
     def first_variable(self) -> int:
         """Column of the first variable."""
-        return AXES_COLUMNS.stop if self.material.directed else STRAIN_COLUMNS.stop
+        return self.axes.stop
 
     @property
     def size(self) -> int:
@@ -188,7 +213,7 @@ class Form:
     @property
     def trial(self) -> slice:
         """Columns of the trial tensor of a material that flows."""
-        return slice(self.variables.stop, self.variables.stop + STRAIN_COLUMNS.stop)
+        return slice(self.variables.stop, self.variables.stop + self.strain.stop)
 
     @property
     def rises(self) -> slice:
@@ -212,30 +237,30 @@ class Form:
     ) -> Point:  # fmt: skip
         """The law at a gradient h, from a history; ``begun``: from one of `begin`, else a committed one."""
         material: PointMaterial = self.template.filled(p[1:])
-        cos, sin = old[AXES_COLUMNS] if material.directed else (ZERO, ZERO)
-        t, J, J_n = self._carried(h, old[STRAIN_COLUMNS]), one_like(h[0]), one_like(h[0])
+        motion, axes, b = self.motion, tuple(old[self.axes]), old[self.strain]
+        t, J, J_n = self._carried(h, b), one_like(h[0]), one_like(h[0])
         trial = Tensor(*t)
         if self.finite:
-            trial, J, J_n = Tensor(*logarithm(t)), sqrt(determinant(t)), sqrt(determinant(old[STRAIN_COLUMNS]))
-            if material.directed:
-                cos, sin = turned_axes(h, old[STRAIN_COLUMNS], cos, sin)
-        if material.directed:
-            trial = trial.in_axes(cos, sin)
+            trial, J, J_n = Tensor(*motion.logarithm(t)), sqrt(motion.determinant(t)), sqrt(motion.determinant(b))
+            if axes:
+                axes = turned_axes(h, b, trial, axes)
+        if axes:
+            trial = in_axes(trial, axes)
         curve = None if self.curve is None else Curve(self.curve, p[1 + self.template.numbers :], TABLE_ARRAYS)
         was = old[self.variables]
         elastic, variables = material.respond(trial, was, PointAt(p[0], J, J_n, warm, active, curve))
         if elastic is not trial and not material.plastic:
             raise ArgumentError(f"{self.material.__name__} returns another strain than 'trial': say that it is plastic")
         stress, left, energy = material.stress(elastic), elastic, material.energy(elastic)
-        if material.directed:
-            stress = (kirchhoff(stress, elastic) if self.finite else stress).from_axes(cos, sin)
-            left = elastic.from_axes(cos, sin)
-        history = [*t, *([cos, sin] if material.directed else []), *variables]
+        if axes:
+            stress = from_axes(kirchhoff(stress, elastic) if self.finite else stress, axes)
+            left = from_axes(elastic, axes)
+        history = [*t, *axes, *variables]
         if material.plastic:
             moved = _any_differs(elastic, trial)
-            new = exponential(tuple(left)) if self.finite else tuple(left)
-            history[STRAIN_COLUMNS] = kept = [where(moved, a, b) for a, b in zip(new, t)]
-            as_if = self._carried(h, old[self.trial] if begun else old[STRAIN_COLUMNS])
+            new = motion.exponential(tuple(left)) if self.finite else tuple(left)
+            history[self.strain] = kept = [where(moved, x, y) for x, y in zip(new, t)]
+            as_if = self._carried(h, old[self.trial] if begun else b)
             history += [where(moved, a, b) for a, b in zip(as_if, kept)]
             shifts = old[self.rises] if begun else [ZERO] * len(was)
             # The rise since the last commit, the shift with which the increment began included.
@@ -245,33 +270,33 @@ class Form:
     def _carried(self, h: Sequence[Node], b: Sequence[Node]) -> tuple[Node, ...]:
         """What b_e − I, or an elastic strain, becomes if nothing flows."""
         if self.finite:
-            return push_forward(h, b)
-        return tuple(x + y for x, y in zip(b, (h[0], h[3], h[4], 0.5 * (h[1] + h[2]))))
+            return self.motion.push_forward(h, b)
+        H = algebra.tensor(h)
+        return tuple(
+            x + (H[4 * i] if i == j else 0.5 * (H[3 * i + j] + H[3 * j + i])) for x, (i, j) in zip(b, self.layout.symmetric)
+        )
 
     def at_rest(self, old: Sequence[Node], p: Sequence[Node]) -> tuple[Tensor, Node]:
-        """Cauchy stress along x and y and stored energy per initial volume of a committed history."""
+        """Cauchy stress along x, y and z and stored energy per initial volume of a committed history."""
         material: PointMaterial = self.template.filled(p[1:])
-        b = old[STRAIN_COLUMNS]
-        strain = Tensor(*(logarithm(b) if self.finite else b))
-        if not material.directed:
-            stress, energy = material.stress(strain), material.energy(strain)
-        else:
-            axes = old[AXES_COLUMNS]
-            strain = strain.in_axes(*axes)
-            stress, energy = material.stress(strain), material.energy(strain)
-            stress = (kirchhoff(stress, strain) if self.finite else stress).from_axes(*axes)
-        return stress * (1.0 / sqrt(determinant(b))) if self.finite else stress, energy
+        b, axes = old[self.strain], tuple(old[self.axes])
+        strain = Tensor(*(self.motion.logarithm(b) if self.finite else b))
+        strain = in_axes(strain, axes) if axes else strain
+        stress, energy = material.stress(strain), material.energy(strain)
+        if axes:
+            stress = from_axes(kirchhoff(stress, strain) if self.finite else stress, axes)
+        return stress * (1.0 / sqrt(self.motion.determinant(b))) if self.finite else stress, energy
 
     def begin(self, old: Sequence[Node], share: Node) -> list[Node]:
         """A history after a ``share`` of what the last increment has brought more; rises are then what variables shifted by."""
-        b, out = old[STRAIN_COLUMNS], list(old)
-        e, was = (logarithm(x) if self.finite else x for x in (b, old[self.trial]))
+        b, out, motion = old[self.strain], list(old), self.motion
+        e, was = (motion.logarithm(x) if self.finite else x for x in (b, old[self.trial]))
         moved = _any_differs(Tensor(*b), Tensor(*old[self.trial]))
         flow = share * (Tensor(*was) - Tensor(*e)).deviator
         less = tuple(Tensor(*e) - flow)
-        new = exponential(less) if self.finite else less
+        new = motion.exponential(less) if self.finite else less
         shifts = [where(moved, share * x, 0.0) for x in old[self.rises]]
-        out[STRAIN_COLUMNS] = [where(moved, x, y) for x, y in zip(new, b)]
+        out[self.strain] = [where(moved, x, y) for x, y in zip(new, b)]
         out[self.variables] = [x + y for x, y in zip(old[self.variables], shifts)]
         out[self.trial], out[self.rises] = b, shifts
         return out
@@ -285,12 +310,12 @@ class Form:
             work = found.history[self.first_variable + names.index("plastic_work")]
             k = self.first_variable + names.index("plastic_strain")
             strains = at.committed[k], begun[k], found.history[k]
-        volume = sqrt(determinant(begun[STRAIN_COLUMNS]))
+        volume = sqrt(self.motion.determinant(begun[self.strain]))
         return Found(tuple(found.stress), found.history, found.energy, work, volume, strains)
 
 
 class Point(NamedTuple):
-    """What a law answers: Kirchhoff stress along x and y, history, stored energy, trial b_e − I or strain."""
+    """What a law answers: Kirchhoff stress along x, y and z, history, stored energy, trial b_e − I or strain."""
 
     stress: Tensor
     history: Sequence[Node]
@@ -307,20 +332,17 @@ def _any_differs(a: Tensor, b: Tensor) -> Node:
 
 @generated
 def _update(form: Form, begun: bool, tangent: bool, held: bool, heated: bool) -> Program:
-    h, old, flag = many("h", PLANE.components), many("old", form.size), given("failed", 0)
+    h, old, flag = many("h", form.layout.components), many("old", form.size), given("failed", 0)
     active, warm = given("held", 0) if held else None, given("temperature", 0) if heated else None
-    found = form.point(h, old, many("p", form.numbers), begun, active, warm)
-    s, t = tuple(found.stress), found.trial
+    found, motion = form.point(h, old, many("p", form.numbers), begun, active, warm), form.motion
+    s: tuple[Node, ...] = tuple(found.stress)
     if form.finite:
-        P = first_piola(h, s, 1.0 / sqrt(determinant(old[STRAIN_COLUMNS])))
-        plane = h[0] + h[3] + h[0] * h[3] - h[1] * h[2]
-        good = (plane + h[4] + plane * h[4] > -1.0) & (h[4] > -1.0) & (t[2] > -1.0)
-        good &= (t[0] + t[1] > -2.0) & ((1.0 + t[0]) * (1.0 + t[1]) - t[3] * t[3] > 0.0)
-        flag = flag | ~good
+        P = motion.first_piola(h, s, 1.0 / sqrt(motion.determinant(old[form.strain])))
+        flag = flag | ~admissible(h, found.trial)
     else:
-        P = (s[0], s[3], s[3], s[1], s[2])
+        P = algebra.components(algebra.symmetric(s), h)
     # What differs from itself is NaN: a root that was not found, or a user's formula outside its domain.
-    for x in (*found.history[STRAIN_COLUMNS.stop :], *s):
+    for x in (*found.history[form.strain.stop :], *s):
         flag = flag | differs(x, x)
     written = [*puts("P", P), *puts("new", found.history), *puts("failed", [flag])]
     if tangent:
@@ -335,7 +357,7 @@ def _update(form: Form, begun: bool, tangent: bool, held: bool, heated: bool) ->
 @generated
 def _at_rest(form: Form) -> Program:
     stress, energy = form.at_rest(many("old", form.size), many("p", form.numbers))
-    arrays: dict[str, Kind] = {"old": Rows(form.size), "p": Shared(), "out": Rows(5)}
+    arrays: dict[str, Kind] = {"old": Rows(form.size), "p": Shared(), "out": Rows(form.layout.kept + 1)}
     return Program(arrays, puts("out", [*stress, energy]))
 
 
@@ -351,15 +373,11 @@ class PointMaterialLaw:
 
     material: PointMaterial
     finite: bool
-
-    @property
-    def layout(self) -> TensorLayout:
-        """Of plane problems."""
-        return PLANE
+    layout: TensorLayout = PLANE
 
     @cached_property
     def _form(self) -> Form:
-        form: Any = Form.of(self.material, self.finite, 0.0).form
+        form: Any = Form.of(self.material, self.finite, self.layout, 0.0).form
         return form
 
     @property
@@ -370,9 +388,9 @@ class PointMaterialLaw:
     @property
     def fields(self) -> Mapping[str, Field]:
         """Of the history."""
-        out = {"elastic": Field(STRAIN_COLUMNS, travel="strain")}
+        out = {"elastic": Field(self._form.strain, travel="strain")}
         if self.material.directed:
-            out["axes"] = Field(AXES_COLUMNS, self._axes, "axes")
+            out["axes"] = Field(self._form.axes, self._axes, "axes")
         for k, name in enumerate(self.material.variables, self._form.first_variable):
             out[name] = Field(slice(k, k + 1), travel="growing" if name in ("plastic_strain", "plastic_work") else "smooth")
         if self.plastic:
@@ -380,7 +398,9 @@ class PointMaterialLaw:
         return out
 
     def _axes(self, X: Array) -> Array:
-        """Cosine and sine (n, 2) of the angle of the axes at initial places (n, 2)."""
+        """Cosine and sine (n, 2) of the angle of the axes at initial places (n, 2); in space the first two axes (n, 6)."""
+        if self.layout is not PLANE:
+            return self.material.directions(X).reshape(len(X), -1)
         angle = self.material.axes(X)
         return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
@@ -428,12 +448,12 @@ class PointMaterialLaw:
         return None
 
     def point_law(self, seconds: float) -> PointLaw | None:
-        """In finite strain."""
-        return Form.of(self.material, True, seconds) if self.finite else None
+        """Of finite strain in the plane."""
+        return Form.of(self.material, True, PLANE, seconds) if self.finite and self.layout is PLANE else None
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
-        """H (n, 5) = f − I, old (n, h) → out; see `Material`."""
-        form, p, knots, coefficients = Form.of(self.material, self.finite, at.dt)
+        """H (n, c) = f − I, old (n, h) → out; see `Material`."""
+        form, p, knots, coefficients = Form.of(self.material, self.finite, self.layout, at.dt)
         held = out.failed if at.flows is None else at.flows
         warm = np.zeros(len(h)) if at.temperature is None else at.temperature
         begun = at.begun and self.plastic  # others begin as they were committed
@@ -446,24 +466,24 @@ class PointMaterialLaw:
         if share:
             _begin(form)(len(history), history, np.array([share]), out)
         else:
-            out[:, form.trial], out[:, form.rises] = history[:, STRAIN_COLUMNS], 0.0
+            out[:, form.trial], out[:, form.rises] = history[:, form.strain], 0.0
         return out
 
     def _at_rest(self, history: Array) -> Array:
-        """Cauchy stress and energy (n, 5) of committed histories (n, h)."""
-        out = np.empty((len(history), 5))
-        form, p, _, _ = Form.of(self.material, self.finite, 0.0)
+        """Cauchy stress and energy (n, k + 1) of committed histories (n, h)."""
+        out = np.empty((len(history), self.layout.kept + 1))
+        form, p, _, _ = Form.of(self.material, self.finite, self.layout, 0.0)
         _at_rest(form)(len(history), history, p, out)
         return out
 
     def energy(self, history: Array) -> Array:
         """Elastic energy per initial volume, (..., h) → (...)."""
         flat = np.ascontiguousarray(history.reshape(-1, history.shape[-1]))
-        return self._at_rest(flat)[:, 4].reshape(history.shape[:-1])
+        return self._at_rest(flat)[:, -1].reshape(history.shape[:-1])
 
     def cauchy(self, history: Array) -> Array:
-        """Cauchy stress xx, yy, zz, xy of committed histories (n, h) → (n, 4)."""
-        return np.ascontiguousarray(self._at_rest(history)[:, :4])
+        """Cauchy stress xx, yy, zz, xy[, xz, yz] of committed histories (n, h) → (n, k)."""
+        return np.ascontiguousarray(self._at_rest(history)[:, :-1])
 
     def flow_stress(self, strain: Array) -> Array:
         """Flow stress (n,) at plastic strains (n,), at rest."""
@@ -473,7 +493,7 @@ class PointMaterialLaw:
         """Equivalent stress (n,) of committed histories (n, h)."""
         stress = Tensor(*self.cauchy(history).T)
         if self.material.directed:
-            stress = stress.in_axes(*history[:, AXES_COLUMNS].T)
+            stress = in_axes(stress, tuple(history[:, self._form.axes].T))
         return np.asarray(self.material.equivalent(stress))
 
     def shear_strength(self, history: Array) -> Array:

@@ -41,9 +41,8 @@ NOT_IN_SPACE: dict[str, NotInSpace] = {
         "bodies", "element: q4", "{element!r} is an element of the plane; use 'h8_fbar'", {"element": "q4"}
     ),
     "material": NotInSpace(
-        "Python", "pr.PointMaterial",
-        "{type!r} is a material of point functions, as Hill's yield function is, and has no law in space yet; use 'j2', or "
-        "'pr.IsotropicMaterial'",
+        "Python", "in_space = False",
+        "{type!r} is a material for the plane alone; use 'j2' or 'hill', or a material of your own that has a law in space",
         {"type": "Mine"},
     ),
     "tool": NotInSpace(

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, ValidationError, ValidationInfo, model_validator
-from pydantic_core import ArgsKwargs, InitErrorDetails, PydanticCustomError
+from pydantic import Field, ValidationInfo, model_validator
 
-from prensa.errors import CaseError
 from prensa.materials.material import Material, PoissonRatio
-from prensa.materials.metals import Flow, given_by
+from prensa.materials.metals import Flow, of_a_metal
 from prensa.model.metals import Metal
 from prensa.model.units import Pressure
 
@@ -42,17 +39,7 @@ class J2(Material):
     @model_validator(mode="before")
     @classmethod
     def _of_a_metal(cls, data: Any, info: ValidationInfo) -> Any:
-        given = data
-        if isinstance(data, ArgsKwargs):  # of a script: fields in their order, and by name
-            given = dict(zip((f.name for f in fields(cls)), data.args)) | (data.kwargs or {})
-        if not isinstance(given, dict) or not isinstance(given.get("of"), str):
-            return data
-        try:
-            return given_by(given, info.context)
-        except (ValueError, CaseError) as error:
-            words = PydanticCustomError("metal", "{words}", {"words": str(error)})
-            wrong = InitErrorDetails(type=words, loc=("of",), input=given["of"])
-            raise ValidationError.from_exception_data("J2", [wrong]) from None
+        return of_a_metal(cls, data, info)
 
     def bulk_law(self, finite: bool, **tensors: Any) -> Law:
         """The law with the compiled return map where the flow curve has a kernel, else with that of any curve."""
