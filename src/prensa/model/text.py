@@ -308,13 +308,19 @@ class _Reader:
     def mapping(self, event: Any, depth: int) -> Node:
         from ruamel.yaml.events import MappingEndEvent, ScalarEvent
 
-        node = Node({}, self.mark(event.start_mark))
+        node, last = Node({}, self.mark(event.start_mark)), None
         while not isinstance(child := self.next(), MappingEndEvent):
             if not isinstance(child, ScalarEvent) or child.tag is not None:
                 raise self.refuse(child.start_mark, "a key is plain text here; write 'key: value'")
             self.count(child)
             key, mark = child.value, self.mark(child.start_mark)
             value = self.node(self.next(), depth + 1)
+            if last is not None and _is_cut(last.value) and value.value is None:
+                last.value += f", {key}"
+                if not _is_cut(last.value):
+                    self.note(last.mark, f"between braces a text with commas stands in quotes; write '{last.value}'")
+                continue
+            last = value
             if key == "<<" and not child.style:
                 message = "merge keys ('<<') are not supported; repeat the entries or use an alias for the whole value"
                 self.note(mark, message)
@@ -435,3 +441,8 @@ def _nested(value: Any) -> bool:
     """Whether a top-level section reads better with one entry a line (bodies, steps, …)."""
     items = value.values() if isinstance(value, dict) else value
     return any(isinstance(v, dict | list) for v in items)
+
+
+def _is_cut(text: Any) -> bool:
+    """Whether a text ends within parentheses."""
+    return isinstance(text, str) and text.count("(") > text.count(")")
