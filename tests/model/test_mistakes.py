@@ -145,6 +145,7 @@ MISTAKES = [
     ("increments: 50\n", "increments: 50\nsteps: [{name: b}]\n", "20:1", ["twice (first at line 16)", "under one 'steps:'"]),
     (FIXED, f"{FIXED}\nmeasures: {{edge: billet.x near (10, 0), far: punch.y}}", "16:18",
      ["between braces a text with commas stands in quotes; write 'billet.x near (10, 0)'"]),
+    ("{type: coulomb, mu: 0.3}", "{mu: 0.3, m: 0.5}", "14:79", ["unknown key 'm'", "'type: capped' or ", "beside it"]),
     ("size: [10, 15]", "size: [10; 15]", "6:36", ["commas separate the entries of a list, not semicolons; write 10, 15"]),
     ("steps:\n", "output: {mirror: [billet.left]}\nsteps:\n", "16:19", ["mirror[0] of output is 'billet.left'; write 'left'"]),
     (FIXED, "fixed: {billet.bottom: clamped}", "15:24", ["'clamped' is not 'x'", "in space also 'z'"]),

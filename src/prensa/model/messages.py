@@ -14,6 +14,7 @@ from prensa.model.checks import FindingsError
 from prensa.model.names import Finding, meant, of_a_slip, of_the_trade, suggest, suggest_key
 from prensa.model.places import Place, Root, bare, expected, fields_of, follow, having, in_space, is_names, offered
 from prensa.model.units import ANGLE
+from prensa.registry import DOORS
 
 MOST = 200  # errors that are explained: a table in the wrong place has thousands
 _BOUNDS = {
@@ -96,6 +97,9 @@ def explain(error: Any, place: Place) -> Mistake:
             remedy = f"; {key!r} is a key of the case, at its outermost level"
         if above.parent is None and (things := having(str(key))):
             remedy = f"; {key!r} is a key of {' or of '.join(things)}"
+        if "type" not in given and of_a_slip(str(key), fields) is None:
+            meant_here = remedy if meant(str(key), options) is not None else ""
+            remedy = f"{others}{meant_here}" if (others := _of_another_type(str(key), above)) else remedy
         remedy = _of_another_shape(str(key), fields) or remedy
         if key in ("z", "r") and "y" in fields_of(above.kind, above.node) and not in_space(place):
             remedy += " In axisymmetry x is the radius and y the axis"
@@ -135,6 +139,16 @@ def _of_another_shape(key: str, fields: list[str]) -> str:
         return "; give 'radius' and 'height'"
     if key in ("diameter", "radius", "height", "width", "length") and "size" in fields:
         return "; lengths are given as 'size', one for each axis (in axisymmetry radius and height)"
+    return ""
+
+
+def _of_another_type(key: str, above: Place) -> str:
+    """What to write for a key of other laws of its kind than the default one; '' of a key that none has."""
+    mine = bare(above.kind)[0]
+    for door in DOORS.values():
+        if mine in door.own().values():
+            types = [repr(f"type: {name}") for name, cls in door.own().items() if key in fields_of(cls)]
+            return f"; {key!r} needs {' or '.join(types)} beside it" if types else ""
     return ""
 
 

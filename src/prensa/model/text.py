@@ -444,5 +444,5 @@ def _nested(value: Any) -> bool:
 
 
 def _is_cut(text: Any) -> bool:
-    """Whether a text ends within parentheses."""
-    return isinstance(text, str) and text.count("(") > text.count(")")
+    """Whether a text ends within parentheses, after something else."""
+    return isinstance(text, str) and not text.startswith("(") and text.count("(") > text.count(")")
