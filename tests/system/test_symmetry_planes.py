@@ -129,4 +129,4 @@ def test_a_support_under_a_part_of_a_side_is_no_line_of_symmetry():
 
     assert guard_of(pr.discretise(beam("foot"))) is None
     guard = guard_of(pr.discretise(beam("foot", "rest")))
-    assert guard is not None and [str(line) for line in guard.lines] == ["y = 0"]
+    assert guard is not None and [str(line) for line in guard.mirrors] == ["y = 0"]

@@ -200,6 +200,9 @@ class Contact:
     integration: RuleName = "nodal"
     interference: InterferenceValue | None = None
 
+    whole_in_space: ClassVar[bool] = False
+    """Whether the surface may be a whole body in space; that is not available to descriptions."""
+
     @property
     def name(self) -> str:
         """``<surface>-<tool>``, the name used in files and by steps."""

@@ -10,7 +10,7 @@ from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
-from prensa.system.contact_surfaces import symmetry_lines
+from prensa.system.contact_surfaces import symmetry_planes
 from prensa.system.system import System
 
 OFF_LINE = 1e-3
@@ -35,7 +35,7 @@ def off_centre(system: System) -> Iterator[Finding]:
         if tool.shape.half_space or tool.shape.cavity or not own.mirrored(True, tool.direction):
             continue
         half = max(float(np.abs(polygon[:, 0]).max()) for polygon in own.outline(NO_DIFFERENCE * system.length))
-        lines = {at for axis, at in symmetry_lines(p, s.body, system.meshes[s.body]) if axis == 0}
+        lines = {plane.place for plane in symmetry_planes(p, s.body, system.meshes[s.body]) if plane.axis == 0}
         for at in sorted({0.0} if system.axisymmetric else lines):
             x = float(tool.at[0] + system.tool_masters[s.against].place(system.initial().u)[0])
             if OFF_LINE * half < abs(x - at) < (1.0 - OFF_LINE) * half:
