@@ -11,7 +11,7 @@ from prensa.mesh.bricks import BrickMesh, corner_keys
 from prensa.mesh.faces import area_vectors
 from prensa.mesh.mesh import Mesh, MeshError, keys
 from prensa.model import problem as model
-from prensa.precision import NEGLIGIBLE
+from prensa.precision import NEGLIGIBLE, ROUND_OFF
 from prensa.system.inclined import held_along_normals, side_normal
 from prensa.types import Array, Flags, Index
 
@@ -158,9 +158,11 @@ def _straight_corners(mesh: Mesh) -> Index:
 
 
 def _plane_through(normal: Array, points: Array) -> Plane:
-    """The plane with a normal (d,) through points (n, d)."""
-    sign = 1.0 if normal[np.argmax(np.abs(normal))] > 0.0 else -1.0
-    return Plane(tuple((sign * normal).tolist()), float((points @ (sign * normal)).mean()))
+    """The plane with a normal (d,) through points (n, d), without what round-off leaves of components and places that are 0."""
+    normal = np.where(np.abs(normal) <= ROUND_OFF, 0.0, normal)
+    normal = normal / (np.linalg.norm(normal) * np.sign(normal[np.argmax(np.abs(normal))]))
+    place = float((points @ normal).mean())
+    return Plane(tuple((normal + 0.0).tolist()), 0.0 if abs(place) <= ROUND_OFF * float(np.abs(points).max()) else place)
 
 
 def _held_along_normals(problem: model.Problem, body: str, mesh: Mesh) -> Iterator[tuple[Index, Array]]:
