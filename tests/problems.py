@@ -131,8 +131,8 @@ def flattened_tube(
 
 
 def tube_quarter(
-    stroke: float, *, material: pr.Material, element: str, increments: int, turned: float = 0.0, depth: float = 1.0, layers: int = 1,
-    held: tuple[str, ...] = ("base", "cap"), plane: bool = False, increments_end: int | None = None, **more: Any,
+    stroke: float, *, material: pr.Material, element: str, increments: int, turned: float = 0.0, depth: float = 1.0,
+    layers: int = 1, held: tuple[str, ...] = ("base", "cap"), plane: bool = False, increments_end: int | None = None, **more: Any,
 ) -> pr.Problem:  # fmt: skip
     """The quarter of `flattened_tube` as a body in space, turned about z; the ends ``held`` along z.
 
@@ -150,8 +150,9 @@ def tube_quarter(
     sides = {"t.start": "normal", "t.end": "normal"} if turned else {"t.start": "y", "t.end": "x"}
     motion = pr.Motion(x=x, y=y) if turned else pr.Motion(y=y)
     return pr.Problem(
-        "tube", space="solid", bodies={"t": pr.Body(pr.Extrusion(section, axis="z", length=depth, n=layers), material, element)},
-        tools=tools, contacts=contacts, fixed=sides | {f"t.{end}": "z" for end in held}, friction=pr.Coulomb(0.1),
+        "tube", space="solid", tools=tools,
+        bodies={"t": pr.Body(pr.Extrusion(section, axis="z", length=depth, n=layers), material, element)},
+        contacts=contacts, fixed=sides | {f"t.{end}": "z" for end in held}, friction=pr.Coulomb(0.1),
         steps=(pr.Step("flatten", by={"punch": motion}, increments=increments_end or increments),), **more,
     )  # fmt: skip
 
