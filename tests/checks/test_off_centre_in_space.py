@@ -16,7 +16,9 @@ FLAT = pr.Stamp(width=4.0, fillet=0.5)
 PLATE = tuple((x, y, z) for x in (-1.0, 9.0) for y in (0.0, 2.0) for z in (-1.0, 9.0))
 
 
-def said(tool: pr.ToolShape, *, turned: bool = False, motion: dict[str, float] = DOWN, **more) -> list[str]:
+def said(
+    tool: pr.ToolShape, *motions: dict[str, float], turned: bool = False, motion: dict[str, float] = DOWN, **more
+) -> list[str]:
     """Of a quarter of a block, at x, z ≥ 0; or of a sector of 60° of a disc, one side of which is held along its normal."""
     if turned:
         body = pr.Body(pr.Cylinder(radius=6.0, height=2.0, n=(4, 2, 4), angle=math.radians(60.0)), PLASTIC)
@@ -26,7 +28,9 @@ def said(tool: pr.ToolShape, *, turned: bool = False, motion: dict[str, float] =
         fixed = {"b.bottom": "y", "b.left": "x", "b.back": "z"}
     problem = pr.Problem(
         "block", space="solid", bodies={"b": body}, tools={"die": tool}, contacts=(pr.Contact("b.top", "die"),), fixed=fixed,
-        friction=pr.Coulomb(0.1), steps=(pr.Step("press", by={"die": pr.Motion(**motion)}),), **more,
+        friction=pr.Coulomb(0.1),
+        steps=tuple(pr.Step(f"s{k}", by={"die": pr.Motion(**m)}) for k, m in enumerate(motions or (motion,))),
+        **more,
     )  # fmt: skip
     return [str(finding) for finding in off_centre(pr.discretise(problem))]
 
@@ -85,3 +89,5 @@ def test_tools_that_move_across_the_plane_are_reported():
     assert said(roll(3.0), motion={"rz": 0.5, "x": 1.0}) == []
     assert said(ball(3.0), motion={"x": 1.0, "y": -0.1}) == []
     assert said(ball(0.0, 3.0), motion={"z": 1.0, "y": -0.1}) == []
+    assert said(ball(0.0), DOWN, {"y": 1.0}, {"x": 1.0}) == []  # lifted off before
+    assert len(said(ball(0.0), DOWN, {"x": 1.0})) == 1

@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.thresholds import NO_DIFFERENCE
+from prensa.checks.thresholds import NO_DIFFERENCE, SLIGHT
 from prensa.errors import Finding
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
 from prensa.precision import NEGLIGIBLE
 from prensa.system.contact_surfaces import Plane, axis_plane, symmetry_planes
-from prensa.system.moments import stages
+from prensa.system.moments import Moment, moments
 from prensa.system.system import System
 from prensa.tools.analytic import Tool
 from prensa.tools.place import PlacedTool
@@ -197,20 +197,34 @@ def _straight(shape: Tool, points: Array, triangles: Index, d: Array, n: Array) 
 
 
 def _moved_across(system: System) -> Iterator[tuple[str, Plane, int]]:
-    """Tools in space, planes of symmetry, and steps that move tools across them or turn them about other axes than the normal."""
+    """Tools in space, planes of symmetry, and steps that move tools across them, or turn them about other axes than the normal.
+
+    Only where a tool touches the body at rest meanwhile: those that are lifted off it may go anywhere.
+    """
     planes = [q for body, mesh in system.meshes.items() for q in symmetry_planes(system.problem, body, mesh)]
-    for plan, _, start, *_ in stages(system) if planes else ():
-        ways = np.array([plan.values(float(t)) for t in [*plan.corners(), plan.t1]]) - start[plan.fixed]
-        for t, tool in enumerate(system.tools):
-            way = np.zeros((len(ways), 6))
-            for k, dof in enumerate(system.dofs.tool.dofs(t).tolist()):
-                way[:, k] = ways[:, plan.fixed == dof].sum(axis=1)
-            for plane in planes:
-                n = np.array(plane.normal)
-                along, turns = way[:, :3] @ n, way[:, 3:] - (way[:, 3:] @ n)[:, None] * n
-                largest = np.abs(way[:, :3]).max()
-                if np.abs(along).max() > NO_DIFFERENCE * largest or np.abs(turns).max() > NO_DIFFERENCE:
-                    yield tool.name, plane, plan.number
+    before: Moment | None = None
+    for now in moments(system) if planes else ():
+        for t, tool in enumerate(system.tools if before is not None and before.plan is now.plan else ()):
+            assert before is not None
+            dofs = system.dofs.tool.dofs(t)
+            across = [plane for plane in planes if _goes_across(now.u[dofs] - before.u[dofs], np.array(plane.normal))]
+            if across and (not now.known[t] or any(_touches(system, tool, u) for u in (before.u, now.u))):
+                yield from ((tool.name, plane, now.plan.number) for plane in across)
+        before = now
+
+
+def _goes_across(way: Array, n: Array) -> bool:
+    """Whether a motion (6,) of a tool, its turns last, has a part along a normal (3,), or turns about another axis."""
+    turns = way[3:] - (way[3:] @ n) * n
+    return bool(
+        abs(way[:3] @ n) > NO_DIFFERENCE * np.linalg.norm(way[:3])
+        or np.abs(turns).max() > NO_DIFFERENCE * np.abs(way).max()
+    )
+
+
+def _touches(system: System, tool: PlacedTool, u: Array) -> bool:
+    """Whether a tool comes up to the surfaces in contact with it, for degrees of freedom u (ndof,)."""
+    return any((system.nodes_seen(s, u).g <= SLIGHT * s.points.depth).any() for s in system.against(tool.name))
 
 
 def _loose(p: model.Problem, c: Crossing) -> bool:
