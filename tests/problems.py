@@ -146,7 +146,8 @@ def tube_quarter(
     contacts = [pr.Contact("t.outer", "punch")]
     if plane:
         tools["mirror"] = pr.Plane(normal=(-down[0], -down[1], 0.0), at=(0.0, 0.0, 0.0))
-        contacts.append(pr.Contact(("t.inner", "t.outer", "t.cap"), "mirror", friction=pr.Coulomb(0.0)))
+        free = [f"t.{end}" for end in ("base", "cap") if end not in held]
+        contacts.append(pr.Contact(("t.inner", "t.outer", *free), "mirror", friction=pr.Coulomb(0.0)))
     sides = {"t.start": "normal", "t.end": "normal"} if turned else {"t.start": "y", "t.end": "x"}
     motion = pr.Motion(x=x, y=y) if turned else pr.Motion(y=y)
     return pr.Problem(

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from blocks_of_bricks import tetrahedra
+from prensa.measures import parse
 from prensa.output.run import resume, run
 from prensa.system.symmetry_planes import guard_of
 from problems import flattened_tube, one_side_beyond, tube_quarter
@@ -78,6 +80,46 @@ def test_a_plane_written_by_hand_does_the_same(upright):
         assert a.force("punch").y == pytest.approx(b.force("punch").y, rel=1e-8)
         np.testing.assert_allclose(a.bodies["t"].x, b.bodies["t"].x, rtol=0, atol=1e-8)
     assert found[-1].tools["symmetry_y"].force.y == pytest.approx(by_hand[-1].tools["mirror"].force.y, rel=1e-8)
+
+
+def quadratic(**more) -> pr.Problem:
+    """The tube of quadratic tetrahedra, whose nodes in the middle of sides are the contact points."""
+    X, cells, _ = tetrahedra((1, 8, 1), (1.0, math.pi / 2, 1.0))
+    ends = {"start": (1, 0.0), "end": (1, math.pi / 2), "base": (2, 0.0), "cap": (2, 1.0), "inner": (0, 0.0), "outer": (0, 1.0)}
+    sides = {name: tuple(np.flatnonzero(np.abs(X[:, k] - at) < 1e-9).tolist()) for name, (k, at) in ends.items()}
+    r = 4.0 + X[:, 0]
+    x = np.stack([r * np.cos(X[:, 1]), r * np.sin(X[:, 1]), X[:, 2]], axis=1)
+    x[np.abs(x) < 1e-12] = 0.0
+    mesh = pr.Tetrahedra(tuple(map(tuple, x.tolist())), tuple(map(tuple, cells.tolist())), sides)
+    return replace(tube(increments_end=15, **more), bodies={"t": pr.Body(mesh, PLASTIC)})
+
+
+def test_tetrahedra_meet_the_plane_too():
+    """As they meet one that is written by hand."""
+    found, by_hand = list(pr.solve(quadratic())), list(pr.solve(quadratic(plane=True)))
+    assert [i.time for i in found] == [i.time for i in by_hand]
+    for a, b in zip(found, by_hand):
+        assert a.force("punch").y == pytest.approx(b.force("punch").y, rel=1e-8)
+    pressed = found[-1].tools["symmetry_y"].force.y
+    assert pressed == pytest.approx(by_hand[-1].tools["mirror"].force.y, rel=1e-6)
+    assert abs(pressed) > 0.1
+
+
+def test_derivatives_go_on_at_the_plane():
+    """They are differences of whole runs, and a run from a state with the plane has the same ones."""
+    path, step = "bodies.t.material.flow.s0", 1e-4
+
+    def of(s0: float) -> pr.Problem:
+        return replace(tube(), bodies={"t": replace(tube().bodies["t"], material=replace(PLASTIC, flow=pr.Linear(s0, 20.0)))})
+
+    found = list(pr.solve(of(10.0), derivatives=[path]))
+    measure, times = parse("punch.force.y", of(10.0)), [i.time for i in found]
+    above, below = (list(pr.solve(of(10.0 + h), times=times))[-1] for h in (step, -step))
+    by_differences = (measure.value(above) - measure.value(below)) / (2.0 * step)
+    assert found[-1].derivative(measure)[path] == pytest.approx(by_differences, rel=1e-6)
+    *_, resumed = pr.solve(of(10.0), start=found[14].state, derivatives=[path])
+    assert "symmetry_y" in resumed.tools
+    assert resumed.derivative(measure) == found[-1].derivative(measure)
 
 
 def test_forces_balance_with_the_plane(upright):

@@ -103,8 +103,9 @@ def _refuse_to_move(guard: Guard | None, d: Direction) -> None:
     for system in d.systems:
         beside = guard_of(system)
         if (None if beside is None else beside.mirrors) != here:
+            kind = "line" if system.dofs.dimension == 2 else "plane"
             raise ArgumentError(
-                f"derivatives: a free side comes to a line of symmetry, which {d.parameter.path!r} moves, and the plane that "
+                f"derivatives: a free side comes to a {kind} of symmetry, which {d.parameter.path!r} moves, and the plane that "
                 "stands there from now on does not move with it; describe it: a smooth plane among the tools, and a contact of "
                 "the whole body with it"
             )

@@ -73,8 +73,8 @@ class Nearing(Exception):
 class Watched(NamedTuple):
     """Free sides off a ``mirror``: nodes (k, 2), in space (k, 4 | 6), of their ``faces``.
 
-    ``room`` (n,): distances of their nodes, before they moved, from where they are close to it, ``dofs`` (n, d) what changes
-    these.
+    ``room`` (n,): distances of their nodes, before they moved, from where they are close to it, ``dofs`` (n, d) what
+    changes these.
     """
 
     mirror: Mirror
