@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.checks.thresholds import NO_DIFFERENCE, SLIGHT
+from prensa.contact.masters import RigidMaster
 from prensa.errors import Finding
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
@@ -15,13 +16,11 @@ from prensa.precision import NEGLIGIBLE
 from prensa.system.contact_surfaces import Plane, axis_plane, symmetry_planes
 from prensa.system.moments import Moment, moments
 from prensa.system.system import System
-from prensa.tools.analytic import Tool
-from prensa.tools.place import PlacedTool
 from prensa.types import Array, Index
 
 OFF_LINE = 1e-3
 """Distance of a tool from the plane that it crosses, over its half breadth, that is a rounded coordinate."""
-POINTS = 400
+SURFACE_POINTS = 400
 """Of the surface of a tool in space, at most, that are held against their mirror images: more than 10 around its section."""
 SOUGHT = 8
 """Gauss-Newton steps to the middle of a tool in space: it is linear in flats, and near in others."""
@@ -46,7 +45,7 @@ class Middle(NamedTuple):
 class Crossing(NamedTuple):
     """A tool that reaches across a ``plane`` of symmetry of a ``body``, None where it is the axis of revolution."""
 
-    tool: PlacedTool
+    master: RigidMaster
     plane: Plane
     body: str | None
     middle: Middle | None
@@ -61,25 +60,25 @@ def off_centre(system: System) -> Iterator[Finding]:
     crossings = list(_crossings(system))
     moved = list(_moved_across(system)) if crossings and system.dofs.dimension == 3 else []
     for c in crossings:
-        if c.tool.name in reported:
+        if c.master.name in reported:
             continue
-        step = next((step for tool, plane, step in moved if tool == c.tool.name and plane == c.plane), None)
+        step = next((step for tool, plane, step in moved if tool == c.master.name and plane == c.plane), None)
         found = None
         if step is not None:
             found = _moves(c, step)
         elif c.middle is not None and c.middle.apart and not _loose(system.problem, c):
             found = _apart(c, c.middle)
         if found is not None:
-            reported.add(c.tool.name)
+            reported.add(c.master.name)
             yield found
 
 
 def _apart(c: Crossing, middle: Middle) -> Finding:
     """What to say of a tool whose middle is beside the plane."""
-    name, across, place = c.tool.name, middle.half - abs(middle.off), c.plane.place + middle.off
-    path = f"tools.{name}.at" if c.tool.description.at is not None else f"tools.{name}"
+    name, across, place = c.master.name, middle.half - abs(middle.off), c.plane.place + middle.off
+    path = f"tools.{name}.at" if c.master.tool.description.at is not None else f"tools.{name}"
     overlap = "with its mirror image there would be two tools that overlap"
-    if len(c.tool.at) == 2:
+    if len(c.master.at) == 2:
         at = c.plane.place
         where = "the axis" if c.body is None else f"the line of symmetry of {c.body!r}, x = {at:g},"
         return Finding(
@@ -99,7 +98,7 @@ def _moves(c: Crossing, step: int) -> Finding:
     """What to say of a tool in space that a step moves across the plane."""
     return Finding(
         f"steps.{step}",
-        f"tool {c.tool.name!r} reaches across the plane of symmetry of {c.body!r}, {c.plane}, and moves or turns across it, "
+        f"tool {c.master.name!r} reaches across the plane of symmetry of {c.body!r}, {c.plane}, and moves or turns across it, "
         "while its mirror image moves the other way: there would be two tools that overlap; move it along the plane, or model "
         f"the whole{_no_symmetry(c)}",
     )
@@ -107,7 +106,7 @@ def _moves(c: Crossing, step: int) -> Finding:
 
 def _no_symmetry(c: Crossing) -> str:
     """What to write if the sides are no symmetry."""
-    kind = "line" if len(c.tool.at) == 2 else "plane"
+    kind = "line" if len(c.master.at) == 2 else "plane"
     return f"; if this is not a {kind} of symmetry, list '{{surface: {c.body}, against: symmetry}}' under 'no_contact'"
 
 
@@ -117,53 +116,53 @@ def _crossings(system: System) -> Iterator[Crossing]:
     # A side held along its normal may be a wall as well as a plane of symmetry: 'no_contact' against symmetry says which.
     not_planes = {s.partition(".")[0] for n in p.no_contact if n.against == SYMMETRY for s in n.surface}
     for s in system.tool_contacts:
-        tool = system.tool_masters[s.against].tool
+        master = system.tool_masters[s.against]
         # Neither a half-plane nor what encloses the body ends beside the plane, so that it would overlap with its image.
-        if tool.name not in p.tools or s.body in not_planes or tool.shape.half_space or tool.shape.cavity:
+        if master.name not in p.tools or s.body in not_planes or master.shape.half_space or master.shape.cavity:
             continue
-        at = tool.at + system.tool_masters[s.against].place(system.initial().u)[: len(tool.at)]
+        at = master.at + master.place(system.initial().u)[: len(master.at)]
         if system.axisymmetric:
             planes: list[tuple[Plane, str | None]] = [(axis_plane(0, 0.0, 2), None)]
         else:
             planes = [(plane, s.body) for plane in symmetry_planes(p, s.body, system.meshes[s.body])]
         for plane, body in planes:
             if system.dofs.dimension == 2:
-                middle = _beside_line(system, tool, plane, at)
+                middle = _beside_line(system, master, plane, at)
                 if middle is not None:
-                    yield Crossing(tool, plane, body, middle)
+                    yield Crossing(master, plane, body, middle)
             else:
-                yield from _across_plane(system, tool, plane, at, s.body)
+                yield from _across_plane(system, master, plane, at, s.body)
 
 
-def _beside_line(system: System, tool: PlacedTool, line: Plane, at: Array) -> Middle | None:
+def _beside_line(system: System, master: RigidMaster, line: Plane, at: Array) -> Middle | None:
     """The middle of a tool at a place (2,) in the plane, beside a line across x; None if it has none."""
-    own = tool.description
-    if line.axis != 0 or not own.mirrored(True, tool.direction):
+    own = master.tool.description
+    if line.axis != 0 or not own.mirrored(True, master.tool.direction):
         return None
     half = max(float(np.abs(polygon[:, 0]).max()) for polygon in own.outline(NO_DIFFERENCE * system.length))
     return Middle(float(line.distance(at)), half)
 
 
-def _across_plane(system: System, tool: PlacedTool, plane: Plane, at: Array, body: str) -> Iterator[Crossing]:
+def _across_plane(system: System, master: RigidMaster, plane: Plane, at: Array, body: str) -> Iterator[Crossing]:
     """A tool with its reference point at a place (3,) in space, if it reaches across a plane."""
-    own, shape, n = tool.description, tool.shape, np.array(plane.normal)
-    points, triangles = own.facets(tool.direction, system.length)
+    own, shape, n = master.tool.description, master.shape, np.array(plane.normal)
+    points, triangles = own.facets(master.tool.direction, system.length)
     d = plane.distance(points + at)
     if d.min() >= -NEGLIGIBLE * system.length or d.max() <= NEGLIGIBLE * system.length:
         return
-    some, half = points[:: 1 + len(points) // POINTS], 0.5 * float(np.ptp(d))
+    some, half = points[:: 1 + len(points) // SURFACE_POINTS], 0.5 * float(np.ptp(d))
     place = -float(plane.distance(at))  # of the plane along its normal, in the frame of the tool
-    middle = _middle(shape, some, n, place + 0.5 * float(d.min() + d.max()), half)
+    middle = _middle(master, some, n, place + 0.5 * float(d.min() + d.max()), half)
     if middle is None:
-        yield Crossing(tool, plane, body, None)
+        yield Crossing(master, plane, body, None)
         return
     plate = False
     if not getattr(own, "section", own).mirrored(True, np.array([0.0, -1.0])):  # that are drawn about their middles
         side = np.sign(plane.distance(system.X[system.span(body)]).sum())
         beyond = some[side * (some @ n - place) < 0.0]
         out = shape.closest(_image(beyond, n, place)).g - shape.closest(beyond).g
-        plate = _straight(shape, points, triangles, d, n) and bool((out <= OFF_LINE * half).all())
-    yield Crossing(tool, plane, body, Middle(middle - place, half, plate))
+        plate = _straight(master, points, triangles, d, n) and bool((out <= OFF_LINE * half).all())
+    yield Crossing(master, plane, body, Middle(middle - place, half, plate))
 
 
 def _image(x: Array, n: Array, place: float) -> Array:
@@ -171,29 +170,29 @@ def _image(x: Array, n: Array, place: float) -> Array:
     return np.asarray(x - 2.0 * (x @ n - place)[:, None] * n)
 
 
-def _middle(shape: Tool, x: Array, n: Array, guess: float, half: float) -> float | None:
+def _middle(master: RigidMaster, x: Array, n: Array, guess: float, half: float) -> float | None:
     """Place along a normal (3,) of the plane about which a tool with surface points x (k, 3) is its own image; None without.
 
     From a guess by Gauss-Newton steps on the distances of the images; ``half``: breadth.
     """
-    g, middle = shape.closest(x).g, guess
+    g, middle = master.shape.closest(x).g, guess
     for _ in range(SOUGHT):
-        found = shape.closest(_image(x, n, middle))
+        found = master.shape.closest(_image(x, n, middle))
         slope, missing = 2.0 * (found.n @ n), found.g - g
         if np.abs(slope).max() <= NEGLIGIBLE or np.abs(missing).max() <= NEGLIGIBLE * half:
             break
         middle -= float(slope @ missing / (slope @ slope))
-    same = np.abs(shape.closest(_image(x, n, middle)).g - g).max() <= OFF_LINE * half
+    same = np.abs(master.shape.closest(_image(x, n, middle)).g - g).max() <= OFF_LINE * half
     return middle if same else None
 
 
-def _straight(shape: Tool, points: Array, triangles: Index, d: Array, n: Array) -> bool:
+def _straight(master: RigidMaster, points: Array, triangles: Index, d: Array, n: Array) -> bool:
     """Whether a surface goes across a plane at right angles wherever it does; d (k,): distances of its points from it."""
     ends = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     ends = ends[d[ends[:, 0]] * d[ends[:, 1]] < 0.0]
-    a, b = ends[:: 1 + len(ends) // POINTS].T
+    a, b = ends[:: 1 + len(ends) // SURFACE_POINTS].T
     through = points[a] + (d[a] / (d[a] - d[b]))[:, None] * (points[b] - points[a])
-    return len(through) > 0 and bool(np.abs(shape.closest(through).n @ n).max() <= OFF_LINE)
+    return len(through) > 0 and bool(np.abs(master.shape.closest(through).n @ n).max() <= OFF_LINE)
 
 
 def _moved_across(system: System) -> Iterator[tuple[str, Plane, int]]:
@@ -208,7 +207,7 @@ def _moved_across(system: System) -> Iterator[tuple[str, Plane, int]]:
             assert before is not None
             dofs = system.dofs.tool.dofs(t)
             across = [plane for plane in planes if _goes_across(now.u[dofs] - before.u[dofs], np.array(plane.normal))]
-            if across and (not now.known[t] or any(_touches(system, tool, u) for u in (before.u, now.u))):
+            if across and (not now.known[t] or any(_touches(system, tool.name, u) for u in (before.u, now.u))):
                 yield from ((tool.name, plane, now.plan.number) for plane in across)
         before = now
 
@@ -222,14 +221,14 @@ def _goes_across(way: Array, n: Array) -> bool:
     )
 
 
-def _touches(system: System, tool: PlacedTool, u: Array) -> bool:
+def _touches(system: System, tool: str, u: Array) -> bool:
     """Whether a tool comes up to the surfaces in contact with it, for degrees of freedom u (ndof,)."""
-    return any((system.nodes_seen(s, u).g <= SLIGHT * s.points.depth).any() for s in system.against(tool.name))
+    return any((system.nodes_seen(s, u).g <= SLIGHT * s.points.depth).any() for s in system.against(tool))
 
 
 def _loose(p: model.Problem, c: Crossing) -> bool:
     """Whether any step moves a tool across the plane or turns it, or leaves it free to."""
-    name, normal = c.tool.name, c.plane.normal
+    name, normal = c.master.name, c.plane.normal
     axes = [axis for axis, n in zip("xyz", normal) if abs(n) > NEGLIGIBLE]
     turns = (
         ["rz", "m"]
