@@ -130,6 +130,50 @@ def flattened_tube(
     )  # fmt: skip
 
 
+def tube_quarter(
+    stroke: float, *, material: pr.Material, element: str, increments: int, turned: float = 0.0, depth: float = 1.0,
+    layers: int = 1, held: tuple[str, ...] = ("base", "cap"), plane: bool = False, increments_end: int | None = None, **more: Any,
+) -> pr.Problem:  # fmt: skip
+    """The quarter of `flattened_tube` as a body in space, turned about z; the ends ``held`` along z.
+
+    With ``increments_end`` it stops after so many of the ``increments`` of the stroke.
+    """
+    share = 1.0 if increments_end is None else increments_end / increments
+    x, y = -math.sin(turned) * stroke * share, math.cos(turned) * stroke * share
+    section = pr.Annulus(inner=4.0, outer=5.0, n=(8, 1), angles=(turned, turned + math.pi / 2))
+    down = (math.sin(turned), -math.cos(turned), 0.0)
+    tools = {"punch": pr.Plane(normal=down, at=(-5.0 * down[0], -5.0 * down[1], 0.0))}
+    contacts = [pr.Contact("t.outer", "punch")]
+    if plane:
+        tools["mirror"] = pr.Plane(normal=(-down[0], -down[1], 0.0), at=(0.0, 0.0, 0.0))
+        free = [f"t.{end}" for end in ("base", "cap") if end not in held]
+        contacts.append(pr.Contact(("t.inner", "t.outer", *free), "mirror", friction=pr.Coulomb(0.0)))
+    sides = {"t.start": "normal", "t.end": "normal"} if turned else {"t.start": "y", "t.end": "x"}
+    motion = pr.Motion(x=x, y=y) if turned else pr.Motion(y=y)
+    return pr.Problem(
+        "tube", space="solid", tools=tools,
+        bodies={"t": pr.Body(pr.Extrusion(section, axis="z", length=depth, n=layers), material, element)},
+        contacts=contacts, fixed=sides | {f"t.{end}": "z" for end in held}, friction=pr.Coulomb(0.1),
+        steps=(pr.Step("flatten", by={"punch": motion}, increments=increments_end or increments),), **more,
+    )  # fmt: skip
+
+
+def one_side_beyond(space: str) -> pr.Problem:
+    """A beam on a foot, whose free end is pressed below the line of symmetry that the foot stands on, in small strain."""
+    material = pr.Elastic(1000.0, 0.3)
+    points = [(0.0, 0.0), (1.0, 0.0), (1.0, 0.05), (6.0, 0.05), (6.0, 1.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.05)]
+    cells = [(0, 1, 2, 7), (7, 2, 5, 6), (2, 3, 4, 5)]
+    boundaries = {"foot": (0, 1), "back": (0, 7, 6), "end": (3, 4)}
+    section = pr.Points(tuple(points), tuple(cells), boundaries)
+    solid = space == "solid"
+    mesh = pr.Extrusion(section, axis="z", length=1.0, n=1) if solid else section
+    fixed: dict[str, Any] = {"b.foot": "y", "b.back": "x"} | ({"b.base": "z", "b.cap": "z"} if solid else {})
+    return pr.Problem(
+        "beam", space=space, bodies={"b": pr.Body(mesh, material)}, fixed=fixed, kinematics="small",
+        steps=(pr.Step("press", fixed={"b.end": {"y": -0.3}}, increments=4),),
+    )  # fmt: skip
+
+
 def pointed_disc(*steps: pr.Step, material: pr.Material, plane: bool = False, **more: Any) -> pr.Problem:
     """A disc with a bore whose lip is pointed and close to the axis, on which ``plane`` puts a tool."""
     return single_block(

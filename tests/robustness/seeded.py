@@ -628,6 +628,14 @@ SEEDED = {
                 "planes of symmetry left out under a ball", ((ROLL, BALL), (", block.left: x, block.back: z", "")), "4:3",
                 ("only contact holds it along x and z", "'block.left: x, block.back: z'"), True,
             ),
+            (
+                "roll off the plane of symmetry", (("at: [0, 0, 0]", "at: [0.5, 0, 0]"),), "8:101",
+                ("plane of symmetry of 'block', x = 0, by 19.5 and is centred at x = 0.5", "centre it there", "under 'no_contact'"), True,
+            ),
+            (
+                "roll moved across a plane of symmetry", (("y: -0.5", "x: 1, y: -0.5"),), "13:5",
+                ("plane of symmetry of 'block', x = 0, and moves or turns across it", "move it along the plane, or model the whole"), True,
+            ),
             ("motion of the wrong sign", (("y: -0.5", "y: 0.5"),), "10:5", ("only goes away from it, by up to 0.5", "check the sign and the axis"), True),
             ("force of the wrong sign", (("move: {roll: {y: -0.5}}", "push: {roll: {y: 500}}"),), "13:26", ("pushes the tool away from 'block.top'", "check the sign and the axis"), True),
             ("motion along the wrong axis", (("y: -0.5", "z: -0.5"),), "10:5", ("only goes along it", "it never presses"), True),

@@ -85,7 +85,7 @@ def test_a_run_with_planes_goes_on_bit_for_bit(tmp_path):
         resume(tmp_path / f"{stop}", quiet=True)
         assert (tmp_path / f"{stop}" / "history.csv").read_bytes() == (tmp_path / "whole" / "history.csv").read_bytes()
     following = replace(tube(FLATTEN), start=pr.Start(run=str(tmp_path / "whole")))
-    with pytest.raises(PrensaError, match="reached lines of symmetry"):
+    with pytest.raises(PrensaError, match="reached lines or planes of symmetry"):
         pr.discretise(following)
 
 
@@ -129,4 +129,4 @@ def test_a_support_under_a_part_of_a_side_is_no_line_of_symmetry():
 
     assert guard_of(pr.discretise(beam("foot"))) is None
     guard = guard_of(pr.discretise(beam("foot", "rest")))
-    assert guard is not None and [str(line) for line in guard.lines] == ["y = 0"]
+    assert guard is not None and [str(line) for line in guard.mirrors] == ["y = 0"]

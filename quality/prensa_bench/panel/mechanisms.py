@@ -448,7 +448,7 @@ GUARDS = (
     ),
     Mechanism(
         "lines_of_symmetry",
-        "A free side that comes to a line of symmetry meets its mirror image there.",
+        "A free side that comes to a line or plane of symmetry meets its mirror image there.",
         (replaced(analysis, analysis.guard_of, _nothing),),
         guard="tests/system/test_symmetry_planes.py::test_a_line_of_symmetry_is_a_plane_written_by_hand",
     ),

@@ -86,7 +86,7 @@ class Solved:
 
     ``outlines``: those of the bodies, at degrees of freedom that are right there, where others are not yet computed;
     ``complete``: whether no degrees of freedom are missing, as those inside condensed bodies are before somebody asks for them;
-    ``guard``: of lines of symmetry that free sides may come to.
+    ``guard``: of planes of symmetry that free sides may come to.
     """
 
     context: Context
@@ -121,7 +121,7 @@ class Committed:
 class Finished:
     """A run at its end, or where tools are removed: tools that have ``touched`` something.
 
-    ``planes``: tools that stand for lines of symmetry.
+    ``planes``: tools that stand for planes of symmetry.
     """
 
     touched: Set[str]

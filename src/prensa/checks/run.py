@@ -27,7 +27,7 @@ from prensa.checks.during.distortion import Distortion
 from prensa.checks.during.folding import Folding
 from prensa.checks.during.penetration import Penetration
 from prensa.checks.during.self_intersection import SelfIntersection
-from prensa.checks.during.symmetry_lines import symmetry_lines
+from prensa.checks.during.symmetry_planes import Passing, symmetry_planes
 from prensa.checks.during.tool_balance import tool_balance
 from prensa.checks.during.validity import Validity
 from prensa.policy import Policy
@@ -62,8 +62,8 @@ class RunChecks:
         ]  # fmt: skip
         self.rejected: list[Check[Rejected]] = [Distortion(system, policy)]
         self.solved: list[Check[Solved]] = [
-            Penetration(system, folding if finite else None), symmetry_lines, *([self.closing] if finite else []),
-            SelfIntersection(system), *([folding] if finite else []),
+            Penetration(system, folding if finite else None), symmetry_planes, Passing(system),
+            *([self.closing] if finite else []), SelfIntersection(system), *([folding] if finite else []),
         ]  # fmt: skip
         self.committed: list[Check[Committed]] = [self.validity, penalties.note, folding.note, self.untouched.note]
         self.step_ends: list[Check[Committed]] = [

@@ -24,7 +24,7 @@ from prensa.model.problem import Body, Fixed, Load, Points, Problem, Step
 from prensa.model.units import factor
 from prensa.precision import DRAWN
 from prensa.result.increment import Increment, ToolState
-from prensa.system.contact_surfaces import symmetry_lines
+from prensa.system.contact_surfaces import symmetry_planes
 from prensa.system.discretise import discretise
 from prensa.system.system import System
 from prensa.tools.place import PlacedTool
@@ -268,8 +268,9 @@ def _span(
     cuts = {(0, 0.0, 1.0)} if system.problem.space == "axisymmetric" else set()
     for body in bodies if system.problem.space != "axisymmetric" else ():
         mesh = system.meshes[body]
-        for axis, place in symmetry_lines(system.problem, body, mesh):
-            cuts.add((axis, place, float(np.sign(mesh.points[:, axis].mean() - place))))
+        for plane in symmetry_planes(system.problem, body, mesh):
+            if plane.axis is not None:
+                cuts.add((plane.axis, plane.place, float(np.sign(mesh.points[:, plane.axis].mean() - plane.place))))
     held: dict[str, str] = {}
     for axis, place, side in cuts:
         d = side * (x[:, axis] + at[axis] - place)

@@ -200,6 +200,9 @@ class Contact:
     integration: RuleName = "nodal"
     interference: InterferenceValue | None = None
 
+    whole_in_space: ClassVar[bool] = False
+    """Whether the surface may be a whole body in space; that is not available to descriptions."""
+
     @property
     def name(self) -> str:
         """``<surface>-<tool>``, the name used in files and by steps."""
@@ -211,7 +214,7 @@ class NoContact:
     """Sides that a tool may go through: ``surface`` (a body, a boundary ``body.name`` or a list of them) ``against`` a tool.
 
     No contact acts between them, and metal may lie inside the tool there. ``symmetry`` in place of a tool: bodies that may go
-    beyond lines of symmetry and the axis, which are rigid smooth planes to free sides otherwise.
+    beyond lines or planes of symmetry and the axis, which are rigid smooth planes to free sides otherwise.
     """
 
     surface: Annotated[tuple[str, ...], BeforeValidator(as_names), Field(min_length=1)]

@@ -131,7 +131,8 @@ def _contacts(p: Any) -> Iterator[Finding]:
             continue
         if c.integration != "nodal":
             yield Finding(("contacts", i, "integration"), words_of("integration"))
-        if whole := next((s for s in c.surface if "." not in s), None):
+        whole = next((s for s in c.surface if "." not in s), None)
+        if whole and not c.whole_in_space:
             tool = p.tools.get(c.against)
             side = tool.touching if tool is not None and str(tool.touching).startswith(f"{whole}.") else f"{whole}.top"
             yield Finding(("contacts", i, "surface"), words_of("whole body", body=whole, side=side, tool=c.against))

@@ -32,7 +32,7 @@ from prensa.mesh.crossing import turns_back
 from prensa.mesh.overlap import Overlap, overlaps
 from prensa.precision import NEGLIGIBLE, SMALLEST
 from prensa.result.whole_outline import WholeOutline, whole_outline
-from prensa.system.symmetry_planes import Line
+from prensa.system.symmetry_planes import Mirror
 from prensa.system.system import System
 from prensa.types import Array, Flags, Index
 
@@ -56,7 +56,7 @@ class Fold(NamedTuple):
     y: float
     gap: float
     opening: float
-    across: Line | None = None
+    across: Mirror | None = None
 
 
 class Folding(NamedTuple):

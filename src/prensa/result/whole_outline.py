@@ -15,7 +15,7 @@ import numpy as np
 
 from prensa.mesh.mesh import segments
 from prensa.precision import NEGLIGIBLE
-from prensa.system.symmetry_planes import Line, lines_of
+from prensa.system.symmetry_planes import Mirror, mirrors_of
 from prensa.system.system import System
 from prensa.types import Array, Flags, Index
 
@@ -29,14 +29,14 @@ class WholeOutline(NamedTuple):
     """
 
     n: int
-    images: list[tuple[Line, ...]]
+    images: list[tuple[Mirror, ...]]
     ends: Index
     modelled: Flags
     loops: list[Index]
     own: list[Index]
 
     @property
-    def lines(self) -> list[Line]:
+    def lines(self) -> list[Mirror]:
         """All lines."""
         return [image[0] for image in self.images if len(image) == 1]
 
@@ -46,14 +46,14 @@ class WholeOutline(NamedTuple):
         for number, lines in enumerate(self.images):
             for line in lines:
                 there = image == number
-                out[there, line.axis] = 2.0 * line.at - out[there, line.axis]
+                out[there] = line.image(out[there])
         return out
 
-    def image_of(self, node: int, line: Line) -> int:
+    def image_of(self, node: int, line: Mirror) -> int:
         """The image of a node of the body across one line."""
         return node + self.images.index((line,)) * self.n
 
-    def across(self, nodes: Index) -> Line | None:
+    def across(self, nodes: Index) -> Mirror | None:
         """A line that lies between nodes (m,) of the body and of an image; None if all are of the body."""
         return next(iter(self.images[int(nodes.max()) // self.n]), None)
 
@@ -62,7 +62,7 @@ class WholeOutline(NamedTuple):
         for line in self.lines:
             beyond = line.distance(x) < 0.0
             x = x.copy()
-            x[beyond, line.axis] = 2.0 * line.at - x[beyond, line.axis]
+            x[beyond] = line.image(x[beyond])
         return x
 
 
@@ -71,7 +71,7 @@ _KNOWN: WeakKeyDictionary[System, dict[str, WholeOutline]] = WeakKeyDictionary()
 
 
 def whole_outline(system: System, body: str) -> WholeOutline:
-    """The whole outline of a body in the plane; its own without lines of symmetry (see `lines_of`)."""
+    """The whole outline of a body in the plane; its own without lines of symmetry (see `mirrors_of`)."""
     known = _KNOWN.setdefault(system, {})
     if body not in known:
         known[body] = _whole(system, body)
@@ -81,14 +81,16 @@ def whole_outline(system: System, body: str) -> WholeOutline:
 def _whole(system: System, body: str) -> WholeOutline:
     first, mesh = system.first or system, system.meshes[body]
     n, ends = len(mesh.points), segments(mesh.boundary)
-    lines = lines_of(first, body, first.X)
+    lines = mirrors_of(first, body, first.X)
     if not lines:
         own = _loops(ends)
         return WholeOutline(n, [()], ends, np.ones(len(ends), dtype=bool), own, own)
     X = system.X[system.span(body)]
-    on = {line: np.asarray((np.abs(line.distance(X[ends])) <= NEGLIGIBLE * system.length).all(axis=1)) for line in lines}
-    across = [[(), *((line,) for line in lines if line.axis == axis)] for axis in (0, 1)]
-    images: list[tuple[Line, ...]] = [a + b for a, b in product(*across)]
+    on = {
+        line: np.asarray((np.abs(line.distance(X[ends])) <= NEGLIGIBLE * system.length).all(axis=1)) for line in lines
+    }
+    across = [[(), *((line,) for line in lines if line.plane.axis == axis)] for axis in (0, 1)]
+    images: list[tuple[Mirror, ...]] = [a + b for a, b in product(*across)]
     parts = [_mirrored(images, image, on, ends, n) for image in images]
     modelled = ~np.any(list(on.values()), axis=0)
     whole = np.concatenate(parts)
@@ -108,7 +110,9 @@ def _loops(ends: Index) -> list[Index]:
     return out
 
 
-def _mirrored(images: Sequence[tuple[Line, ...]], image: tuple[Line, ...], on: dict[Line, Flags], ends: Index, n: int) -> Index:
+def _mirrored(
+    images: Sequence[tuple[Mirror, ...]], image: tuple[Mirror, ...], on: dict[Mirror, Flags], ends: Index, n: int
+) -> Index:
     """Pieces (k, 2) of one image; of pieces on a line only those of which no other image lies on the far side."""
     keep, nodes = np.ones(len(ends), dtype=bool), images.index(image) * n + np.arange(n)
     for line, there in on.items():
@@ -116,7 +120,7 @@ def _mirrored(images: Sequence[tuple[Line, ...]], image: tuple[Line, ...], on: d
             beside = tuple(other for other in image if other != line)
             shared = np.unique(ends[there])
             nodes[shared] -= (images.index(image) - images.index(beside)) * n
-        if line in image or all(other.axis != line.axis for other in image):
+        if line in image or all(other.plane.axis != line.plane.axis for other in image):
             keep &= ~there
     out = nodes[ends[keep]]
     return out[:, ::-1] if len(image) % 2 else out

@@ -199,7 +199,7 @@ class Recorded(Followed):
         # Not recomputed from checkpoints: 133 increments of 64 × 48 elements take 0.1 GB.
         self.kept: list[Converged] = []
         self.state: State | None = None
-        self.lines = guard_of(system)
+        self.mirrors = guard_of(system)
         self.room, self.room_for_factors = policy.matrix_bytes, policy.factor_bytes
 
     @property
@@ -211,10 +211,10 @@ class Recorded(Followed):
         """As `TimeStepping.look_inside`; raises `OnlyForwards` too where a free side comes to a line of symmetry."""
         super().look_inside(given)
         c = given.context
-        for line, (x, y) in self.lines.near(given.result.u) if self.lines is not None else ():
+        for close in self.mirrors.near(given.result.u) if self.mirrors is not None else ():
             raise OnlyForwards(
-                f"gradient: step {c.plan.name!r}, time {c.time:.6g}: a free side reaches the line of symmetry {line} near "
-                f"({x:.4g}, {y:.4g}), where a plane would be added from here on, which the adjoint does not cover; use "
+                f"gradient: step {c.plan.name!r}, time {c.time:.6g}: a free side reaches the {close.mirror.kind} {close.mirror} "
+                f"near {close.where}, where a plane would be added from here on, which the adjoint does not cover; use "
                 "solve(derivatives=...), or describe it: a smooth plane among the tools, and a contact of the whole body with "
                 "it"
             )

@@ -98,13 +98,14 @@ def solve(
 
 
 def _refuse_to_move(guard: Guard | None, d: Direction) -> None:
-    """Tell where a line of symmetry lies elsewhere with another parameter."""
-    here = None if guard is None else guard.lines
+    """Raise `ArgumentError` where a plane of symmetry lies elsewhere with another parameter."""
+    here = None if guard is None else guard.mirrors
     for system in d.systems:
         beside = guard_of(system)
-        if (None if beside is None else beside.lines) != here:
+        if (None if beside is None else beside.mirrors) != here:
+            kind = "line" if system.dofs.dimension == 2 else "plane"
             raise ArgumentError(
-                f"derivatives: a free side comes to a line of symmetry, which {d.parameter.path!r} moves, and the plane that "
+                f"derivatives: a free side comes to a {kind} of symmetry, which {d.parameter.path!r} moves, and the plane that "
                 "stands there from now on does not move with it; describe it: a smooth plane among the tools, and a contact of "
                 "the whole body with it"
             )

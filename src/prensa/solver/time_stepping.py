@@ -81,7 +81,7 @@ class TimeStepping(IncrementSolver):
         super().__init__(system, numerics, policy, messages, timer, condense)
         self.last: Increment | None = None
         self.passages = Passages(system)
-        self.guard: Guard | None = None  # of lines of symmetry that free outlines may come to
+        self.guard: Guard | None = None  # of planes of symmetry that free sides may come to
         self.planes: list[str] = []  # tools that stand for them, once one has
         self.due: Due | None = None  # when a mesh is due, where that is known before
         self.stopping: Stopping
@@ -157,11 +157,11 @@ class TimeStepping(IncrementSolver):
         return rest
 
     def with_planes(self) -> TimeStepping:
-        """The rest of the run, with planes at the lines of symmetry."""
+        """The rest of the run, with tools at the planes of symmetry."""
         assert self.guard is not None
         rest = self.onto(with_planes(self.guard))
         rest.passages, rest.last, rest.times, rest.stops = self.passages, self.last, self.times, self.stops
-        rest.planes = names_of(self.system.problem, self.guard.lines)
+        rest.planes = names_of(self.system.problem, self.guard.mirrors)
         return rest
 
     def onto(self, system: System) -> TimeStepping:
@@ -170,12 +170,13 @@ class TimeStepping(IncrementSolver):
         return TimeStepping(system, self.numerics, self.policy, messages, self.timer, condense=False)
 
     def refuse_to_part(self, state: State, number: int) -> None:
-        """Raise `SolveError` if tools are to be removed while a free side is pressed on a line of symmetry: all contacts end."""
+        """Raise `SolveError` if tools are to be removed while a free side is pressed on a plane of symmetry."""
         pressed = [s for s in self.system.surfaces if s.against in self.planes]
-        if any(state.contact.closed[s.rows].any() for s in pressed):
+        if any(state.contact.closed[s.rows].any() for s in pressed):  # all contacts would end
+            kind = "line" if self.system.dofs.dimension == 2 else "plane"
             raise SolveError(
                 f"step {self.system.problem.steps[number].name!r}: 'remove_tools' ends all contacts, and a free side of "
-                f"{pressed[0].body!r} is pressed on a line of symmetry, which stays. What to try: move the tools away ('by').",
+                f"{pressed[0].body!r} is pressed on a {kind} of symmetry, which stays. What to try: move the tools away ('by').",
                 self.last,
             )
 

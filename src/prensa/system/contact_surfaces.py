@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from prensa.mesh.bricks import BrickMesh
+from prensa.mesh.bricks import BrickMesh, corner_keys
+from prensa.mesh.faces import area_vectors
 from prensa.mesh.mesh import Mesh, MeshError, keys
 from prensa.model import problem as model
+from prensa.precision import NEGLIGIBLE, ROUND_OFF
+from prensa.system.inclined import held_along_normals, side_normal
 from prensa.types import Array, Flags, Index
 
 STRAIGHT = 0.999  # cosine from which an edge's normal is along x or y
@@ -28,7 +31,7 @@ def contact_edges(problem: model.Problem, contact: model.Contact, meshes: dict[s
     """
     body = contact.surface[0].partition(".")[0]
     mesh = meshes[body]
-    if contact.surface == (body,) and not isinstance(mesh, BrickMesh):
+    if contact.surface == (body,):
         return _rest_of_outline(problem, contact, body, meshes)
     edges = named_edges(mesh, contact.surface)
     if isinstance(mesh, BrickMesh):
@@ -36,7 +39,7 @@ def contact_edges(problem: model.Problem, contact: model.Contact, meshes: dict[s
     for other in problem.contacts[: problem.contacts.index(contact)]:
         if other.against != contact.against or other.surface[0].partition(".")[0] != body or other.surface == (body,):
             continue
-        twice = edges[np.isin(_keys(edges, mesh), _keys(named_edges(mesh, other.surface), mesh))]
+        twice = edges[_in(edges, named_edges(mesh, other.surface), mesh)]
         if len(twice):
             x, y = mesh.points[twice[0, :2]].mean(axis=0)
             raise MeshError(
@@ -61,8 +64,13 @@ def named_edges(mesh: Mesh, names: tuple[str, ...]) -> Index:
     return np.asarray(np.unique(np.concatenate(parts), axis=0), dtype=np.int64)
 
 
-def _keys(edges: Index, mesh: Mesh) -> Index:
-    return keys(edges[:, :2], len(mesh.points))
+def _in(edges: Index, others: Index, mesh: Mesh) -> Flags:
+    """Which edges (k, 2|3) or faces (k, 4|6) are among others."""
+    if isinstance(mesh, BrickMesh):
+        own, theirs = corner_keys(edges), corner_keys(others)
+        rows = np.unique(np.concatenate([own, theirs]), axis=0, return_inverse=True)[1].ravel()
+        return np.isin(rows[: len(own)], rows[len(own) :])
+    return np.isin(keys(edges[:, :2], len(mesh.points)), keys(others[:, :2], len(mesh.points)))
 
 
 def _rest_of_outline(problem: model.Problem, contact: model.Contact, body: str, meshes: dict[str, Mesh]) -> Index:
@@ -72,7 +80,7 @@ def _rest_of_outline(problem: model.Problem, contact: model.Contact, body: str, 
     for entry in entries:
         named = tuple(s for s in entry.surface if s.startswith(f"{body}."))
         if entry.against == contact.against and named:
-            outline = outline[~np.isin(_keys(outline, mesh), _keys(named_edges(mesh, named), mesh))]
+            outline = outline[~_in(outline, named_edges(mesh, named), mesh)]
     if not len(outline):
         raise MeshError(
             f"contacts.{problem.contacts.index(contact)}: other entries name all sides of {body!r} with tool "
@@ -82,16 +90,95 @@ def _rest_of_outline(problem: model.Problem, contact: model.Contact, body: str, 
     return np.unique(left if len(left) else outline, axis=0)
 
 
-def symmetry_lines(problem: model.Problem, body: str, mesh: Mesh) -> set[tuple[int, float]]:
-    """Lines (axis of the normal, place) all outline on which is held along the normal in all steps, and not along itself."""
-    edges, held = mesh.boundary[:, :2], always_held(problem, body, mesh)
-    ends, out, near = mesh.points[edges], set(), 1e-9 * float(mesh.extent.max())
-    for axis in (0, 1):
-        flat = np.ptp(ends[..., axis], axis=1) <= near
-        for at in np.unique(ends[flat, 0, axis]).tolist():
-            there = edges[flat & (np.abs(ends[:, 0, axis] - at) <= near)]
-            if held[there, axis].all() and not held[there, 1 - axis].all(axis=1).any():
-                out.add((axis, at))
+class Plane(NamedTuple):
+    """A plane in space, in the plane a line: its unit ``normal`` (d,) and its ``place`` along that.
+
+    Of the two normals it has the one whose largest component is positive.
+    """
+
+    normal: tuple[float, ...]
+    place: float
+
+    def __str__(self) -> str:
+        if self.axis is not None:
+            return f"{'xyz'[self.axis]} = {self.place:g}"
+        return f"({', '.join(f'{n:.4g}' for n in self.normal)}) · x = {self.place:.4g}"
+
+    @property
+    def axis(self) -> int | None:
+        """The axis that is its normal; None if it is inclined."""
+        return self.normal.index(1.0) if 1.0 in self.normal else None
+
+    def distance(self, x: Array) -> Array:
+        """Distance (...) of places (..., d) from it, positive on the side to which its normal points."""
+        return np.asarray(x @ np.array(self.normal) - self.place)
+
+    def same(self, other: Plane, near: float) -> bool:
+        """Whether it is another one but for round-off; ``near``: length that is none."""
+        return abs(self.place - other.place) <= near and bool(
+            np.abs(np.subtract(self.normal, other.normal)).max() <= NEGLIGIBLE
+        )
+
+
+def axis_plane(axis: int, place: float, dimension: int) -> Plane:
+    """The plane across an axis."""
+    return Plane(tuple(1.0 if k == axis else 0.0 for k in range(dimension)), place)
+
+
+def symmetry_planes(problem: model.Problem, body: str, mesh: Mesh) -> list[Plane]:
+    """Planes, in the plane lines, all boundary on which is held along the normal in all steps, and not along itself.
+
+    Where another one ends a side, that holds the side's nodes along its own normal: that counts for nothing.
+    """
+    faces, held = _straight_corners(mesh), always_held(problem, body, mesh)
+    x, near = mesh.points[faces], NEGLIGIBLE * float(mesh.extent.max())
+    candidates: list[Plane] = []
+    itself = held.copy()  # components along which nodes are held, but not because a side across them is
+    for axis in range(held.shape[1]):
+        across = (np.ptp(x[..., axis], axis=1) <= near) & held[faces, axis].all(axis=1)
+        itself[faces[across], axis] = False
+        candidates += [axis_plane(axis, at, held.shape[1]) for at in np.unique(x[across, 0, axis]).tolist()]
+    candidates += [
+        _plane_through(normal, mesh.points[nodes]) for nodes, normal in _held_along_normals(problem, body, mesh)
+    ]
+    out: list[Plane] = []
+    for plane in sorted(candidates, key=lambda p: ([-n for n in p.normal], p.place)):
+        if any(plane.same(known, near) for known in out):
+            continue
+        there = faces[(np.abs(plane.distance(x)) <= near).all(axis=1)]
+        along = itself[there][..., np.abs(plane.normal) < 1.0 - NEGLIGIBLE]  # an axis inclined to it is partly along it
+        if held_along(problem, body, mesh, np.array(plane.normal))[there].all() and not along.all(axis=1).any():
+            out.append(plane)
+    return out
+
+
+def _straight_corners(mesh: Mesh) -> Index:
+    """Faces (k, 4 | 6) of a mesh in space; in the plane the ends (k, 2) of its edges."""
+    return mesh.boundary if isinstance(mesh, BrickMesh) else mesh.boundary[:, :2]
+
+
+def _plane_through(normal: Array, points: Array) -> Plane:
+    """The plane with a normal (d,) through points (n, d), without what round-off leaves of components and places that are 0."""
+    normal = np.where(np.abs(normal) <= ROUND_OFF, 0.0, normal)
+    normal = normal / (np.linalg.norm(normal) * np.sign(normal[np.argmax(np.abs(normal))]))
+    place = float((points @ normal).mean())
+    return Plane(tuple((normal + 0.0).tolist()), 0.0 if abs(place) <= ROUND_OFF * float(np.abs(points).max()) else place)
+
+
+def _held_along_normals(problem: model.Problem, body: str, mesh: Mesh) -> Iterator[tuple[Index, Array]]:
+    """Nodes (k,) and unit normals (3,) of the sides of a body that are held along their normals, whatever the axes."""
+    for name in held_along_normals(problem):
+        for nodes in _own_nodes(name, body, mesh):
+            yield nodes, side_normal(name, {body: mesh})
+
+
+def held_along(problem: model.Problem, body: str, mesh: Mesh, normal: Array) -> Flags:
+    """Nodes (n,) that supports hold along a unit vector (d,) where they are in all steps."""
+    held = always_held(problem, body, mesh)
+    out = np.asarray((held & (np.abs(normal) >= 1.0 - NEGLIGIBLE)).any(axis=1))
+    for nodes, other in _held_along_normals(problem, body, mesh):
+        if abs(other @ normal) >= 1.0 - NEGLIGIBLE:
+            out[nodes] = True
     return out
 
 
@@ -124,25 +211,42 @@ def _own_nodes(name: str, body: str, mesh: Mesh) -> Iterator[Index]:
 
 
 def symmetric(problem: model.Problem, body: str, mesh: Mesh, edges: Index) -> Flags:
-    """Edges (k,) on the axis of revolution, and those that supports hold along their normal in all steps."""
-    held, ends = always_held(problem, body, mesh), mesh.points[edges[:, :2]]
-    if problem.space == "axisymmetric":
-        held[:, 0] |= mesh.points[:, 0] <= 1e-12 * float(mesh.extent.max())
-    t = ends[:, 1] - ends[:, 0]
-    normal = np.abs(np.stack([t[:, 1], t[:, 0]], axis=1)) / np.hypot(*t.T)[:, None]
-    return np.asarray((held[edges].all(axis=1) & (normal > STRAIGHT)).any(axis=1))
+    """Edges, in space faces (k,) on the axis of revolution, and those that supports hold along their normal in all steps."""
+    held = always_held(problem, body, mesh)
+    if isinstance(mesh, BrickMesh):
+        normal, faces = _face_normals(mesh.points[edges]), edges
+    else:
+        if problem.space == "axisymmetric":
+            held[:, 0] |= mesh.points[:, 0] <= 1e-12 * float(mesh.extent.max())
+        faces = edges[:, :2]
+        t = mesh.points[faces[:, 1]] - mesh.points[faces[:, 0]]
+        normal = np.stack([t[:, 1], t[:, 0]], axis=1) / np.hypot(*t.T)[:, None]
+    out = np.asarray((held[faces].all(axis=1) & (np.abs(normal) > STRAIGHT)).any(axis=1))
+    for nodes, other in _held_along_normals(problem, body, mesh):
+        out |= np.isin(faces, nodes).all(axis=1) & (np.abs(normal @ other) > STRAIGHT)
+    return out
+
+
+def _face_normals(x: Array) -> Array:
+    """Mean unit normals (k, 3) of faces x (k, 4 | 6, 3)."""
+    area = area_vectors(x)[1].sum(axis=0)
+    return np.asarray(area / np.linalg.norm(area, axis=1)[:, None])
 
 
 def _tied(problem: model.Problem, body: str, meshes: dict[str, Mesh], edges: Index) -> Flags:
-    """Edges (k,) that lie on the other side of a tie."""
-    points = meshes[body].points
+    """Edges (k,) that lie on the other side of a tie, in space faces of the slave's side, which lies on it all over."""
+    points, out = meshes[body].points, np.zeros(len(edges), dtype=bool)
+    if isinstance(meshes[body], BrickMesh):
+        for tie in problem.ties:
+            if tie.slave.partition(".")[0] == body:
+                out |= _in(edges, named_edges(meshes[body], (tie.slave,)), meshes[body])
+        return out
     middle, length = points[edges[:, :2]].mean(axis=1), np.hypot(*(points[edges[:, 1]] - points[edges[:, 0]]).T)
-    out = np.zeros(len(edges), dtype=bool)
     for tie in problem.ties:
         for mine, other in ((tie.slave, tie.master), (tie.master, tie.slave)):
             if mine.partition(".")[0] == body:
                 mesh = meshes[other.partition(".")[0]]
-                own = np.isin(_keys(edges, meshes[body]), _keys(named_edges(meshes[body], (mine,)), meshes[body]))
+                own = _in(edges, named_edges(meshes[body], (mine,)), meshes[body])
                 near = distance(middle, mesh.points, named_edges(mesh, (other,))) < ON_TIE * length
                 out |= own & near
     return out

@@ -65,7 +65,7 @@ def inclined_of(
     names = held_along_normals(problem)
     if not names:
         return None
-    normal = [_normal(name, meshes) for name in names]
+    normal = [side_normal(name, meshes) for name in names]
     at: dict[int, list[int]] = {}
     for k, name in enumerate(names):
         body, _, side = name.partition(".")
@@ -93,7 +93,7 @@ def _triplets(entries: list[tuple[int, int, float]]) -> tuple[Index, Index, Arra
     return np.array(rows, dtype=np.int64), np.array(columns, dtype=np.int64), np.array(values, dtype=np.float64)
 
 
-def _normal(name: str, meshes: Mapping[str, Mesh]) -> Array:
+def side_normal(name: str, meshes: Mapping[str, Mesh]) -> Array:
     """Unit normal (3,) of a flat side."""
     body, _, side = name.partition(".")
     mesh = meshes[body]

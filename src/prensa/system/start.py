@@ -213,8 +213,8 @@ def earlier_run(
     system = discretise(before, state)
     if state.u.shape != (system.ndof,):
         raise StartError(
-            f"start: in the run in {start.run!r} free sides reached lines of symmetry, whose contact forces another case "
-            "cannot take over; make both one case of several steps"
+            f"start: in the run in {start.run!r} free sides reached lines or planes of symmetry, whose contact forces "
+            "another case cannot take over; make both one case of several steps"
         )
     for key in ("space", "kinematics", "contact_geometry", "thickness", "units"):
         if getattr(before, key) != getattr(problem, key):

@@ -1,208 +1,277 @@
-"""Lines of symmetry and the axis of revolution as rigid smooth planes, for free outlines that come to them.
+"""Planes of symmetry, in the plane lines and the axis of revolution, as rigid smooth planes for free sides that come to them.
 
-What is modelled ends there, and so does its image: a bore that closes or a skin that folds meets itself on the line. The planes
-are tools and contacts that are added to the problem when a free node comes near one; before, they cost nothing.
+What is modelled ends there, and so does its image: a bore that closes or a skin that folds meets itself on the plane. The tools
+and contacts that stand for them are added to the problem when a free node comes near one; before, they cost nothing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from prensa.contact.record import ContactRecord
+from prensa.mesh.bricks import BrickMesh
 from prensa.mesh.mesh import segments
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
 from prensa.precision import NEGLIGIBLE
 from prensa.registry import DOORS
-from prensa.system.contact_surfaces import symmetry_lines
+from prensa.system.contact_surfaces import Plane, axis_plane, symmetric, symmetry_planes
 from prensa.system.discretise import discretise, on_meshes
 from prensa.system.mesh_state import Remeshed
 from prensa.system.state import State
 from prensa.system.system import System
 from prensa.types import Array, Index
 
-NEAR_LINE = 0.25  # distance over the length of an edge of the outline at which a node of it is near a line …
-WITHIN = 0.5  # … if it is that close to it over the length that the edges at it had at first
+NEAR = 0.25  # distance over the size of a face of the boundary at which a node of it is near a plane …
+WITHIN = 0.5  # … if it is that close to it over the size that the faces at it had at first
 
 
 @dataclass(frozen=True)
-class Line:
-    """A line of symmetry: ``axis`` of its normal, place ``at`` on it, ``side`` (±1) on which the ``bodies`` lie."""
+class Mirror:
+    """A ``plane`` of symmetry, on one ``side`` (±1) of which along its normal the ``bodies`` lie."""
 
-    axis: int
-    at: float
+    plane: Plane
     side: float
     bodies: tuple[str, ...]
 
     def __str__(self) -> str:
-        return f"{'xy'[self.axis]} = {self.at:g}"
+        return str(self.plane)
+
+    @property
+    def kind(self) -> str:
+        """What it is called."""
+        return "line of symmetry" if len(self.plane.normal) == 2 else "plane of symmetry"
+
+    @property
+    def inwards(self) -> Array:
+        """Unit normal (d,) into the bodies."""
+        return np.asarray(self.side * np.array(self.plane.normal))
 
     def distance(self, x: Array) -> Array:
-        """Distance (...) of places (..., 2) from it, positive where the bodies lie."""
-        return np.asarray(self.side * (x[..., self.axis] - self.at))
+        """Distance (...) of places (..., d) from it, positive where the bodies lie."""
+        return np.asarray(self.side * self.plane.distance(x))
+
+    def image(self, x: Array) -> Array:
+        """The mirror images (..., d) of places (..., d)."""
+        return np.asarray(x - 2.0 * self.plane.distance(x)[..., None] * np.array(self.plane.normal))
+
+
+class MirrorContact(model.Contact):
+    """Contact of the free sides of a body with a plane of symmetry; in space, too, it names the whole of the body."""
+
+    whole_in_space: ClassVar[bool] = True
 
 
 class Nearing(Exception):
-    """An increment in which a free outline comes to a line of symmetry, to be done again with a plane there."""
+    """An increment in which a free side comes to a plane of symmetry, to be done again with a tool there."""
 
 
 class Watched(NamedTuple):
-    """Free outlines off a ``line``: ``ends`` (k, 2) of their segments.
+    """Free sides off a ``mirror``: nodes (k, 2), in space (k, 4 | 6), of their ``faces``.
 
-    ``room`` (n,): distances of their nodes, before they moved, from where they are close to it, ``dofs`` (n,) what changes these.
+    ``room`` (n,): distances of their nodes, before they moved, from where they are close to it, ``dofs`` (n, d) what
+    changes these.
     """
 
-    line: Line
-    ends: Index
+    mirror: Mirror
+    faces: Index
     room: Array
     dofs: Index
 
 
+class Close(NamedTuple):
+    """A free side that is close to a ``mirror``: ``place`` (d,) of its nearest node, distance as a ``share`` of a face there."""
+
+    mirror: Mirror
+    place: Array
+    share: float
+
+    @property
+    def where(self) -> str:
+        """The place in words."""
+        return f"({', '.join(f'{v:.4g}' for v in self.place)})"
+
+
 @dataclass(frozen=True)
 class Guard:
-    """What to look at in a system: the free outlines off each of its lines."""
+    """What to look at in a system: the free sides off each of its planes of symmetry."""
 
     system: System
     watched: tuple[Watched, ...]
 
     @property
-    def lines(self) -> list[Line]:
-        """The lines."""
-        return [w.line for w in self.watched]
+    def mirrors(self) -> list[Mirror]:
+        """The planes."""
+        return [w.mirror for w in self.watched]
 
-    def near(self, u: Array) -> list[tuple[Line, Array]]:
-        """Lines to which a free node has come near in degrees of freedom u (ndof,), and where the nearest one is."""
+    def near(self, u: Array) -> list[Close]:
+        """Planes to which a free node has come near in degrees of freedom u (ndof,), with the nearest one."""
+        return [close for close in self.close(u) if close.share < NEAR]
+
+    def close(self, u: Array) -> list[Close]:
+        """The nearest nodes where some have come close to a plane in degrees of freedom u (ndof,)."""
         out = []
         for w in self.watched:
-            if (w.room + w.line.side * u[w.dofs]).min() >= 0.0:
+            if (w.room + u[w.dofs] @ w.mirror.inwards).min() >= 0.0:
                 continue  # few come close, so that the rest is seldom looked at
-            a, b = self.system.positions(u)[w.ends.T]
-            share = np.minimum(w.line.distance(a), w.line.distance(b)) / np.hypot(*(b - a).T)
+            x = self.system.positions(u)[w.faces]
+            distance = w.mirror.distance(x)
+            share = distance.min(axis=1) / _sizes(x)
             k = int(np.argmin(share))
-            if share[k] < NEAR_LINE:
-                out.append((w.line, a[k]))
+            out.append(Close(w.mirror, x[k, np.argmin(distance[k])], float(share[k])))
         return out
 
     def on(self, system: System, u: Array) -> Guard:
-        """The same lines, to be looked at in the system on a new mesh, which begins with degrees of freedom u (ndof,)."""
-        return Guard(system, tuple(_watched(system, self.lines, u)))
+        """The same planes, to be looked at in the system on a new mesh, which begins with degrees of freedom u (ndof,)."""
+        return Guard(system, tuple(_watched(system, self.mirrors, u)))
+
+
+def _sizes(x: Array) -> Array:
+    """The shortest side (k,) of faces x (k, 4 | 6, 3), in the plane the length of edges (k, 2, 2)."""
+    corners = x[:, :3] if x.shape[1] == 6 else x
+    length = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
+    # wedges name a node twice
+    return np.asarray(np.where(length > 0.0, length, np.inf).min(axis=1))
 
 
 def guard_of(system: System) -> Guard | None:
-    """What to look at in a system; None if it has no line that a free outline could come to.
+    """What to look at in a system; None if it has no plane that a free side could come to, or where no tool could stand there.
 
     In small strain nothing comes near what it was not near at; systems with further fields, or with contact between bodies, are
-    left as they are.
+    left as they are (see `unguarded`).
     """
+    return _guard(system) if _may_stand(system) else None
+
+
+def unguarded(system: System) -> Guard | None:
+    """What would be looked at in a system, where no tool can stand at a plane that a free side passes; None if one can."""
+    return None if _may_stand(system) and not system.gone else _guard(system)
+
+
+def _may_stand(system: System) -> bool:
+    """Whether tools can stand at planes of symmetry during a run."""
     p = system.problem
-    if system.dofs.dimension != 2 or system.more or p.body_contacts:
-        return None
-    if p.kinematics == "small" or p.contact_geometry == "reference":
-        return None
+    return not system.more and not p.body_contacts and p.kinematics != "small" and p.contact_geometry != "reference"
+
+
+def _guard(system: System) -> Guard | None:
     u = system.initial().u
-    watched = _watched(system, _lines(system, system.positions(u)), u)
+    watched = _watched(system, _mirrors(system, system.positions(u)), u)
     return Guard(system, tuple(watched)) if watched else None
 
 
-def _watched(system: System, lines: Sequence[Line], u: Array) -> list[Watched]:
-    """What to look at off some lines, on a mesh that begins with degrees of freedom u (ndof,)."""
+def _watched(system: System, mirrors: Sequence[Mirror], u: Array) -> list[Watched]:
+    """What to look at off some planes, on a mesh that begins with degrees of freedom u (ndof,)."""
     x, watched = system.positions(u), []
-    for line in lines:
-        ends = np.concatenate([_free(system, line, body, x) for body in line.bodies])
-        if len(ends):
-            nodes, place = np.unique(ends, return_inverse=True)
-            length = np.full(len(nodes), np.inf)
-            np.minimum.at(length, place.reshape(-1, 2), np.hypot(*(x[ends[:, 1]] - x[ends[:, 0]]).T)[:, None])
-            dofs = system.dofs.displacement.dof(nodes, "xy"[line.axis])
-            watched.append(Watched(line, ends, line.distance(system.X[nodes]) - WITHIN * length, dofs))
+    for mirror in mirrors:
+        faces = np.concatenate([_free(system, mirror, body, x) for body in mirror.bodies])
+        if len(faces):
+            nodes, place = np.unique(faces, return_inverse=True)
+            size = np.full(len(nodes), np.inf)
+            np.minimum.at(size, place.reshape(faces.shape), _sizes(x[faces])[:, None])
+            room = mirror.distance(system.X[nodes]) - WITHIN * size
+            watched.append(Watched(mirror, faces, room, system.dofs.displacement.dofs(nodes)))
     return watched
 
 
-def lines_of(system: System, body: str, x: Array) -> list[Line]:
-    """Lines that hold part of a body's outline along their normal and nothing along themselves, and the axis of revolution.
+def mirrors_of(system: System, body: str, x: Array) -> list[Mirror]:
+    """Planes that hold part of a body's boundary along their normal and nothing along themselves, and the axis of revolution.
 
-    Only those on one side of which the body lies, its nodes and all others being at x (n, 2), and where no plane of the
+    Only those on one side of which the body lies, its nodes and all others being at x (n, d), and where no plane of the
     description stands already; none if ``no_contact`` excepts the body.
     """
     p, mesh = system.problem, system.meshes[body]
     if any(e.against == SYMMETRY and SYMMETRY not in p.tools and body in e.surface for e in p.no_contact):
         return []
-    own, places = x[system.span(body)], symmetry_lines(p, body, mesh)
+    own, planes = x[system.span(body)], symmetry_planes(p, body, mesh)
     if p.space == "axisymmetric":
-        places.add((0, 0.0))
+        axis = axis_plane(0, 0.0, 2)
+        planes = [axis, *(plane for plane in planes if plane != axis)]
     out = []
-    for axis, at in sorted(places):
-        for line in (Line(axis, at, side, (body,)) for side in (1.0, -1.0)):
-            beside = line.distance(own).min() >= -NEGLIGIBLE * system.length
-            if beside and not _stands(system, body, line, len(system.tools) - system.mirrors):
-                out.append(line)
+    for plane in planes:
+        for mirror in (Mirror(plane, side, (body,)) for side in (1.0, -1.0)):
+            beside = mirror.distance(own).min() >= -NEGLIGIBLE * system.length
+            if beside and not _stands(system, body, mirror, len(system.tools) - system.mirrors):
+                out.append(mirror)
     return out
 
 
-def _lines(system: System, x: Array) -> list[Line]:
-    """The lines of all bodies (see `lines_of`) on which no plane stands, with those on the same side of each."""
-    bodies: dict[tuple[int, float, float], list[str]] = {}
+def _mirrors(system: System, x: Array) -> list[Mirror]:
+    """The planes of all bodies (see `mirrors_of`) on which no tool stands, with those on the same side of each."""
+    found: list[Mirror] = []
     for body in system.meshes:
-        for line in lines_of(system, body, x):
-            if not _stands(system, body, line, len(system.tools)):
-                bodies.setdefault((line.axis, line.at, line.side), []).append(body)
-    return [Line(*key, tuple(names)) for key, names in sorted(bodies.items())]
+        for mirror in mirrors_of(system, body, x):
+            if _stands(system, body, mirror, len(system.tools)):
+                continue
+            for k, other in enumerate(found):
+                if other.side == mirror.side and other.plane.same(mirror.plane, NEGLIGIBLE * system.length):
+                    found[k] = replace(other, bodies=(*other.bodies, body))
+                    break
+            else:
+                found.append(mirror)
+    return sorted(found, key=lambda m: ([-n for n in m.plane.normal], m.plane.place, m.side))
 
 
-def _stands(system: System, body: str, line: Line, tools: int) -> bool:
-    """Whether one of the first ``tools`` that a body has contact with is a plane on a line, on the other side of which it is."""
+def _stands(system: System, body: str, mirror: Mirror, tools: int) -> bool:
+    """Whether one of the first ``tools`` that a body has contact with is a plane on a mirror, behind which it is."""
     names = list(system.tool_masters)[:tools]
     for s in system.tool_contacts:
         master = system.tool_masters[s.against]
         tool = master.tool
         if s.body != body or s.against not in names:
             continue
-        if tool.description.type == "plane" and line.side * tool.direction[line.axis] > 1 - NEGLIGIBLE:
-            place = master.at + master.place(system.initial().u)[:2]
-            if abs(place[line.axis] - line.at) <= NEGLIGIBLE * system.length:
+        if tool.description.type == "plane" and mirror.inwards @ tool.direction > 1 - NEGLIGIBLE:
+            place = master.at + master.place(system.initial().u)[: len(master.at)]
+            if abs(mirror.distance(place)) <= NEGLIGIBLE * system.length:
                 return True
     return False
 
 
-def _free(system: System, line: Line, body: str, x: Array) -> Index:
-    """Segments (k, 2) of a body's outline both ends of which are off a line."""
-    ends = segments(system.meshes[body].boundary) + system.offsets[body]
-    off = line.distance(x[ends]) > NEGLIGIBLE * system.length
-    return np.asarray(ends[off.all(axis=1)])
+def _free(system: System, mirror: Mirror, body: str, x: Array) -> Index:
+    """Faces (k, 4 | 6) of a body's boundary that no support holds along their normals, in the plane edges (k, 2).
+
+    All nodes of them are off a mirror.
+    """
+    mesh = system.meshes[body]
+    faces = mesh.boundary[~symmetric(system.problem, body, mesh, mesh.boundary)]
+    faces = (faces if isinstance(mesh, BrickMesh) else segments(faces)) + system.offsets[body]
+    off = mirror.distance(x[faces]) > NEGLIGIBLE * system.length
+    return np.asarray(faces[off.all(axis=1)])
 
 
 # ------------------------------------------------------------------------------------------------------- with planes there
-def names_of(problem: model.Problem, lines: Sequence[Line]) -> list[str]:
-    """Names of the tools that stand for the lines, none of which another tool has."""
+def names_of(problem: model.Problem, mirrors: Sequence[Mirror]) -> list[str]:
+    """Names of the tools that stand for the planes of symmetry, none of which another tool has."""
     out: list[str] = []
-    for line in lines:
-        name, k = f"symmetry_{'xy'[line.axis]}", 1
+    for mirror in mirrors:
+        axis = mirror.plane.axis
+        first, k = f"symmetry_{'n' if axis is None else 'xyz'[axis]}", 1
+        name = first
         while name in problem.tools or name in out:
             k += 1
-            name = f"symmetry_{'xy'[line.axis]}{k}"
+            name = f"{first}{k}"
         out.append(name)
     return out
 
 
 def with_planes(guard: Guard) -> System:
-    """The system of the same problem with a smooth plane at every line, last among its tools and contacts."""
-    p, lines = guard.system.problem, guard.lines
+    """The system of the same problem with a smooth rigid plane at every mirror, last among its tools and contacts."""
+    p, mirrors = guard.system.problem, guard.mirrors
     plane, smooth = DOORS["tool"].find("plane"), DOORS["friction"].find("coulomb")(mu=0.0)
     tools, contacts, beyond = dict(p.tools), list(p.contacts), list[model.NoContact]()
-    for name, line in zip(names_of(p, lines), lines):
-        normal, at = [0.0, 0.0], [0.0, 0.0]
-        normal[line.axis], at[line.axis] = line.side, line.at
-        tools[name] = plane(normal=tuple(normal), at=tuple(at))
-        contacts += [model.Contact((body,), name, friction=smooth) for body in line.bodies]
-        others = tuple(body for body in p.bodies if body not in line.bodies)
+    for name, mirror in zip(names_of(p, mirrors), mirrors):
+        at = mirror.plane.place * np.array(mirror.plane.normal)
+        tools[name] = plane(normal=tuple(mirror.inwards.tolist()), at=tuple(at.tolist()))
+        contacts += [MirrorContact((body,), name, friction=smooth) for body in mirror.bodies]
+        others = tuple(body for body in p.bodies if body not in mirror.bodies)
         beyond += [model.NoContact((body,), name) for body in others]
     # The planes come last, so that the numbers of all tools and contacts of the description stay what they were.
     system = discretise(replace(p, tools=tools, contacts=tuple(contacts), no_contact=(*p.no_contact, *beyond)))
-    return replace(system, mirrors=len(lines))
+    return replace(system, mirrors=len(mirrors))
 
 
 def on_mesh_of(system: System, state: State) -> System:
@@ -232,6 +301,7 @@ def extended(state: State, old: System, new: System) -> State:
         lam=lam, work=wider(state.work), step_start=wider(state.step_start),
         release=None if state.release is None else wider(state.release),
         remeshed=None if state.remeshed is None else _wider_motions(state.remeshed, new),
+        made_from=None,  # a matrix of fewer degrees of freedom
         tool_work=np.append(state.tool_work, np.zeros(len(new.tools) - len(state.tool_work))),
         tool_wear=np.append(state.tool_wear, np.zeros(len(new.tools) - len(state.tool_wear))),
     )  # fmt: skip
@@ -259,7 +329,7 @@ def _wider(values: Array, rest: Array, old: System, new: System) -> Array:
 
 
 def system_of(state: State, system: System) -> System:
-    """The system that a committed state belongs to: that of the description, or the one with planes at its lines."""
+    """The system that a committed state belongs to: that of the description, or the one with planes at its mirrors."""
     if state.remeshed is None:
         if state.u.shape == (system.ndof,):
             return system

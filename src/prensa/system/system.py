@@ -112,7 +112,7 @@ class System:
 
     ``gone``: whether its tools are, and ``removed`` the contacts that they had; their rows in the state stay. ``first``: the
     system on the meshes of the description, where this one is on others. ``mirrors``: how many of its tools, the last ones, stand
-    for lines of symmetry. ``chosen``: why bodies have the element that was chosen for them, where the description names none.
+    for planes of symmetry. ``chosen``: why bodies have the element that was chosen for them, where the description names none.
     """
 
     problem: model.Problem

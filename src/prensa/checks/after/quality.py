@@ -94,7 +94,7 @@ def hidden_forces(system: System, given: Committed) -> Iterator[Finding]:
     """Forces of tools that are no larger than what convergence leaves open."""
     e = given.evaluation
     forces = system.dofs.tool.of(e.contact_forces())[:, : system.dofs.dimension]
-    for t, tool in enumerate(system.tools):
+    for t, tool in enumerate(system.tools[: len(system.tools) - system.mirrors]):  # planes of symmetry may carry nothing
         size = float(np.hypot.reduce(forces[t]))
         noise = HIDDEN_FORCE_RATIO * given.residual * e.scale
         # Exactly zero is a tool that touches nothing, which is another warning.
