@@ -6,7 +6,7 @@ The end of the terminal, ``summary.json`` and the top of the report say the same
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -189,11 +189,11 @@ ABOUT = ("failure", "result", "case", "files")
 """What a warning is about, the most severe first."""
 
 
-def in_short(warnings: list[str]) -> Iterator[str]:
-    """Warnings that were shown in full before: what is wrong of each, without the remedy."""
+def in_short(warnings: Sequence[str], unsaid: Collection[str] = ()) -> Iterator[str]:
+    """All warnings of a run: what is wrong of each, without the remedy, and in full those that were not shown before."""
     if warnings:
         yield f"{len(warnings)} warning{'s, the most severe first' if len(warnings) > 1 else ''}:"
-        yield from (f"  {text.splitlines()[0].split('; ')[0]}" for text in warnings)
+        yield from (f"  {text if text in unsaid else text.splitlines()[0].split('; ')[0]}" for text in warnings)
 
 
 # ----------------------------------------------------------------------------------------------------------- the end

@@ -251,6 +251,8 @@ class _Run:
         if increment.stopped:
             self.stopped[increment.step] = increment.stopped
         self.last = increment
+        if increment.end_of_step and increment.step == self.case.problem.steps[-1].name and not self.bar.quiet:
+            self.warnings.held = []  # the last lines say them
         if increment.end_of_step or self.checkpoint_seconds <= CHECKPOINT_SHARE * (
             clocks.perf_counter() - self.started
         ):
@@ -298,8 +300,9 @@ class _Run:
         said = f"{status}: {made['totals']['increments']} increments, {self.directory}"
         all_of_them = answer.weighed(made["warnings"], made["warnings_about"])
         known = [text for text in all_of_them if not (reason and text.endswith(reason))]
+        known_in_short = answer.in_short(known, self.warnings.held or ())
         lines = [line for line in made["answer"] if line != status]
-        self.bar.say("\n".join([said, *answer.in_short(known), *lines]))  # at once: in a notebook each replaces the one before
+        self.bar.say("\n".join([said, *known_in_short, *lines]))  # at once: in a notebook each replaces the one before
 
     def _start_to_draw(self, status: str) -> Increment | None:
         """The initial state, to draw where the first increment failed."""

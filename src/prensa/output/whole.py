@@ -86,7 +86,7 @@ def _no_plane(system: System, plane: Plane) -> str:
     side = f"'{plane.name}'" if "." in plane.name else f"their {plane.name} side"
     found = _sides(system.meshes, plane)
     if not found:
-        return f"the bodies have no flat side at their {plane.name}, so that it is no plane of symmetry; name a flat side, or none"
+        return f"the bodies have no flat side at their {plane.name}, so that it is no plane of symmetry; name a flat one, or none"
     beyond = -float(plane.distance(system.X).min())
     if beyond > DRAWN * system.length:
         return f"the bodies go on beyond the plane of {side}, by {beyond:.3g}: their images would overlap; leave it out"
