@@ -525,6 +525,8 @@ class Problem:
 
     stated: ClassVar[frozenset[str]] = frozenset()
     """Fields that the script or the file which described it names; the others have their defaults."""
+    contacts_filled_in: ClassVar[bool] = False
+    """Whether ``contacts`` was left out, and all tools may touch all bodies."""
 
     def __repr__(self) -> str:
         many = {"body": list(self.bodies), "tool": list(self.tools), "step": [s.name for s in self.steps]}
@@ -558,6 +560,7 @@ class Problem:
         if not self.contacts:
             # Filled in here, so that solver, reports and 'dump' see the contacts that count.
             object.__setattr__(self, "contacts", self.every_contact())
+            object.__setattr__(self, "contacts_filled_in", bool(self.contacts))
         if findings := tuple(find(self)):
             raise FindingsError(findings)
         return self

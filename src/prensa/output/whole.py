@@ -19,8 +19,8 @@ from prensa.model.press import drives
 from prensa.model.problem import Case, Problem
 from prensa.output.mirrors import ENDS, plane_of
 from prensa.precision import DRAWN, NEGLIGIBLE
-from prensa.system.contact_surfaces import always_held
 from prensa.system.moments import stages
+from prensa.system.once import once
 from prensa.system.system import System
 from prensa.types import Array, Flags, Index
 
@@ -90,7 +90,7 @@ def _no_plane(system: System, plane: Plane) -> str:
     beyond = -float(plane.distance(system.X).min())
     if beyond > DRAWN * system.length:
         return f"the bodies go on beyond the plane of {side}, by {beyond:.3g}: their images would overlap; leave it out"
-    loose = [s for s in found if not held_along(system.problem, s.body, s.mesh, plane)[s.faces].all()]
+    loose = [s for s in found if not held_along(system, s.body, plane)[s.faces].all()]
     if not loose or _guided(system, plane, loose):
         return ""
     way = "xyz"[plane.axis] if plane.axis >= 0 else "its normal"
@@ -103,18 +103,28 @@ def _no_plane(system: System, plane: Plane) -> str:
     return f"{what}, so that {effect}; {hold}, or leave {plane.name!r} out"
 
 
-def held_along(problem: Problem, body: str, mesh: Mesh, plane: Plane) -> Flags:
+@once
+def _held(system: System) -> Flags:
+    """Components (n, d) of all nodes that supports hold where they are at first in all steps."""
+    held = np.ones(system.ndof, dtype=bool)
+    for plan, *_ in stages(system):
+        groups = [g for g in plan.groups if g.amplitude is None]
+        still = [g.dofs[np.broadcast_to(g.start, g.dofs.shape) == 0.0] for g in groups]
+        held &= np.isin(np.arange(system.ndof), np.concatenate([np.zeros(0, dtype=np.int64), *still]))
+    return np.asarray(held[system.dofs.displacement.dofs(np.arange(len(system.X)))])
+
+
+def held_along(system: System, body: str, plane: Plane) -> Flags:
     """Nodes (n,) of a body that supports hold along the normal of a plane in all steps."""
-    n = np.asarray(plane.normal)
-    free = np.where(always_held(problem, body, mesh), 0.0, n)
+    n, mesh = np.asarray(plane.normal), system.meshes[body]
+    free = np.where(_held(system)[system.span(body)], 0.0, n)
     held: Flags = np.asarray(np.abs(free).max(axis=1) <= DRAWN)
-    for name, support in problem.fixed.items():
+    for name, support in system.problem.fixed.items():
         owner, _, side = name.partition(".")
-        if owner != body or support.normal != "held" or any(s.fixed[name].free for s in problem.steps if name in s.fixed):
-            continue
-        own = plane_of(problem, name, None, {body: mesh})
-        if abs(abs(float(n @ np.asarray(own.normal))) - 1.0) <= DRAWN:
-            held[mesh.nodes(side, name)] = True
+        if owner == body and support.normal == "held":
+            own = plane_of(system.problem, name, None, system.meshes)
+            if abs(abs(float(n @ np.asarray(own.normal))) - 1.0) <= DRAWN:
+                held[mesh.nodes(side, name)] = True
     return held
 
 
@@ -192,9 +202,9 @@ def _held_sides(system: System) -> Iterator[Plane]:
         except PrensaError:  # it is not flat
             continue
         nodes = np.unique(mesh.edges[side])
-        along = always_held(system.problem, body, mesh)[nodes].all(axis=1).all()
+        along = _held(system)[system.span(body)][nodes].all()
         beside = plane.distance(system.X).min() >= -DRAWN * system.length
-        if beside and not along and held_along(system.problem, body, mesh, plane)[nodes].all():
+        if beside and not along and held_along(system, body, plane)[nodes].all():
             yield plane
 
 
