@@ -35,7 +35,7 @@ def said(tmp_path: Path, text: str, *command: str) -> tuple[int, list[str], str]
         ("K: 600", "K: 600e6", "check the units of both"),
         ("block.left: x, ", "", "if that is a plane of symmetry, 'fixed' lacks 'block.left: x'"),
         ("block.left: x, block.back: z", "block.left: z, block.back: x", "'fixed' lacks 'block.left: x, block.back: z'"),
-        ("block.bottom: y, block.left: x, ", "block.bottom: xyz, ", "pushes it aside along x, and a tool stands in the plane x = 0"),
+        ("block.bottom: y, block.left: x, ", "block.bottom: xyz, ", "pushes it aside along x, and a tool stands in"),
         ("block.bottom: y, ", "block.bottom: xyz, ", ""),
         ("type: sphere, radius: 20, touching: block.top, at: [0, 0, 0]", "type: plane, touching: block.top", ""),
         ("y: -0.3", "y: 0.3", "only goes away from it, by up to 0.3: it never presses"),
