@@ -15,6 +15,7 @@ from prensa.errors import PreflightError
 from prensa.geometry.reflections import NoWhole, Plane, chamber, distinct, group
 from prensa.model.schema import loads
 from prensa.output import answer
+from prensa.output.scene import scene
 from prensa.output.whole import mirror_findings, of_whole, one_with, part_of_whole
 
 SPACE = """
@@ -270,6 +271,10 @@ def test_the_answer_of_a_sector(tmp_path: Path) -> None:
     (peak,) = done.summary["largest_force"]
     assert peak["whole"] == 6 and peak["of_whole"] == pytest.approx(6.0 * peak["value"], rel=1e-12)
     assert any("(whole part: 6 times, " in line for line in done.summary["answer"]) and not done.summary["part"]
+    made, _ = scene(done.increments)  # what the report draws
+    assert (len(made["mirror"]), len(made["images"])) == (2, 5)
+    turns = np.array(made["images"])[:, :9].reshape(-1, 3, 3)
+    assert np.allclose(np.linalg.det(turns), [-1, -1, 1, 1, -1], rtol=0, atol=1e-12)
     alone = loads(RING.replace("mirror: [ring.base, ring.cap], ", ""))
     done = pr.run(alone, out=tmp_path / "b", quiet=True)
     assert done.summary["largest_force"][0]["whole"] == 1

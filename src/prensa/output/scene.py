@@ -98,9 +98,10 @@ def _in_plane(stored: Stored, increments: list[Increment], packer: Packer) -> di
 def _in_space(stored: Stored, increments: list[Increment], packer: Packer) -> dict[str, Any]:
     """The same in space, where the pressure of a contact is a field of the bodies' outsides."""
     problem, groups = stored.problem, list(_same_mesh(increments))
+    images = plot.images(plot.mirror_lines(increments[0], problem, stored.mirror)) if increments else []
     return {
         "tools": scene_in_space.tools(problem, list(stored.placements), increments, packer),
-        **scene_in_space.bodies(problem, groups, increments, packer),
+        **scene_in_space.bodies(problem, groups, increments, packer, images),
         "contacts": [],
         "box": scene_in_space.box(increments),
         "view": list(view_angles(TOOL_SIDE, increments[-1])) if increments else [0.0, 0.0],

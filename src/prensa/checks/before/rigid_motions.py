@@ -118,6 +118,7 @@ def _symmetry(system: System, body: str, frame: Frame, held: Array) -> Iterator[
     masters = [system.tool_masters[s.against] for s in mine]
     normals = np.concatenate([left[:0, :3], *(m.seen(x[s.points.nodes], u).n for s, m in zip(mine, masters))])
     at = [m.tool.at for m in masters if not m.tool.shape.half_space]
+    touched = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(s.points.nodes for s in mine)]))
     mesh, lacking = system.meshes[body], dict[tuple[int, float], str]()
     for side, faces in mesh.edges.items():
         x = mesh.points[np.unique(faces)]
@@ -127,7 +128,8 @@ def _symmetry(system: System, body: str, frame: Frame, held: Array) -> Iterator[
         flat = np.ptp(x[:, axis]) < NO_DIFFERENCE * frame.size
         both_ways = (along > NO_DIFFERENCE).any() and (along < -NO_DIFFERENCE).any()
         free = (np.abs(left[:, axis]) > NO_DIFFERENCE).any()
-        aside = (np.abs(along) > NO_DIFFERENCE).any() and not always[faces, axis].all(axis=1).any()
+        pressed = np.isin(np.unique(faces) + system.offsets[body], touched).all()  # where a flat tool's place says nothing
+        aside = (np.abs(along) > NO_DIFFERENCE).any() and not pressed and not always[faces, axis].all(axis=1).any()
         if here and flat and not both_ways and (free or aside):
             lacking.setdefault((axis, level), side)
     if lacking:

@@ -157,10 +157,10 @@ function divided(body, copies, px, py) {  // facets with one value each; cells o
 function pieces(x, y, pairs, into) {  // segments as one broken line
   for (const [a, b] of pairs) { into.x.push(x[a], x[b], NaN); into.y.push(y[a], y[b], NaN); }
 }
-const asked = () => scene.offered.filter(([, , side]) => $("mirror-" + side).checked);
+const ticked = () => scene.offered.filter(([, , side]) => $("mirror-" + side).checked);
 function images() {  // in the plane, lines of symmetry that are switched on → functions of (points, axis)
   let found = [[]];
-  for (const line of [...($("mirror").checked ? scene.mirror : []), ...asked()]) found = [...found, ...found.map(l => [...l, line])];
+  for (const line of [...($("mirror").checked ? scene.mirror : []), ...ticked()]) found = [...found, ...found.map(l => [...l, line])];
   return found;
 }
 function inside(body, edge, copies) {  // whether a side of the body lies on a line of symmetry that is switched on
@@ -348,11 +348,11 @@ function together(x, y, z) {
 const AS_IT_IS = {turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], shift: [0, 0, 0]};
 const placed = ({turn, shift}, p) => [0, 1, 2].map(r => turn[3 * r] * p[0] + turn[3 * r + 1] * p[1] + turn[3 * r + 2] * p[2] + shift[r]);
 function planes() {  // of symmetry in space that are switched on: normals, and their products with a place
-  return [...($("mirror").checked ? scene.mirror : []), ...asked().map(([axis, at]) => [...[0, 1, 2].map(k => k === axis ? 1 : 0), at])];
+  return [...($("mirror").checked ? scene.mirror : []), ...ticked().map(([axis, at]) => [...[0, 1, 2].map(k => k === axis ? 1 : 0), at])];
 }
 function turned() {  // what was modelled and its images about these planes; those offered stand at right angles to all others
   let found = [AS_IT_IS, ...($("mirror").checked ? scene.images : []).map(v => ({turn: v.slice(0, 9), shift: v.slice(9)}))];
-  for (const [axis, at] of asked()) found = [...found, ...found.map(({turn, shift}) => ({
+  for (const [axis, at] of ticked()) found = [...found, ...found.map(({turn, shift}) => ({
     turn: turn.map((v, k) => Math.floor(k / 3) === axis ? -v : v), shift: shift.map((v, k) => k === axis ? 2 * at - v : v)}))];
   return found;
 }
