@@ -159,7 +159,7 @@ def plane_of(problem: Problem, side: str, X: Array | None = None, meshes: Mappin
     return flat_plane(mesh.points[nodes], mesh.points, side)
 
 
-_KNOWN: dict[int, dict[str, Plane]] = {}  # planes of flat sides by name, of problems that there are
+_FLAT_SIDES: dict[int, dict[str, Plane]] = {}  # planes of flat sides by name, of problems that there are
 
 
 def _stated(problem: Problem, side: str) -> Plane:
@@ -167,12 +167,12 @@ def _stated(problem: Problem, side: str) -> Plane:
     from prensa.system.discretise import meshes_of
 
     key = id(problem)
-    if key not in _KNOWN:
-        weakref.finalize(problem, _KNOWN.pop, key, None)
-        _KNOWN[key] = {}
-    if side not in _KNOWN[key]:
-        _KNOWN[key][side] = plane_of(problem, side, None, meshes_of(problem, {}))
-    return _KNOWN[key][side]
+    if key not in _FLAT_SIDES:
+        weakref.finalize(problem, _FLAT_SIDES.pop, key, None)
+        _FLAT_SIDES[key] = {}
+    if side not in _FLAT_SIDES[key]:
+        _FLAT_SIDES[key][side] = plane_of(problem, side, None, meshes_of(problem, {}))
+    return _FLAT_SIDES[key][side]
 
 
 def flat_plane(x: Array, X: Array, side: str) -> Plane:
