@@ -35,6 +35,9 @@ def said(tmp_path: Path, text: str, *command: str) -> tuple[int, list[str], str]
         ("K: 600", "K: 600e6", "check the units of both"),
         ("block.left: x, ", "", "if that is a plane of symmetry, 'fixed' lacks 'block.left: x'"),
         ("block.left: x, block.back: z", "block.left: z, block.back: x", "'fixed' lacks 'block.left: x, block.back: z'"),
+        ("block.bottom: y, block.left: x, ", "block.bottom: xyz, ", "pushes it aside along x, and a tool stands in"),
+        ("block.bottom: y, ", "block.bottom: xyz, ", ""),
+        ("type: sphere, radius: 20,", "type: pyramid, of: vickers, radius: 0.5,", ""),  # its tip lies in the plane of the top
         ("type: sphere, radius: 20, touching: block.top, at: [0, 0, 0]", "type: plane, touching: block.top", ""),
         ("y: -0.3", "y: 0.3", "only goes away from it, by up to 0.3: it never presses"),
         (
@@ -53,7 +56,8 @@ def said(tmp_path: Path, text: str, *command: str) -> tuple[int, list[str], str]
         ("bodies:\n", SECOND.replace("HEIGHT", "-4"), "it overlaps body 'base', by 1 mm"),
         ("bodies:\n", SECOND.replace("HEIGHT", "-5"), "join them with 'ties', or make one a tool"),
     ],
-    ids=["metres", "flow stress", "plane of symmetry", "planes exchanged", "none", "sign", "plane mesh", "place", "two numbers",
+    ids=["metres", "flow stress", "plane of symmetry", "planes exchanged", "base held", "base held, planes too", "tip",
+         "none", "sign", "plane mesh", "place", "two numbers",
          "no axis", "overlap", "untied"],
 )
 def test_one_sentence_for_one_mistake(tmp_path: Path, old: str, new: str, words: str) -> None:

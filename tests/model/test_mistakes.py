@@ -147,7 +147,7 @@ MISTAKES = [
      ["between braces a text with commas stands in quotes; write 'billet.x near (10, 0)'"]),
     ("{type: coulomb, mu: 0.3}", "{mu: 0.3, m: 0.5}", "14:79", ["unknown key 'm'", "'type: capped' or ", "beside it"]),
     ("size: [10, 15]", "size: [10; 15]", "6:36", ["commas separate the entries of a list, not semicolons; write 10, 15"]),
-    ("steps:\n", "output: {mirror: [billet.left]}\nsteps:\n", "16:19", ["mirror[0] of output is 'billet.left'; write 'left'"]),
+    ("steps:\n", "output: {mirror: [lft]}\nsteps:\n", "16:19", ["'lft' is no side; write 'left'"]),
     (FIXED, "fixed: {billet.bottom: clamped}", "15:24", ["'clamped' is not 'x'", "in space also 'z'"]),
     ("mu: 0.3", "mu: 0,3", "14:91", ["unknown key '3'", "numbers have a decimal point"]),
     ("mu: 0.3}}", "mu: 0.3}", "15:1", ["',' or a closing bracket is missing"]),

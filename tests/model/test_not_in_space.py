@@ -38,6 +38,8 @@ OF_CASES: dict[str, tuple[tuple[str, str], dict[str, object]]] = {
     "element": (("    material:", "    element: q4\n    material:"), {"element": "q4"}),
     "tool": ((ROLL, "type: circle, radius: 20"), {"type": "circle"}),
     "whole body": (("{surface: block.top,", "{surface: block,"), {"body": "block", "side": "block.top", "tool": "roll"}),
+    "no contacts": (("contacts:\n  - {surface: block.top, against: roll, friction: {mu: 0.1}}\n", ""),
+                    {"entries": "{surface: block.top, against: roll}"}),
     "integration": (("against: roll,", "against: roll, integration: gauss2,"), {}),
     "interference": (("against: roll,", "against: roll, interference: 0.1,"), {}),
     "interference of ties": (("bodies:", f"ties: [{{slave: lid.bottom, master: block.top, interference: 0.1}}]\n{SECOND}"), {}),

@@ -244,6 +244,25 @@ def test_warnings_are_ordered_by_their_weight():
     short = ["6 warnings, the most severe first:", "  nothing comes of it", "  failed here", "  of the result"]
     assert list(answer.in_short(ordered))[:4] == short
     assert list(answer.in_short([])) == [] and len(heard) == 5
+    handler.held = []  # at the end of a run, whose last lines show what is warned of then, in full
+    log.warning("%s", "energy; do that")
+    assert len(heard) == 5 and handler.texts[-1] == "energy; do that"
+    assert list(answer.in_short(answer.weighed(handler.texts, handler.about), handler.held))[4] == "  energy; do that"
+
+
+def test_the_last_lines_list_the_warnings_of_the_summary(tmp_path, capsys):
+    """That of the energy too, which comes after the last increment, once and with its remedy; quiet runs show it alone."""
+    step = pr.Step("press", move={"punch": pr.Motion(y=-0.1)}, increments=1)
+    case = pr.Case(problem(steps=(step,)), output=Output(pictures=False, report=False))
+    made = pr.run(case, out=tmp_path / "a").summary
+    (words,) = [w for w in made["warnings"] if w.startswith("energy balance off by")]
+    said = capsys.readouterr().err
+    listed = said[said.index("completed: ") :].splitlines()
+    assert said.count("energy balance off by") == 1 and f"  {words}" in listed
+    count = len(made["warnings"])
+    assert listed[1].startswith(f"{count} warning") and sum(line.startswith("  ") for line in listed) == count
+    pr.run(case, out=tmp_path / "b", quiet=True)
+    assert capsys.readouterr().err.count("energy balance off by") == 1
 
 
 # -------------------------------------------------------------------------------------------------------------- manual

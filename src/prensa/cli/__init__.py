@@ -170,12 +170,12 @@ def check(
         from prensa.checks.before.preflight import preflight, staircase
         from prensa.cli.describe import lines_of, lines_of_whole, summary_of
         from prensa.model.plausibility import warnings_of
-        from prensa.output.mirrors import unheld_mirrors
+        from prensa.output.whole import mirror_findings
 
         system = _drawn(problem, picture, voice)
-        for line in (*lines_of(system), *lines_of_whole(described)):
+        for line in (*lines_of(system), *lines_of_whole(system, described)):
             voice.confirm(line)
-        notices = [*preflight(system), *staircase(system), *unheld_mirrors(system, described.output.mirror)]
+        notices = [*preflight(system), *staircase(system), *mirror_findings(system, described)]
         warnings = [*warnings_of(problem), *(str(n) for n in notices if not n.fatal)]
         for warning in warnings:
             voice.warn(warning)

@@ -57,19 +57,23 @@ def lines_of(system: System) -> Iterator[str]:
     yield f"{system.ndof} unknowns; {'no increment' if p.space == 'solid' else 'nothing'} was solved"
 
 
-def lines_of_whole(case: Case) -> Iterator[str]:
-    """Lines about forces that are given for the part which is modelled, where mirror images show the rest of it."""
-    from prensa.measures.units import force_unit
-    from prensa.output.answer import mirrors_of, shown, times_of_whole
+def lines_of_whole(system: System, case: Case) -> Iterator[str]:
+    """Lines about forces that are given for the part which is modelled, where mirror images show the rest of it, or may."""
+    from prensa.measures.units import force_unit, moment_unit
+    from prensa.output.answer import shown
+    from prensa.output.whole import images_along, part_of_whole
 
-    unit = force_unit(case.problem)
+    keys = ("x", "y", "z", "mx", "my", "mz") if case.problem.space == "solid" else ("x", "y")
     for step in case.problem.steps:
         for kind, given in (("push", step.push), ("until.force", step.until.force if step.until else {})):
-            for tool, of, axis in ((tool, of, axis) for tool, of in given.items() for axis in "xyz"):
-                value, times = getattr(of, axis), times_of_whole(mirrors_of(case, tool), axis)
-                if isinstance(value, float) and value and times and times > 1:
+            for tool, of, key in ((tool, of, key) for tool, of in given.items() for key in keys):
+                value = getattr(of, key, None)
+                if isinstance(value, float) and value and (times := images_along(case, tool, key)) > 1:
+                    unit = moment_unit(case.problem) if "m" in key else force_unit(case.problem)
                     own, all_of_it = (shown(v, unit, both=False) or shown(v, unit) for v in (value, times * value))
-                    yield f"step {step.name}: {kind} {axis} of {tool} is {own} on what is modelled, {all_of_it} on the whole part"
+                    yield f"step {step.name}: {kind} {key} of {tool} is {own} on what is modelled, {all_of_it} on the whole part"
+    if words := part_of_whole(system, case):
+        yield words
 
 
 def _lasting(step: Step) -> str:

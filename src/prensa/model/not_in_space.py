@@ -55,6 +55,11 @@ NOT_IN_SPACE: dict[str, NotInSpace] = {
         "in space contacts name the sides that a tool may touch, not the whole of {body!r}; write "
         "'contacts: [{{surface: {side}, against: {tool}}}]'", {"body": "block", "side": "block.top", "tool": "roll"},
     ),
+    "no contacts": NotInSpace(
+        "contacts", "left out",
+        "'contacts' is missing: in space it names the sides that each tool may touch; write 'contacts: [{entries}]'",
+        {"entries": "{surface: block.top, against: roll}"},
+    ),
     "integration": NotInSpace(
         "contacts", "integration: gauss2", "in space contact is integrated by the rule 'nodal'; leave it out"
     ),

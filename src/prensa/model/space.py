@@ -126,6 +126,10 @@ def _tools(p: Any, dimension: int) -> Iterator[Finding]:
 
 
 def _contacts(p: Any) -> Iterator[Finding]:
+    if getattr(p, "contacts_filled_in", False):  # a sketch of a case that could not be read is no problem
+        entries = ", ".join(f"{{surface: {_side_for(p, c.surface[0], c.against)}, against: {c.against}}}" for c in p.contacts)
+        yield Finding(("tools", p.contacts[0].against), words_of("no contacts", entries=entries), at_key=True)
+        return
     for i, c in enumerate(p.contacts):
         if c is None:
             continue
@@ -133,6 +137,11 @@ def _contacts(p: Any) -> Iterator[Finding]:
             yield Finding(("contacts", i, "integration"), words_of("integration"))
         whole = next((s for s in c.surface if "." not in s), None)
         if whole and not c.whole_in_space:
-            tool = p.tools.get(c.against)
-            side = tool.touching if tool is not None and str(tool.touching).startswith(f"{whole}.") else f"{whole}.top"
-            yield Finding(("contacts", i, "surface"), words_of("whole body", body=whole, side=side, tool=c.against))
+            words = words_of("whole body", body=whole, side=_side_for(p, whole, c.against), tool=c.against)
+            yield Finding(("contacts", i, "surface"), words)
+
+
+def _side_for(p: Any, body: str, tool: str) -> str:
+    """A side of a body that a tool may be meant to touch: where it is placed, else the top."""
+    touching = getattr(p.tools.get(tool), "touching", None)
+    return str(touching) if str(touching).startswith(f"{body}.") else f"{body}.top"

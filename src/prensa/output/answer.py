@@ -6,7 +6,7 @@ The end of the terminal, ``summary.json`` and the top of the report say the same
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -21,7 +21,8 @@ from prensa.model.seconds import duration_of
 from prensa.model.units import ENERGY, factor
 from prensa.model.until import reached
 from prensa.output import damage, press
-from prensa.precision import NEGLIGIBLE
+from prensa.output.whole import of_whole, one_with
+from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.system.schedule import integrated
 
 Table = Mapping[str, NDArray[Any]]
@@ -32,8 +33,8 @@ class Peak(NamedTuple):
 
     ``axis``: x, y, z, rx, ry or rz; empty where the tool moves along several axes or turns, and the value is the size of the
     force, or turns about several, and that of the moment.
-    ``travel`` in ``travel_unit``: how far the tool was from its first place, None of a tool at rest; ``whole``: how often the
-    whole part, with its mirror images, has that force, None where it is no multiple.
+    ``travel`` in ``travel_unit``: how far the tool was from its first place, None of a tool at rest; ``whole``: how many parts
+    of the whole, with its mirror images, press the tool, None where it is one with no image; ``of_whole``: the value then.
     """
 
     tool: str
@@ -47,6 +48,7 @@ class Peak(NamedTuple):
     increment: int
     time: float
     whole: int | None
+    of_whole: float | None = None
 
 
 def peaks(table: Table, case: Case) -> list[Peak]:
@@ -81,7 +83,7 @@ def lines(table: Table, case: Case, summary: Mapping[str, Any]) -> list[str]:
     for name, measure in summary.get("measures", {}).items():
         last = measure["last"]
         out.append(f"{name}: {'no value' if last is None else shown(last, measure['unit'])}")
-    return out
+    return out + [words for words in [summary.get("part", "")] if words]
 
 
 def _worn(tool: str, found: Mapping[str, Any], problem: Problem) -> str:
@@ -115,8 +117,10 @@ def _filled(body: str, found: Mapping[str, Any], summary: Mapping[str, Any], len
 def sentence(peak: Peak) -> str:
     """A largest force in words: 'largest force of punch: 78.6 kN (78630 N) at 4.5 mm'."""
     where = f"time {peak.time:.4g}" if peak.travel is None else shown(peak.travel, peak.travel_unit)
-    times, more = peak.whole or 1, shown((peak.whole or 1) * abs(peak.value), peak.unit, both=False)
-    whole = f" (whole part: {'twice' if times == 2 else f'{times} times'}, {more})" if times > 1 else ""
+    times, all_of_it = peak.whole or 1, abs(peak.value if peak.of_whole is None else peak.of_whole)
+    many = "twice, " if times == 2 else f"{times} times, "
+    many *= math.isclose(all_of_it, times * abs(peak.value), rel_tol=DRAWN)  # else some of it stays between the images
+    whole = f" (whole part: {many}{shown(all_of_it, peak.unit, both=False)})" if times > 1 else ""
     return f"largest {peak.what} of {peak.tool}: {shown(abs(peak.value), peak.unit)} at {where}{whole}"
 
 
@@ -185,11 +189,11 @@ ABOUT = ("failure", "result", "case", "files")
 """What a warning is about, the most severe first."""
 
 
-def in_short(warnings: list[str]) -> Iterator[str]:
-    """Warnings that were shown in full before: what is wrong of each, without the remedy."""
+def in_short(warnings: Sequence[str], unsaid: Collection[str] = ()) -> Iterator[str]:
+    """All warnings of a run: what is wrong of each, without the remedy, and in full those that were not shown before."""
     if warnings:
         yield f"{len(warnings)} warning{'s, the most severe first' if len(warnings) > 1 else ''}:"
-        yield from (f"  {text.splitlines()[0].split('; ')[0]}" for text in warnings)
+        yield from (f"  {text if text in unsaid else text.splitlines()[0].split('; ')[0]}" for text in warnings)
 
 
 # ----------------------------------------------------------------------------------------------------------- the end
@@ -337,7 +341,7 @@ def _peak(table: Table, case: Case, tool: str, way: str, moment: bool) -> Peak |
     return Peak(
         tool, "moment" if moment else "force", axis, float(values[k]), moment_unit(problem) if moment else force_unit(problem),
         travel, "rad" if turned else length_unit(problem), str(table["step"][k]), int(table["increment"][k]),
-        float(table["time"][k]), None if axis == "rz" and d == 2 else times_of_whole(mirrors_of(case, tool), axis),
+        float(table["time"][k]), *_of_whole(table, case, tool, axis, kinds, k),
     )  # fmt: skip
 
 
@@ -350,22 +354,28 @@ def _size(table: Table, tool: str, columns: Iterable[str]) -> NDArray[Any]:
     return np.asarray(np.linalg.norm([table[f"{tool}.{c}"] for c in columns], axis=0))
 
 
-def mirrors_of(case: Case, tool: str) -> set[str]:
-    """Sides across which the image of what a tool forms lies, by the output or by the press of the tool."""
-    press = case.problem.tools[tool].press
-    return {*case.output.mirror, *(press.mirror or () if press is not None else ())}
+def _of_whole(
+    table: Table, case: Case, tool: str, axis: str, kinds: Sequence[str], k: int
+) -> tuple[int | None, float | None]:  # fmt: skip
+    """How many parts of the whole press a tool, and what its force, or moment (columns ``kinds``), in row k is then.
 
-
-def times_of_whole(mirror: Iterable[str], axis: str) -> int | None:
-    """How often the whole part has a force along an axis, or a moment about one in space: each mirror that doubles it counts.
-
-    Those of a force lie along the axis; across it the images press against each other, as two dies do. Of a tool that turns
-    about an axis mirrors across that show the rest, while those along it show another tool, which turns the other way.
+    Of a tool that moves along an axis that alone counts, and in axisymmetry and the plane its turns do not; a tool at rest may be
+    one with its images or not.
     """
-    across = {"x": {"left", "right"}, "y": {"bottom", "top"}, "z": {"back", "front"}}.get(axis[-1:])
-    if across is None:
-        return None
-    return 2 ** len(set(mirror) - across if len(axis) == 1 else set(mirror) & across)
+    problem, d = case.problem, directions(case.problem)
+    places = [np.asarray(table[f"{tool}.{c}"], dtype=float) for c in place_columns(problem)]
+    moment = kinds[0][0] == "m"
+    if not any(v.any() for v in places) or (d == 2 and (moment or not axis)):
+        return None, None
+    ways = np.eye(d)["xyz".index(axis)][None] if axis in ("x", "y", "z") else np.stack(places[:d], axis=1)
+    turns = np.stack(places[d:], axis=1) if d == 3 else np.zeros((0, d))
+    images = one_with(case, tool, ways, turns)
+    if len(images) == 1 and not axis:
+        return None, None
+    own = np.array([float(table[f"{tool}.{c}"][k]) for c in kinds])
+    own = len(images) * own if moment else of_whole(images, own)  # a moment's axis is across the one plane of such a tool
+    along = [i for i, c in enumerate(kinds) if not axis or c[1] == axis[-1]]
+    return len(images), float(own[along[0]]) if len(along) == 1 else float(np.linalg.norm(own[along]))
 
 
 # ------------------------------------------------------------------------------------------------------------- numbers

@@ -27,6 +27,7 @@ from prensa.output.maxima import leading_tool
 from prensa.output.mirrors import Image as Image
 from prensa.output.mirrors import images as images
 from prensa.output.mirrors import mirror_lines as mirror_lines
+from prensa.output.mirrors import whole_of
 from prensa.output.outline import outlines
 from prensa.output.spatial import TOOL_SIDE, Look, contact_pressures, picture
 from prensa.result.increment import STATUS, BodyState, ContactState, Increment
@@ -101,7 +102,8 @@ def deformed(
     mesh
         Draw the element edges; None draws them where they can be distinguished.
     mirror
-        Sides (``left``, ``right``, ``bottom``, ``top``) of the undeformed bodies on which to draw their mirror image.
+        Ends of the undeformed bodies (``left``, ``right``, ``bottom``, ``top``, ``back``, ``front``), or flat sides by name
+        (``ring.cap``), across which to draw their mirror images.
     range
         Values of the first and the last colour; those of the increment if None.
     box
@@ -122,7 +124,7 @@ def deformed(
 
     """
     check_damage(problem, field)
-    ends = range or colour_range([field_values(b, field) for b in increment.bodies.values()], field)
+    ends = range or colour_range(seen_values(increment, problem, field, mirror), field)
     if problem.space == "solid":
         look = Look(view or "iso", section, mesh, box, size, dpi)
         return _deformed_in_space(increment, problem, field, mirror, ends, look)
@@ -134,13 +136,14 @@ def _deformed_in_plane(
     box: tuple[float, ...] | None, size: Size | None, dpi: float | None,
 ) -> Figure:  # fmt: skip
     values = [field_values(b, field) for b in increment.bodies.values()]
-    lines = mirror_lines(increment, problem, mirror)
+    planes = mirror_lines(increment, problem, mirror)
+    lines = [plane.line for plane in planes]
     box = box or limits(increment, problem, mirror)
     with style.styled():
         wide = (box[1] - box[0]) / (box[3] - box[2])
         figure, axes = _figure(*(size or _size(wide)), dpi=dpi)
         mappable: Any = None
-        for image in images(lines):
+        for image in images(planes):
             sign = image.sign(field, problem)
             for body, value in zip(increment.bodies.values(), values):
                 mappable = _coloured(axes, image.of(body.x), body.cells, sign * value, ends, field_map(field))
@@ -161,18 +164,23 @@ def _deformed_in_plane(
 def _deformed_in_space(
     increment: Increment, problem: Problem, field: str, mirror: Sequence[str], ends: tuple[float, float], look: Look
 ) -> Figure:
-    copies = [(image, image.sign(field, problem)) for image in images(mirror_lines(increment, problem, mirror))]
+    whole = whole_of(increment, problem, mirror)
     label, at = f"{field_name(problem, field)} ({field_unit(problem, field)})", _moment(increment)
-    values = dict(zip(increment.bodies, (field_values(b, field) for b in increment.bodies.values())))
-    return picture(increment, problem, lambda name, _: values[name], label, field_map(field), ends, at, copies, look)
+    own = {name: field_values(b, field) for name, b in increment.bodies.items()}
+
+    def values(name: str, body: BodyState, image: Image) -> Array:
+        return image.values(field, body, own[name])
+
+    return picture(increment, problem, values, label, field_map(field), ends, at, whole, look)
 
 
 def section(increment: Increment, problem: Problem, draw: Callable[[Axes, BodyState, Image], None]) -> Figure:
     """Deformed outlines and tools, with what ``draw`` (axes, body, copy of the section) puts into the bodies."""
-    box, lines = limits(increment, problem), mirror_lines(increment, problem, ())
+    box, planes = limits(increment, problem), mirror_lines(increment, problem, ())
+    lines = [plane.line for plane in planes]
     with style.styled():
         figure, axes = _figure(*_size((box[1] - box[0]) / (box[3] - box[2])))
-        for image in images(lines):
+        for image in images(planes):
             for body in increment.bodies.values():
                 draw(axes, body, image)
                 _edges(axes, body, image, mesh=False, lines=lines, box=box)
@@ -190,8 +198,9 @@ def new_meshes(pairs: Sequence[tuple[Increment, Increment]], problem: Problem) -
         figure, rows = _figure(8.0, (min(3.4 * tall, 4.0) + NAMING) * len(pairs), rows=len(pairs), columns=2, squeeze=False)
         for panels, pair, box in zip(rows, pairs, boxes):
             for axes, increment in zip(panels, pair):
-                lines = mirror_lines(increment, problem, ())
-                for image in images(lines):
+                planes = mirror_lines(increment, problem, ())
+                lines = [plane.line for plane in planes]
+                for image in images(planes):
                     for body in increment.bodies.values():
                         _edges(axes, body, image, mesh=True, lines=lines, box=box)
                     _draw_tools(axes, increment, problem, box, image, lines)
@@ -218,6 +227,15 @@ def field_values(body: BodyState, field: str) -> Array:
     if kind == "strain_rate" and body.strain_rate is None:
         raise PrensaError("the field 'strain_rate' was not kept by the version that wrote this run; run the case again")
     return np.asarray(getattr(body, kind))
+
+
+def seen_values(increment: Increment, problem: Problem, field: str, mirror: Sequence[str]) -> list[Array]:
+    """Values of a field on bodies and, of components in space, on their images, which are turned."""
+    values = [field_values(b, field) for b in increment.bodies.values()]
+    if problem.space != "solid" or not mirror:
+        return values
+    pairs = list(zip(increment.bodies.values(), values))
+    return [image.values(field, b, v) for image in whole_of(increment, problem, mirror).images for b, v in pairs]
 
 
 def check_damage(problem: Problem, field: str) -> None:
@@ -368,11 +386,11 @@ def pressures_in_space(
     values = {name: contact_pressures(increment, name, contact) for name in increment.bodies}
     ends = range or (0.0, max((float(v.max(initial=0.0)) for v in values.values()), default=0.0) or 1.0)
     label = f"contact pressure ({style.pressure_unit(problem)})"
-    copies = [(image, 1.0) for image in images(mirror_lines(increment, problem, mirror))]
+    whole = whole_of(increment, problem, mirror)
     given = {key: value for key, value in look.items() if value not in (None, "")}
     taken = replace(Look(view=TOOL_SIDE, tools=False), **given)
     text = title or (_title(increment, contact) if contact else _moment(increment))
-    return picture(increment, problem, lambda name, _: values[name], label, style.SEQUENTIAL, ends, text, copies, taken)
+    return picture(increment, problem, lambda name, *_: values[name], label, style.SEQUENTIAL, ends, text, whole, taken)
 
 
 def title(increment: Increment, contact: str) -> str:

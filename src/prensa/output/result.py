@@ -317,7 +317,7 @@ def _film(path: Path, shown: Sequence[Increment], what: str, fps: int, options: 
 def _fixed(shown: Sequence[Increment], what: str, options: dict[str, Any]) -> dict[str, Any]:
     """Part of the bodies' surroundings, colours and view that hold for all pictures of a film."""
     from prensa.output import plot, spatial
-    from prensa.output.mirrors import images
+    from prensa.output.mirrors import whole_of
 
     problem, mirror = shown[0].problem, options.get("mirror", ())
     solid = problem.space == "solid"
@@ -327,11 +327,11 @@ def _fixed(shown: Sequence[Increment], what: str, options: dict[str, Any]) -> di
     box = tuple(np.stack([ends[..., 0].min(axis=0), ends[..., 1].max(axis=0)], axis=1).ravel().tolist())
     if what != "pressure":
         if solid:
-            copies = [(image, 1.0) for image in images(plot.mirror_lines(shown[0], problem, mirror))]
+            whole = whole_of(shown[0], problem, mirror)
             around = np.reshape(box, (3, 2)).T
-            ends = np.array([spatial.with_tools(i, problem, copies, around) for i in shown])
+            ends = np.array([spatial.with_tools(i, problem, whole, around) for i in shown])
             box = tuple(np.stack([ends[:, 0].min(axis=0), ends[:, 1].max(axis=0)], axis=1).ravel().tolist())
-        values = [plot.field_values(b, what) for i in shown for b in i.bodies.values()]
+        values = [v for i in shown for v in plot.seen_values(i, problem, what, mirror)]
         seen = {"view": spatial.view_angles(options["view"], shown[-1])} if options.get("view") and solid else {}
         return {"box": box, "range": plot.colour_range(values, what)} | seen
     pressures = [spatial.contact_pressures(i, b, options.get("contact", "")) for i in shown for b in i.bodies]

@@ -27,9 +27,9 @@ from prensa.output.files import file_name, file_names, flush
 from prensa.output.folder import make_room, refuse_links
 from prensa.output.interrupt import Interruptible, Terminated
 from prensa.output.lock import locked
-from prensa.output.mirrors import unheld_mirrors
 from prensa.output.progress import ProgressBar
 from prensa.output.result import RunResult
+from prensa.output.whole import mirror_findings
 from prensa.precision import ROUND_OFF
 from prensa.result.increment import Increment, Progress
 from prensa.solver.stability import JUMPED
@@ -86,7 +86,7 @@ def run(
     began = clocks.perf_counter()
     _refuse_unwritten(case.problem)
     system = discretise(case.problem)  # a case that cannot run leaves earlier results alone
-    refuse(preflight(system))
+    refuse([*preflight(system), *mirror_findings(system, case)])
     parse_all(case.problem)
     refuse_targets(case.problem)
     directory = Path(out) if out is not None else Path("results") / file_name(case.problem.name)
@@ -205,8 +205,6 @@ class _Run:
             keep = self.start.clock.number
             self.passed = passages.restored(self.directory, self.system, self.start.clock)
             log.info("resumed after increment %d, time %.6g", keep, self.start.clock.time)
-        for finding in unheld_mirrors(self.system, self.case.output.mirror):
-            log.warning("%s", finding)
         with (
             closing(history.History(self.directory, self.case.problem, keep)) as self.tables,
             closing(passages.PassageTable(self.directory, self.passed, keep)) as self.means,
@@ -235,7 +233,6 @@ class _Run:
     def _write(self, increment: Increment) -> None:
         """Everything about one increment, the checkpoint last: what it stands for is then already on the disk."""
         runlog.log_increment(increment)
-        self.warnings.recent.clear()
         with self.timer("recovery"):
             contacts = increment.contacts
         with self.timer("tables"):
@@ -254,6 +251,8 @@ class _Run:
         if increment.stopped:
             self.stopped[increment.step] = increment.stopped
         self.last = increment
+        if increment.end_of_step and increment.step == self.case.problem.steps[-1].name and not self.bar.quiet:
+            self.warnings.held = []  # the last lines say them
         if increment.end_of_step or self.checkpoint_seconds <= CHECKPOINT_SHARE * (
             clocks.perf_counter() - self.started
         ):
@@ -299,10 +298,11 @@ class _Run:
         """The last lines on the terminal; a failure itself is said where the error is caught."""
         status, reason = made["status"], made["reason"]
         said = f"{status}: {made['totals']['increments']} increments, {self.directory}"
-        above = self.warnings.recent  # what came after the last increment has just been said
-        known = [text for text in made["warnings_about"] if not (reason and text.endswith(reason)) and text not in above]
+        all_of_them = answer.weighed(made["warnings"], made["warnings_about"])
+        known = [text for text in all_of_them if not (reason and text.endswith(reason))]
+        known_in_short = answer.in_short(known, self.warnings.held or ())
         lines = [line for line in made["answer"] if line != status]
-        self.bar.say("\n".join([said, *answer.in_short(known), *lines]))  # at once: in a notebook each replaces the one before
+        self.bar.say("\n".join([said, *known_in_short, *lines]))  # at once: in a notebook each replaces the one before
 
     def _start_to_draw(self, status: str) -> Increment | None:
         """The initial state, to draw where the first increment failed."""

@@ -22,14 +22,14 @@ log = logging.getLogger("prensa")
 class Warnings(logging.Handler):
     """Keeps the texts of warnings, each once, with what each is about (see `answer.ABOUT`), and passes them on.
 
-    ``recent``: those that were passed on since somebody last emptied it.
+    ``held``: those of the end of a run, which its last lines show, in place of passing them on; None before.
     """
 
     def __init__(self, known: list[str], report: Callable[[str], None], about: Mapping[str, str] | None = None) -> None:
         super().__init__(logging.WARNING)
         self.texts, self._report = list(known), report
         self.about = {text: "case" for text in known} | dict(about or {})
-        self.recent: list[str] = []
+        self.held: list[str] | None = None
 
     def emit(self, record: logging.LogRecord) -> None:
         """Keep one record."""
@@ -37,8 +37,10 @@ class Warnings(logging.Handler):
         if text not in self.texts:
             self.texts.append(text)
             self.about[text] = _about(record)
-            self.recent.append(text)
-            self._report(text)
+            if self.held is None:
+                self._report(text)
+            else:
+                self.held.append(text)
 
 
 def _about(record: logging.LogRecord) -> str:

@@ -77,7 +77,7 @@ def _scene(stored: Stored, frames: list[int]) -> tuple[dict[str, Any], str]:
         "history": history,
         "leading": leading_tool(stored.history, problem),
         "capacities": _capacities(stored, rows),
-        "mirror": plot.mirror_lines(increments[0], problem, stored.mirror) if increments else [],
+        **(_mirrored(stored, increments[0]) if increments else {"mirror": [], "images": []}),
         "offered": _offered(stored, increments) if increments else [],
     }  # fmt: skip
     made |= (_in_space if problem.space == "solid" else _in_plane)(stored, increments, packer)
@@ -98,9 +98,10 @@ def _in_plane(stored: Stored, increments: list[Increment], packer: Packer) -> di
 def _in_space(stored: Stored, increments: list[Increment], packer: Packer) -> dict[str, Any]:
     """The same in space, where the pressure of a contact is a field of the bodies' outsides."""
     problem, groups = stored.problem, list(_same_mesh(increments))
+    images = plot.images(plot.mirror_lines(increments[0], problem, stored.mirror)) if increments else []
     return {
         "tools": scene_in_space.tools(problem, list(stored.placements), increments, packer),
-        **scene_in_space.bodies(problem, groups, increments, packer),
+        **scene_in_space.bodies(problem, groups, increments, packer, images),
         "contacts": [],
         "box": scene_in_space.box(increments),
         "view": list(view_angles(TOOL_SIDE, increments[-1])) if increments else [0.0, 0.0],
@@ -172,13 +173,27 @@ def _unmoved(state: Any) -> Any:
     return replace(state, place=type(state.place)(0.0, 0.0, 0.0))
 
 
+def _mirrored(stored: Stored, first: Increment) -> dict[str, Any]:
+    """Planes of symmetry: in the plane axis that changes sign and coordinate; in space the normal and its product with a place.
+
+    There also the images of what was modelled: rows of each turn, and its shift.
+    """
+    planes = plot.mirror_lines(first, stored.problem, stored.mirror)
+    if stored.problem.space != "solid":
+        return {"mirror": [plane.line for plane in planes], "images": []}
+    pairs = ((image.turn, image.shift) for image in plot.images(planes))
+    copies = [np.concatenate([turn.ravel(), shift]).tolist() for turn, shift in pairs if turn is not None and shift is not None]
+    return {"mirror": [[*plane.normal, plane.at] for plane in planes], "images": copies}
+
+
 def _offered(stored: Stored, increments: list[Increment]) -> list[tuple[int, float, str]]:
     """Further lines at which the section may be mirrored: axis that changes sign, coordinate, side.
 
     Those are straight ends of the bodies that never move along their normal; whether they are lines of symmetry or rest on
     something, the reader knows.
     """
-    taken = {axis for axis, _ in plot.mirror_lines(increments[0], stored.problem, stored.mirror)}
+    planes = plot.mirror_lines(increments[0], stored.problem, stored.mirror)
+    taken = {axis for plane in planes for axis, n in enumerate(plane.normal) if n}  # the images of others are at right angles
     X = np.vstack([b.X for b in increments[0].bodies.values()])
     same = [i for i in increments if sum(len(b.X) for b in i.bodies.values()) == len(X)]
     low, high = X.min(axis=0), X.max(axis=0)

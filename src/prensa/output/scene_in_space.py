@@ -14,10 +14,12 @@ import numpy as np
 from prensa.measures.tool_outlines import motion
 from prensa.model.problem import Problem
 from prensa.output import plot, style
+from prensa.output.mirrors import Image
 from prensa.output.packing import PLACE_BITS, VALUE_BITS, Packer
 from prensa.output.solid import Shell, shell
 from prensa.output.spatial import contact_pressures
 from prensa.output.tool_surfaces import frame_box, surface
+from prensa.precision import DRAWN
 from prensa.result.increment import Increment
 from prensa.types import Array
 
@@ -45,9 +47,13 @@ def values_of(increment: Increment, body: str, field: str, seen: Shell) -> Array
 
 
 def bodies(
-    problem: Problem, groups: Sequence[tuple[int, int]], increments: Sequence[Increment], packer: Packer
-) -> dict[str, Any]:
-    """``groups``: runs of frames with one mesh; ``fields``: their labels, colours and ranges; ``middle`` of the sections."""
+    problem: Problem, groups: Sequence[tuple[int, int]], increments: Sequence[Increment], packer: Packer,
+    images: Sequence[Image] = (),
+) -> dict[str, Any]:  # fmt: skip
+    """``groups``: runs of frames with one mesh; ``fields``: their labels, colours and ranges; ``middle`` of the sections.
+
+    ``images``: of what was modelled, in which components may be larger than in itself.
+    """
     fields = plot.fields_of(problem, increments)
     if any(c.status.any() for i in increments for c in i.contacts.values()):
         fields.append(PRESSED)
@@ -72,7 +78,8 @@ def bodies(
                            for f in fields if not f.startswith("displacement")},
             })  # fmt: skip
         made.append({"first": first, "last": last, "bodies": described})
-    return {"groups": made, "fields": [_described(problem, f, *ends[f]) for f in fields], "middle": at}
+    return {"groups": made, "fields": [_described(problem, f, *_with_images(f, ends[f], increments, images)) for f in fields],
+            "middle": at}  # fmt: skip
 
 
 def _ranges(
@@ -84,6 +91,18 @@ def _ranges(
                   for name, s in all_of.items()]  # fmt: skip
         found[field] = (float(min(v.min() for v in values)), float(max(v.max() for v in values)))
     return found
+
+
+def _with_images(
+    field: str, ends: tuple[float, float], increments: Sequence[Increment], images: Sequence[Image]
+) -> tuple[float, float]:
+    """Range of a field over the bodies and their inclined images: across an axis a component changes its sign alone."""
+    inclined = [i for i in images if i.turn is not None and np.abs(i.turn - np.diag(np.diag(i.turn))).max() > DRAWN]
+    if "." not in field or not inclined:
+        return ends
+    own = [(b, plot.field_values(b, field)) for i in increments for b in i.bodies.values()]
+    values = [image.values(field, b, v) for b, v in own for image in inclined]
+    return min(ends[0], *(float(v.min()) for v in values)), max(ends[1], *(float(v.max()) for v in values))
 
 
 def _described(problem: Problem, field: str, low: float, high: float) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from prensa.mesh.mesh import Mesh
 from prensa.model.problem import Problem
 from prensa.output import style
 from prensa.output.cells import MOST_EDGES, covered
-from prensa.output.mirrors import Image
+from prensa.output.mirrors import Whole
 from prensa.output.spatial import VIEWS, Faces, directions, ends_of, frame, glass_of, outer_sides, paint, upright
 from prensa.precision import SMALLEST
 from prensa.solver.time_stepping import at_rest
@@ -68,7 +68,7 @@ def sketch_in_space(problem: Problem, meshes: Mapping[str, Mesh], system: System
         for k, angles in enumerate(((turn, lift), (turn + 180.0, -lift))):
             axes: Any = figure.add_subplot(1, 2, k + 1, projection="3d", computed_zorder=False)
             eye = directions(*angles)[2]
-            glass = glass_of(first, problem, [(Image(), 1.0)], None, eye) if first is not None else None
+            glass = glass_of(first, problem, Whole(), None, eye) if first is not None else None
             box = ends_of(bodies.x.reshape(-1, 3) if glass is None else np.concatenate([bodies.x, glass.x]).reshape(-1, 3))
             frame(axes, box, problem, angles)
             mesh_lines = len(bodies.x) // 2 <= MOST_EDGES

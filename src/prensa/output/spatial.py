@@ -13,14 +13,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from prensa.errors import PrensaError
+from prensa.geometry.reflections import Plane
 from prensa.mesh.bricks import outside
 from prensa.mesh.level_set import level_set
 from prensa.model.names import suggest
 from prensa.model.problem import Problem, tools_removed
 from prensa.output import raster, style
 from prensa.output.cells import MOST_EDGES, covered, to_corners
-from prensa.output.mirrors import Image
+from prensa.output.mirrors import Image, Whole
 from prensa.output.tool_surfaces import frame_box, surface
+from prensa.precision import DRAWN
 from prensa.result.increment import BodyState, Increment
 from prensa.types import Array, Flags, Index
 
@@ -55,7 +57,7 @@ class Look:
 
 
 class Faces(NamedTuple):
-    """Triangles of all copies: ``x`` (t, 3, 3) corners, ``values`` (t, 3), ``sides`` (t, 3) drawn, ``off`` (t, 3) cut away."""
+    """Triangles of all images: ``x`` (t, 3, 3) corners, ``values`` (t, 3), ``sides`` (t, 3) drawn, ``off`` (t, 3) cut away."""
 
     x: Array
     values: Array
@@ -64,12 +66,10 @@ class Faces(NamedTuple):
 
 
 def picture(
-    increment: Increment, problem: Problem, values: Callable[[str, BodyState], Array], label: str, colours: str,
-    ends: tuple[float, float], title: str, copies: Sequence[tuple[Image, float]], look: Look,
+    increment: Increment, problem: Problem, values: Callable[[str, BodyState, Image], Array], label: str, colours: str,
+    ends: tuple[float, float], title: str, whole: Whole, look: Look,
 ) -> Figure:  # fmt: skip
-    """Deformed bodies seen from outside; ``values`` (n,) at the nodes of a body, ``label`` and colour map of them.
-
-    ``copies``: images of the bodies, and the sign of the values there.
+    """Deformed bodies and their images seen from outside; ``values`` (n,) at the nodes of one, ``label`` and colour map of them.
 
     Raises
     ------
@@ -84,9 +84,9 @@ def picture(
 
     from prensa.output.picture import Picture
 
-    angles, cut = view_angles(look.view, increment), _cut(look.section, increment, copies)
+    angles, cut = view_angles(look.view, increment), _cut(look.section, increment, whole)
     eye = directions(*angles)[2]
-    faces = _faces(increment, values, copies, cut, eye)
+    faces = _faces(increment, values, whole, cut, eye)
     with style.styled():
         figure = Picture(figsize=look.size or (5.4, 4.4), layout="constrained", dpi=look.dpi)
         FigureCanvasAgg(figure)
@@ -94,7 +94,7 @@ def picture(
         scale, shades = Normalize(*ends), colormaps[colours]
         left = faces.x[(faces.off <= 0.0).any(axis=1)].reshape(-1, 3)
         box = np.reshape(look.box, (3, 2)).T if look.box is not None else ends_of(left)
-        glass = glass_of(increment, problem, copies, cut, eye) if look.tools else None
+        glass = glass_of(increment, problem, whole, cut, eye) if look.tools else None
         if glass is not None and look.box is not None:
             middle = glass.x.mean(axis=1)
             glass = Faces(*(v[((middle >= box[0]) & (middle <= box[1])).all(axis=1)] for v in glass))
@@ -109,9 +109,9 @@ def picture(
     return figure
 
 
-def with_tools(increment: Increment, problem: Problem, copies: Sequence[tuple[Image, float]], box: Array) -> Array:
-    """Lowest and highest (2, 3) of what a picture shows: a box (2, 3) about all copies of the bodies, and tools before them."""
-    glass = glass_of(increment, problem, copies, None, np.zeros(3))
+def with_tools(increment: Increment, problem: Problem, whole: Whole, box: Array) -> Array:
+    """Lowest and highest (2, 3) of what a picture shows: a box (2, 3) about all images of the bodies, and tools before them."""
+    glass = glass_of(increment, problem, whole, None, np.zeros(3))
     return box if glass is None else ends_of(np.concatenate([box, glass.x.reshape(-1, 3)]))
 
 
@@ -174,12 +174,12 @@ def directions(turn: float, lift: float) -> Array:
     return np.stack([right, np.cross(eye, right), eye])
 
 
-def _cut(section: str, increment: Increment, copies: Sequence[tuple[Image, float]]) -> tuple[int, float] | None:
-    """Axis and coordinate of a plane across the initial bodies; through the middle of all copies if no coordinate is given."""
+def _cut(section: str, increment: Increment, whole: Whole) -> tuple[int, float] | None:
+    """Axis and coordinate of a plane across the initial bodies; through the middle of all images if no coordinate is given."""
     if not section:
         return None
     name, _, at = section.partition("=")
-    X = np.vstack([image.of(b.X) for image, _ in copies for b in increment.bodies.values()])
+    X = np.vstack([image.of(b.X) for image in whole.images for b in increment.bodies.values()])
     try:
         axis = "xyz".index(name.strip())
         coordinate = float(at) if at else 0.5 * float(X[:, axis].min() + X[:, axis].max())
@@ -192,21 +192,19 @@ def _cut(section: str, increment: Increment, copies: Sequence[tuple[Image, float
 
 
 def _faces(
-    increment: Increment, values: Callable[[str, BodyState], Array], copies: Sequence[tuple[Image, float]],
-    cut: tuple[int, float] | None, eye: Array,
+    increment: Increment, values: Callable[[str, BodyState, Image], Array], whole: Whole, cut: tuple[int, float] | None,
+    eye: Array,
 ) -> Faces:  # fmt: skip
-    """Outsides and sections of all copies, without sides that lie on planes of symmetry, inside of the whole."""
-    lines = copies[-1][0].lines
+    """Outsides and sections of all images, without sides that lie on planes of symmetry, inside of the whole."""
     parts = []
     for name, body in increment.bodies.items():
-        value, faces = values(name, body), outside(body.cells)
-        size = float(np.ptp(body.X, axis=0).max())
-        for axis, at in lines:
-            if cut is None or axis != cut[0]:
-                faces = faces[(np.abs(body.X[faces, axis] - at) > 1e-9 * size).any(axis=1)]
+        faces, size = outside(body.cells), float(np.ptp(body.X, axis=0).max())
+        for plane in whole.planes:
+            if cut is None or not _along_cut(plane, whole.images, cut[0]):
+                faces = faces[(np.abs(plane.distance(body.X[faces])) > 1e-9 * size).any(axis=1)]
         triangles, sides = covered(faces), outer_sides(faces)
-        for image, sign in copies:
-            x, X = image.of(body.x), image.of(body.X)
+        for image in whole.images:
+            x, X, value = image.of(body.x), image.of(body.X), values(name, body, image)
             off = np.full(len(X), -1.0)
             if cut is not None:
                 beyond = (X[:, cut[0]] - cut[1]) * (-1.0 if eye[cut[0]] < 0.0 else 1.0)
@@ -214,10 +212,16 @@ def _faces(
                 found = level_set(body.cells, -beyond)
                 cap = found.triangles
                 none = np.zeros(cap.shape, bool)
-                parts.append(Faces(found.of(x)[cap], sign * found.of(value)[cap], none, none - 1.0))
+                parts.append(Faces(found.of(x)[cap], found.of(value)[cap], none, none - 1.0))
                 off = beyond
-            parts.append(Faces(x[triangles], sign * value[triangles], sides, off[triangles]))
+            parts.append(Faces(x[triangles], value[triangles], sides, off[triangles]))
     return Faces(*(np.concatenate(arrays) for arrays in zip(*parts)))
+
+
+def _along_cut(plane: Plane, images: Sequence[Image], axis: int) -> bool:
+    """Whether an image of a plane of symmetry lies across an axis, where a section may show the sides on it."""
+    turns = (np.eye(3) if image.turn is None else image.turn for image in images)
+    return any(abs(turn[axis] @ np.asarray(plane.normal)) > 1.0 - DRAWN for turn in turns)
 
 
 def outer_sides(faces: Index) -> Flags:
@@ -230,8 +234,8 @@ def outer_sides(faces: Index) -> Flags:
 
 
 def glass_of(
-    increment: Increment, problem: Problem, copies: Sequence[tuple[Image, float]], cut: tuple[int, float] | None, eye: Array
-) -> Faces | None:  # fmt: skip
+    increment: Increment, problem: Problem, whole: Whole, cut: tuple[int, float] | None, eye: Array
+) -> Faces | None:
     """Surfaces of the tools near the bodies, cut like these, if they are not removed; ``values``: how high their chords are."""
     if any(step.name == increment.step and tools_removed(problem, k) for k, step in enumerate(problem.steps)):
         return None
@@ -245,7 +249,7 @@ def glass_of(
         t = made.triangles
         way = np.roll(made.points[t], -1, axis=1) - made.points[t]
         chords = 0.25 * np.abs(np.einsum("tci,tci->tc", way, made.normals[t]))  # R θ²/2 from an end, R θ²/8 in the middle
-        for image, _ in copies:
+        for image in whole.images:
             x = image.of(made.at(state))
             off = np.full(len(x), -1.0) if cut is None else (x[:, cut[0]] - cut[1]) * (-1.0 if eye[cut[0]] < 0.0 else 1.0)
             parts.append(Faces(x[t], chords, np.zeros(t.shape, bool), off[t]))

@@ -27,7 +27,7 @@ from prensa.model.feed import ends_early
 from prensa.model.metals import metals_of
 from prensa.model.problem import Case, Problem
 from prensa.model.schema import plain
-from prensa.output import answer, checkpoint, damage, history, lock, measured, passages, press, runlog
+from prensa.output import answer, checkpoint, damage, history, lock, measured, passages, press, runlog, whole
 from prensa.output.edges import Edges
 from prensa.output.files import Contents, write_text
 from prensa.output.stored import Placement, Stored
@@ -77,6 +77,7 @@ def summarise(directory: Path, system: System, case: Case, state: State | None, 
         **({"damage": _located(directory, system, case, tables)} if known["status"] in ENDED else {}),
         "fill": _fill(directory, system, case) if known["status"] in ENDED else {},
         "wear": _wear(directory, system, case) if known["status"] in ENDED else {},
+        "part": whole.part_of_whole(system, case),
         "folds": [w for w in known["warnings"] if FOLDS in w],
         "case": text,
     }

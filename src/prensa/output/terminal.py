@@ -77,6 +77,11 @@ class Display:
         """A warning in words, with its place in the case where that is known."""
 
     @property
+    def quiet(self) -> bool:
+        """Whether it shows warnings alone."""
+        return self._quiet
+
+    @property
     def has_bar(self) -> bool:
         """Whether there is something to show a bar on."""
         return not self._quiet and self._line is None and self._console.is_terminal

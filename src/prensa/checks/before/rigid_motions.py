@@ -15,6 +15,7 @@ from prensa.errors import Finding, Severity
 from prensa.geometry.plane import turned
 from prensa.linear.rigid_modes import CLOSED, Frame, along_all, free_in_words, free_motions, rows_of, support_rows
 from prensa.model.problem import tools_removed
+from prensa.system.contact_surfaces import always_held
 from prensa.system.moments import stages
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
@@ -106,16 +107,18 @@ def _symmetry(system: System, body: str, frame: Frame, held: Array) -> Iterator[
     """Flat sides that contact alone holds along their normal and in whose plane a tool stands: planes of symmetry, it seems.
 
     What half of a ball, or of any tool, presses on is pushed aside: contact holds a body along a direction where its normals
-    point both ways, and friction as far as it goes. The reference points of planes say nothing of where they stand.
+    point both ways, and friction as far as it goes. The reference points of planes say nothing of where they stand. A body that
+    other supports hold, such as a base held all ways, lacks a plane where half of a tool pushes it aside.
     """
-    left = free_motions(system, held)
-    if system.dofs.dimension == 2 or not len(left):
+    if system.dofs.dimension == 2:
         return
+    left, always = free_motions(system, held), always_held(system.problem, body, system.meshes[body])
     u = system.initial().u
     x, mine = system.positions(u), [s for s in system.tool_contacts if s.body == body]
     masters = [system.tool_masters[s.against] for s in mine]
     normals = np.concatenate([left[:0, :3], *(m.seen(x[s.points.nodes], u).n for s, m in zip(mine, masters))])
     at = [m.tool.at for m in masters if not m.tool.shape.half_space]
+    touched = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(s.points.nodes for s in mine)]))
     mesh, lacking = system.meshes[body], dict[tuple[int, float], str]()
     for side, faces in mesh.edges.items():
         x = mesh.points[np.unique(faces)]
@@ -124,7 +127,10 @@ def _symmetry(system: System, body: str, frame: Frame, held: Array) -> Iterator[
         here = any(abs(float(p[axis]) - level) < NO_DIFFERENCE * frame.size for p in at)
         flat = np.ptp(x[:, axis]) < NO_DIFFERENCE * frame.size
         both_ways = (along > NO_DIFFERENCE).any() and (along < -NO_DIFFERENCE).any()
-        if here and flat and not both_ways and (np.abs(left[:, axis]) > NO_DIFFERENCE).any():
+        free = (np.abs(left[:, axis]) > NO_DIFFERENCE).any()
+        pressed = np.isin(np.unique(faces) + system.offsets[body], touched).all()  # where a flat tool's place says nothing
+        aside = (np.abs(along) > NO_DIFFERENCE).any() and not pressed and not always[faces, axis].all(axis=1).any()
+        if here and flat and not both_ways and (free or aside):
             lacking.setdefault((axis, level), side)
     if lacking:
         names = " and ".join("xyz"[axis] for axis, _ in lacking)
@@ -134,10 +140,13 @@ def _symmetry(system: System, body: str, frame: Frame, held: Array) -> Iterator[
         missing = ", ".join(f"{body}.{side}: {'xyz'[axis]}" for (axis, _), side in lacking.items())
         several = len(lacking) > 1
         pushed = any((np.abs(normals[:, axis]) > NO_DIFFERENCE).any() for axis, _ in lacking)
+        loose = any((np.abs(left[:, axis]) > NO_DIFFERENCE).any() for axis, _ in lacking)
+        alone = f"only {'contact' if pushed else 'friction'} holds it along {names}"
+        beside = f"half of a tool pushes it aside along {names}"
         yield Finding(
             f"bodies.{body}",
-            f"only {'contact' if pushed else 'friction'} holds it along {names}, and a tool stands in the plane{'s' * several} "
-            f"{planes}: if {'those are planes' if several else 'that is a plane'} of symmetry, 'fixed' lacks '{missing}'",
+            f"{alone if loose else beside}, and a tool stands in the plane{'s' * several} {planes}: if "
+            f"{'those are planes' if several else 'that is a plane'} of symmetry, 'fixed' lacks '{missing}'",
         )
 
 

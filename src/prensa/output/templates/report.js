@@ -105,7 +105,7 @@ function bodiesNow() {  // of the group of the frame: places, values, cells
   return group.bodies.map(b => {
     const [X, Y, Z] = unpack(b.X), moved = (at, u) => Float64Array.from(at, (a, i) => a + scale * u[i]);
     const x = moved(X, unpack(b.u[0])[k]), y = moved(Y, unpack(b.u[1])[k]), z = Z && moved(Z, unpack(b.u[2])[k]);
-    return {b, x, y, z, X, Y, Z, value: valuesOf(b, k)};
+    return {b, k, x, y, z, X, Y, Z, value: valuesOf(b, k)};
   });
 }
 function valuesOf(b, k) {  // of the field that is shown, at the k-th frame of a group
@@ -157,10 +157,10 @@ function divided(body, copies, px, py) {  // facets with one value each; cells o
 function pieces(x, y, pairs, into) {  // segments as one broken line
   for (const [a, b] of pairs) { into.x.push(x[a], x[b], NaN); into.y.push(y[a], y[b], NaN); }
 }
-function images() {  // lines of symmetry that are switched on → functions of (points, axis)
+const ticked = () => scene.offered.filter(([, , side]) => $("mirror-" + side).checked);
+function images() {  // in the plane, lines of symmetry that are switched on → functions of (points, axis)
   let found = [[]];
-  const asked = scene.offered.filter(([, , side]) => $("mirror-" + side).checked);
-  for (const line of [...($("mirror").checked ? scene.mirror : []), ...asked]) found = [...found, ...found.map(l => [...l, line])];
+  for (const line of [...($("mirror").checked ? scene.mirror : []), ...ticked()]) found = [...found, ...found.map(l => [...l, line])];
   return found;
 }
 function inside(body, edge, copies) {  // whether a side of the body lies on a line of symmetry that is switched on
@@ -169,8 +169,6 @@ function inside(body, edge, copies) {  // whether a side of the body lies on a l
 }
 const flip = (values, lines, axis) => lines.reduce((v, [a, at]) => a === axis ? Array.from(v, c => 2 * at - c) : v, values);
 function sign(lines) {
-  const letters = state.field.split(".")[1] || "";
-  if (scene.solid) return lines.reduce((s, [a]) => letters.split("xyz"[a]).length % 2 ? s : -s, 1);
   if (state.field === "stress.xy") return lines.length % 2 ? -1 : 1;
   const axis = "xy".indexOf(state.field.split(".")[1] || "-");
   return state.field.startsWith("displacement.") && lines.some(([a]) => a === axis && !(a === 0 && scene.axisymmetric)) ? -1 : 1;
@@ -327,7 +325,7 @@ function shape(b, hidden) {  // triangles and sides of its faces but those on hi
   if (known[name]) return known[name];
   const [flat] = unpack(b.facets), a = b.corners, faces = [], lines = [], seen = new Set(), places = unpack(b.X), [X, Y, Z] = places;
   const size = Math.max(...[0, 1, 2].map(k => scene.box[2 * k + 1] - scene.box[2 * k]));
-  const on = hidden.map(([axis, at]) => places[axis].map(v => Math.abs(v - at) < 1e-6 * size ? 1 : 0));
+  const on = hidden.map(([n, m, l, at]) => X.map((x, i) => Math.abs(n * x + m * Y[i] + l * Z[i] - at) < 1e-6 * size ? 1 : 0));
   const inside = {3: [0, 1, 2], 4: [0, 1, 2, 0, 2, 3], 6: [0, 3, 5, 3, 1, 4, 5, 4, 2, 3, 4, 5]}[a], ring = a === 6 ? [0, 3, 1, 4, 2, 5] : [...Array(a).keys()];
   for (let f = 0; f < flat.length; f += a) {
     if (on.some(nodes => ring.every(k => nodes[flat[f + k]]))) continue;
@@ -347,6 +345,29 @@ function together(x, y, z) {
   for (let i = 0; i < x.length; i++) { out[3 * i] = x[i]; out[3 * i + 1] = y[i]; out[3 * i + 2] = z[i]; }
   return out;
 }
+const AS_IT_IS = {turn: [1, 0, 0, 0, 1, 0, 0, 0, 1], shift: [0, 0, 0]};
+const placed = ({turn, shift}, p) => [0, 1, 2].map(r => turn[3 * r] * p[0] + turn[3 * r + 1] * p[1] + turn[3 * r + 2] * p[2] + shift[r]);
+function planes() {  // of symmetry in space that are switched on: normals, and their products with a place
+  return [...($("mirror").checked ? scene.mirror : []), ...ticked().map(([axis, at]) => [...[0, 1, 2].map(k => k === axis ? 1 : 0), at])];
+}
+function turned() {  // what was modelled and its images about these planes; those offered stand at right angles to all others
+  let found = [AS_IT_IS, ...($("mirror").checked ? scene.images : []).map(v => ({turn: v.slice(0, 9), shift: v.slice(9)}))];
+  for (const [axis, at] of ticked()) found = [...found, ...found.map(({turn, shift}) => ({
+    turn: turn.map((v, k) => Math.floor(k / 3) === axis ? -v : v), shift: shift.map((v, k) => k === axis ? 2 * at - v : v)}))];
+  return found;
+}
+function valuesIn(copy, body) {  // of an image: components are those of turned vectors and stresses
+  const [kind, letters] = state.field.split("."), {b, k} = body, R = copy.turn;
+  if (copy === AS_IT_IS || !letters || !["displacement", "stress"].includes(kind)) return body.value;
+  const [i, j] = Array.from(letters, c => "xyz".indexOf(c)), out = new Float64Array(body.value.length);
+  const add = (v, factor) => { if (factor) for (let n = 0; n < out.length; n++) out[n] += factor * v[n]; };
+  if (kind === "displacement") { for (const a of [0, 1, 2]) add(unpack(b.u[a])[k], R[3 * i + a]); return out; }
+  for (const name of ["xx", "yy", "zz", "xy", "yz", "xz"]) {
+    const [p, q] = Array.from(name, c => "xyz".indexOf(c)), there = R[3 * i + p] * R[3 * j + q];
+    add(unpack(b.fields[`stress.${name}`])[k], p === q ? there : there + R[3 * i + q] * R[3 * j + p]);
+  }
+  return out;
+}
 async function space() {
   if (!frames.length) return;
   const canvas = $("turned"), viewer = window.prensaSpace.viewer(canvas);
@@ -357,26 +378,34 @@ async function space() {
   select.value = state.field;
   [cam.turn, cam.lift] = scene.view;
   const tools = scene.tools.map(t => ({x: together(...unpack(t.X)), n: together(...unpack(t.N).map(row => Float32Array.from(row, v => v / 127 - 1))), faces: Uint32Array.from(unpack(t.facets)[0]), moves: t.moves}));
-  const still = lines => ({flip: [0, 1, 2].map(k => lines.some(([a]) => a === k) ? -1 : 1),
-    shift: [0, 1, 2].map(k => lines.reduce((s, [a, at]) => a === k ? 2 * at : s, 0)), factor: sign(lines)});
   const place = m => Float32Array.from([m[0], m[3], m[6], 0, m[1], m[4], m[7], 0, m[2], m[5], m[8], 0, m[9], m[10], m[11], 1]);
   let now = null, asked = false, covered = false;  // covered: tools were hidden for the pressure under them
   function ends(parts, field) {
     let {low, high} = field;
     if ($("range").value === "now") {
       [low, high] = [Infinity, -Infinity];
-      for (const p of parts) for (const v of p.v) { low = Math.min(low, v); high = Math.max(high, v); }
+      for (const p of parts) for (const values of new Set(p.v)) for (const v of values) { low = Math.min(low, v); high = Math.max(high, v); }
     }
     if (field.map !== "viridis") { high = Math.max(Math.abs(low), Math.abs(high)); low = -high; }
     return [low, high > low ? high : low + 1];
   }
   function prepare() {
-    const field = fieldOf(state.field), copies = images(), axis = "xyz".indexOf($("cut").value || "-");
-    const hidden = copies[copies.length - 1].filter(([a]) => a !== axis);  // sides on planes of symmetry are inside of the whole
-    const parts = bodiesNow().map(body => ({...shape(body.b, hidden), x: together(body.x, body.y, body.z), v: Float32Array.from(body.value)}));
-    const line = copies[copies.length - 1].find(([a]) => a === axis);
-    now = {parts, copies: copies.map(still), palette: scene.palettes[field.map], ends: ends(parts, field), lines: $("mesh").checked,
-      cut: axis < 0 ? null : {axis, at: line ? line[1] : scene.middle[axis]}, caps: !line,
+    const field = fieldOf(state.field), axis = "xyz".indexOf($("cut").value || "-");
+    let copies = turned(), sides = planes();
+    // where an image of a side on a plane of symmetry lies across the cut, it closes the cut; others are inside of the whole
+    const across = plane => copies.find(({turn}) => axis >= 0 && Math.abs([0, 1, 2].reduce((s, k) => s + turn[3 * axis + k] * plane[k], 0)) > 1 - 1e-9);
+    const line = sides.find(across);
+    if (axis >= 0 && !line && copies.some(({turn}) => Math.abs(turn[4 * axis]) < 1 - 1e-9)) {
+      copies = [AS_IT_IS]; sides = [];  // the cut through turned images is not in the page: what was modelled is shown
+    }
+    const hidden = sides.filter(plane => !across(plane));
+    const parts = bodiesNow().map(body => {
+      const own = Float32Array.from(body.value);
+      const v = copies.map(copy => { const values = valuesIn(copy, body); return values === body.value ? own : Float32Array.from(values); });
+      return {...shape(body.b, hidden), x: together(body.x, body.y, body.z), v};
+    });
+    now = {parts, copies, palette: scene.palettes[field.map], ends: ends(parts, field), lines: $("mesh").checked,
+      cut: axis < 0 ? null : {axis, at: line ? placed(across(line), line.slice(0, 3).map(v => v * line[3]))[axis] : scene.middle[axis]}, caps: !line,
       tools: $("tools").checked ? tools.map(t => ({...t, place: place(t.moves[state.frame])})) : []};
     bar(field, now.ends);
     paint();
@@ -399,10 +428,10 @@ async function space() {
   }
   function fit() {
     const box = scene.box.slice();
-    for (const lines of images()) for (const [axis, at] of lines) {
-      const a = 2 * at - scene.box[2 * axis], b = 2 * at - scene.box[2 * axis + 1];
-      box[2 * axis] = Math.min(box[2 * axis], a, b); box[2 * axis + 1] = Math.max(box[2 * axis + 1], a, b);
-    }
+    for (const copy of turned()) for (let corner = 0; corner < 8; corner++)
+      placed(copy, [0, 1, 2].map(k => scene.box[2 * k + (corner >> k & 1)])).forEach((v, k) => {
+        box[2 * k] = Math.min(box[2 * k], v); box[2 * k + 1] = Math.max(box[2 * k + 1], v);
+      });
     cam.fit(box, canvas.clientWidth / Math.max(canvas.clientHeight, 1));
   }
   window.prensaSpace.steer(canvas, cam, paint, (x, y) => {
@@ -720,7 +749,7 @@ function player() {
   });
   const cells = scene.groups[0].bodies.reduce((n, b) => n + b.elements, 0);
   $("mesh").checked = cells <= EDGES;
-  $("mirror").checked = scene.mirror.length > 0 && cells * 2 ** scene.mirror.length <= 2 * SMOOTH;
+  $("mirror").checked = scene.mirror.length > 0 && cells * (scene.solid ? scene.images.length + 1 : 2 ** scene.mirror.length) <= 2 * SMOOTH;
   $("mirror").parentElement.hidden = !scene.mirror.length;
   $("offered").innerHTML = scene.offered.map(([, , side]) => `<label><input id="mirror-${side}" type="checkbox"> mirrored at the ${side}</label>`).join(" ");
   label();

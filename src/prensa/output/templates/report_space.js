@@ -3,21 +3,21 @@
 window.prensaSpace = (function () {
 const VERTEX = `#version 300 es
 in vec3 x, X; in float v;
-uniform mat4 view, place; uniform vec3 flip, shift; uniform float lift, tool;
+uniform mat4 view, place; uniform mat3 turn; uniform vec3 shift; uniform float lift, tool;
 out vec3 at, first, normal; out float value;
 void main() {  // X: initial place of a point of a body, normal at a point of a tool
-  at = flip * (place * vec4(x, 1.0)).xyz + shift; value = v;
-  first = tool > 0.0 ? at : flip * X + shift; normal = flip * (place * vec4(X, 0.0)).xyz;
+  at = turn * (place * vec4(x, 1.0)).xyz + shift; value = v;
+  first = tool > 0.0 ? at : turn * X + shift; normal = turn * (place * vec4(X, 0.0)).xyz;
   gl_Position = view * vec4(at, 1.0); gl_Position.z -= lift;
 }`;
 const FRAGMENT = `#version 300 es
 precision highp float;
 in vec3 at, first, normal; in float value;
-uniform vec4 cut, plain; uniform vec3 eye, light; uniform vec2 ends; uniform float factor, lit, tool; uniform sampler2D palette;
+uniform vec4 cut, plain; uniform vec3 eye, light; uniform vec2 ends; uniform float lit, tool; uniform sampler2D palette;
 out vec4 colour;
 void main() {
   if (dot(cut.xyz, first) > cut.w) discard;
-  float t = clamp((factor * value - ends.x) / (ends.y - ends.x), 0.0, 1.0);
+  float t = clamp((value - ends.x) / (ends.y - ends.x), 0.0, 1.0);
   vec4 c = plain.a > 0.0 ? plain : texture(palette, vec2((255.0 * t + 0.5) / 256.0, 0.5));
   vec3 n = normalize(tool > 0.0 ? normal : cross(dFdx(at), dFdy(at)));
   if (dot(n, eye) < 0.0) n = -n;
@@ -69,7 +69,8 @@ function camera() {
   };
 }
 
-// parts: {x, X (3n), v (n), faces, lines, caps: three index arrays}; tools: {x, n (3n) normals, faces, place (16)}; what is drawn is in `state`.
+// parts: {x, X (3n), v: values (n) of each copy, faces, lines, caps: three index arrays}; tools: {x, n (3n) normals, faces, place
+// (16)}; copies: {turn (9, by rows), shift}; what is drawn is in `state`.
 function viewer(canvas) {
   const gl = canvas.getContext("webgl2", {antialias: true, alpha: false});
   if (!gl) return null;
@@ -119,7 +120,7 @@ function viewer(canvas) {
     const ratio = Math.min(window.devicePixelRatio || 1, 2), w = Math.round(canvas.clientWidth * ratio), h = Math.round(canvas.clientHeight * ratio);
     if (canvas.width !== w || canvas.height !== h) { canvas.width = w; canvas.height = h; }
     const {eye, right, up} = cam.axes(), light = [0, 1, 2].map(k => 0.25 * right[k] + 0.55 * up[k] + 0.8 * eye[k]), size = Math.hypot(...light);
-    forget(new Set([...s.parts.flatMap(p => [p.x, p.X, p.v, p.faces, p.lines, ...p.caps]), ...s.tools.flatMap(t => [t.x, t.n, t.faces])]));
+    forget(new Set([...s.parts.flatMap(p => [p.x, p.X, ...p.v, p.faces, p.lines, ...p.caps]), ...s.tools.flatMap(t => [t.x, t.n, t.faces])]));
     gl.viewport(0, 0, w, h);
     gl.clearColor(1, 1, 1, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
@@ -134,17 +135,17 @@ function viewer(canvas) {
     const paint = (plain, lit, lift) => {
       gl.uniform4fv(uniform.plain, plain); gl.uniform1f(uniform.lit, lit); gl.uniform1f(uniform.lift, lift);
     };
-    const mirrored = c => { gl.uniform3fv(uniform.flip, c.flip); gl.uniform3fv(uniform.shift, c.shift); gl.uniform1f(uniform.factor, c.factor); };
+    const mirrored = c => { gl.uniformMatrix3fv(uniform.turn, true, c.turn); gl.uniform3fv(uniform.shift, c.shift); };
     for (const p of s.parts) {
-      arrays([p.x, p.X, p.v]);
-      for (const c of s.copies) {
+      s.copies.forEach((c, k) => {
+        arrays([p.x, p.X, p.v[k]]);
         mirrored(c);
         gl.uniform4fv(uniform.cut, out);
         paint([0, 0, 0, 0], 1, 0);
         elements(gl.TRIANGLES, p.faces);
         if (s.lines) { paint(INK, 0, 2e-4); gl.enable(gl.BLEND); elements(gl.LINES, p.lines); gl.disable(gl.BLEND); }
         if (s.cut && s.caps) { gl.uniform4fv(uniform.cut, [0, 0, 0, 1]); paint([0, 0, 0, 0], 0.35, 0); elements(gl.TRIANGLES, p.caps[s.cut.axis]); }
-      }
+      });
     }
     gl.uniform4fv(uniform.cut, out);
     gl.uniform1f(uniform.tool, 1);
@@ -239,11 +240,12 @@ function picked(canvas, cam, s, px, py) {
   const way = s.cut ? (eye[s.cut.axis] < 0 ? -1 : 1) : 0;
   let best = -Infinity, found = null;
   s.parts.forEach((p, number) => s.copies.forEach(c => {
-    const n = p.v.length, X = new Float64Array(n), Y = new Float64Array(n), Z = new Float64Array(n), off = new Uint8Array(n);
+    const n = p.v[0].length, X = new Float64Array(n), Y = new Float64Array(n), Z = new Float64Array(n), off = new Uint8Array(n);
     for (let i = 0; i < n; i++) {
-      const at = [0, 1, 2].map(k => c.flip[k] * p.x[3 * i + k] + c.shift[k] - cam.centre[k]);
+      const imaged = (x, k) => c.turn[3 * k] * x[3 * i] + c.turn[3 * k + 1] * x[3 * i + 1] + c.turn[3 * k + 2] * x[3 * i + 2] + c.shift[k];
+      const at = [0, 1, 2].map(k => imaged(p.x, k) - cam.centre[k]);
       X[i] = dot(at, right); Y[i] = dot(at, up); Z[i] = dot(at, eye);
-      if (way) off[i] = way * (c.flip[s.cut.axis] * p.X[3 * i + s.cut.axis] + c.shift[s.cut.axis] - s.cut.at) > 1e-6 * cam.depth;
+      if (way) off[i] = way * (imaged(p.X, s.cut.axis) - s.cut.at) > 1e-6 * cam.depth;
     }
     const look = (index, cap) => {
       for (let t = 0; t < index.length; t += 3) {

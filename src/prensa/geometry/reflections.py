@@ -1,0 +1,148 @@
+"""Reflections and the groups that they generate: how many images of a part make the whole, and where they lie.
+
+A part between planes of symmetry is the whole divided by the order of the group of its reflections if it is a chamber of that
+group: any two planes meet inside of it at an angle π/m, and the reflections generate a finite group (Coxeter 1934: the matrix of
+−cos(π/m) is positive definite). Two planes make 2m images, a third across both twice as many; three across one another eight.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from prensa.errors import PrensaError
+from prensa.precision import DRAWN
+from prensa.types import Array
+
+
+class Plane(NamedTuple):
+    """A plane, in the plane a line: unit ``normal`` (d,), into the part, and ``at``, the normal's product with a place on it."""
+
+    normal: tuple[float, ...]
+    at: float
+    name: str = ""
+
+    @property
+    def axis(self) -> int:
+        """Axis along which the normal lies; −1 of an inclined one."""
+        n = np.abs(self.normal)
+        return int(np.argmax(n)) if n.max() == 1.0 else -1
+
+    @property
+    def line(self) -> tuple[int, float]:
+        """Axis of the normal and coordinate along it, of a plane across an axis."""
+        return self.axis, self.at * self.normal[self.axis]
+
+    def distance(self, x: Array) -> Array:
+        """Distance (…) of places (…, d), positive on the side of the part."""
+        return np.asarray(x @ np.asarray(self.normal) - self.at)
+
+
+class NoWhole(PrensaError):
+    """Images about some planes go on without an end, or lie in one another."""
+
+
+def reflection(normal: Sequence[float] | Array) -> Array:
+    """Matrix (d, d) of the reflection across a plane through the origin with a unit normal."""
+    n = np.asarray(normal, dtype=float)
+    return np.asarray(np.eye(len(n)) - 2.0 * np.outer(n, n))
+
+
+def group(normals: Array) -> Array:
+    """Matrices (g, d, d) of the finite group that reflections across planes through the origin generate, the identity first.
+
+    ``normals`` (k, d): as of `chamber`, so that products close.
+    """
+    normals = np.asarray(normals, dtype=float)
+    found = np.eye(normals.shape[-1])[None]
+    mirrors, last = [reflection(n) for n in normals], found
+    while len(last):
+        before = len(found)
+        for made in (mirror @ g for g in last for mirror in mirrors):
+            if np.abs(found - made).max(axis=(1, 2)).min() > DRAWN:
+                found = np.concatenate([found, made[None]])
+        last = found[before:]
+    return found
+
+
+def chamber(planes: Sequence[Plane]) -> Array:
+    """Normals (k, d) of planes, to round-off those of a finite group whose chamber the part between them is.
+
+    Raises
+    ------
+    NoWhole
+        If there is no such group: two planes are parallel, their angle inside the part is not π/m, or images never close.
+
+    """
+    d = len(planes[0].normal) if planes else 3
+    N = np.array([p.normal for p in planes], dtype=float).reshape(-1, d)
+    G = np.eye(len(N))
+    for i, j in combinations(range(len(N)), 2):
+        G[i, j] = G[j, i] = -_cosine(planes[i], planes[j])
+    names = [p.name for p in planes]
+    if len(N) > d or (len(N) and np.linalg.eigvalsh(G).min() < DRAWN):
+        raise NoWhole(f"the images of the part across {_listed(names)} never close to a whole: they do not meet in one place")
+    if np.array_equal(N @ N.T, G):
+        return N
+    values, vectors = np.linalg.eigh(G)
+    root, inverse = (np.asarray((vectors * values**p) @ vectors.T) for p in (0.5, -0.5))
+    u, _, v = np.linalg.svd(inverse @ N, full_matrices=False)  # the nearest frame in which the angles are exact
+    return np.asarray(root @ u @ v)
+
+
+def _cosine(a: Plane, b: Plane) -> float:
+    """Cosine of the angle π/m between two planes inside of the part."""
+    cosine = float(np.dot(a.normal, b.normal))
+    angle = float(np.arctan2(_sine(a, b), -cosine))
+    if angle < DRAWN or angle > np.pi - DRAWN:
+        raise NoWhole(f"{a.name!r} and {b.name!r} are parallel: the images of the part across both go on without an end")
+    m = round(np.pi / angle)
+    if abs(angle - np.pi / m) > DRAWN:
+        raise NoWhole(
+            f"{a.name!r} and {b.name!r} meet at {np.degrees(angle):.6g}°, which is 180° over no whole number (90°, 60°, 45°, …): "
+            "the images of the part do not close to a whole"
+        )
+    return 0.0 if m == 2 else float(np.cos(np.pi / m))
+
+
+def _sine(a: Plane, b: Plane) -> float:
+    """Sine of the angle between two normals, as small as it may be."""
+    n, m = np.asarray(a.normal), np.asarray(b.normal)
+    return float(np.linalg.norm(m - (n @ m) * n))
+
+
+def _listed(names: Sequence[str]) -> str:
+    quoted = [repr(n) for n in names]
+    return ", ".join(quoted[:-1]) + f" and {quoted[-1]}" if len(quoted) > 1 else "".join(quoted)
+
+
+def distinct(planes: Sequence[Plane], near: float) -> list[Plane]:
+    """Planes without those that lie in an earlier one, to a distance ``near``."""
+    out: list[Plane] = []
+    for p in planes:
+        same = (np.dot(p.normal, q.normal) > 1.0 - DRAWN**2 and not abs(p.at - q.at) > near for q in out)
+        if not any(same):
+            out.append(p)
+    return out
+
+
+def kept_by(matrices: Array, ways: Array, turns: Array) -> Array:
+    """The group (h, d, d) of those reflections among some that keep directions ``ways`` (n, d) and axes of ``turns`` (n, 3).
+
+    An axis of a turn is kept by the reflection across it, not by those along it, which turn it round. What moves along a
+    direction is one with its images across the planes along it (Steinberg 1964: they generate all that keep it).
+    """
+    d = matrices.shape[1]
+    mirrors = [g for g in matrices if abs(np.trace(g) - (d - 2)) < DRAWN and np.linalg.det(g) < 0.0]
+    size = max(float(np.abs(ways).max(initial=0.0)), np.finfo(float).tiny)
+    spin = max(float(np.abs(turns).max(initial=0.0)), np.finfo(float).tiny)
+    own = []
+    for g in mirrors:
+        same = np.abs(ways @ g.T - ways).max(initial=0.0) <= DRAWN * size
+        if same and np.abs(turns @ -g.T - turns).max(initial=0.0) <= DRAWN * spin:
+            values, vectors = np.linalg.eigh(g)
+            own.append(vectors[:, np.argmin(values)])
+    return group(np.array(own).reshape(-1, d))

@@ -1,0 +1,244 @@
+"""The whole of which a part was modelled: whether sides are planes of symmetry, and forces of the whole.
+
+The whole is the part times the order of the group that the reflections across its planes generate. A tool is one with its images
+across the planes along which it moves; with the group H of these and the force f on what is modelled, the whole has Σ R f over H:
+the part of f along all of these planes, as often as H has elements. Across the others stand other tools.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from prensa.errors import Finding, PrensaError, Severity
+from prensa.geometry.reflections import NoWhole, Plane, chamber, distinct, group, kept_by
+from prensa.mesh.mesh import Mesh
+from prensa.model.press import drives
+from prensa.model.problem import Case, Problem
+from prensa.output.mirrors import ENDS, plane_of
+from prensa.precision import DRAWN, NEGLIGIBLE
+from prensa.system.moments import stages
+from prensa.system.once import once
+from prensa.system.system import System
+from prensa.types import Array, Flags, Index
+
+
+# ---------------------------------------------------------------------------------------------------- planes of symmetry
+def mirror_findings(system: System, case: Case) -> Iterator[Finding]:
+    """Sides that 'mirror' names, of the output and of presses, and that are no planes of symmetry, or make no whole."""
+    given = {"output.mirror": case.output.mirror}
+    for name, tool in system.problem.tools.items():
+        if tool.press is not None and tool.press.mirror:
+            given[f"tools.{name}.press.mirror"] = tool.press.mirror
+    reported: set[str] = set()
+    for path, sides in given.items():
+        for words in no_planes(system, [side for side in sides if side not in reported]):
+            yield Finding(path, words, Severity.REFUSE)
+        reported |= set(sides)
+
+
+def no_planes(system: System, sides: Sequence[str]) -> Iterator[str]:
+    """Why sides by name are no planes of symmetry of a whole: what is wrong with each, or with their angles."""
+    planes, good = [], True
+    for side in sides:
+        try:
+            plane = plane_of(system.problem, side, system.X, system.meshes)
+        except PrensaError as error:
+            yield str(error)
+            good = False
+            continue
+        if words := _no_plane(system, plane):
+            yield words
+            good = False
+        planes.append(plane)
+    if good and planes:
+        try:
+            chamber(distinct(planes, DRAWN * system.length))
+        except NoWhole as error:
+            yield f"{error}; leave one out, or model another part"
+
+
+class _Side(NamedTuple):
+    """Faces (k, a) of a body's outline that lie in a plane."""
+
+    body: str
+    mesh: Mesh
+    faces: Index
+
+
+def _sides(meshes: Mapping[str, Mesh], plane: Plane) -> list[_Side]:
+    """What lies in a plane: of an end all outlines, of a side it alone."""
+    size = max(float(np.ptp(mesh.points, axis=0).max()) for mesh in meshes.values())
+    body, _, side = plane.name.partition(".")
+    found = []
+    for name, mesh in meshes.items():
+        if not side or name == body:
+            faces = mesh.edges[side] if side else mesh.boundary
+            on = np.abs(plane.distance(mesh.points)) <= DRAWN * size
+            found.append(_Side(name, mesh, faces[on[faces].all(axis=1)]))
+    return [s for s in found if len(s.faces)]
+
+
+def _no_plane(system: System, plane: Plane) -> str:
+    """Why a plane through a side is none of symmetry; empty if it is one."""
+    side = f"'{plane.name}'" if "." in plane.name else f"their {plane.name} side"
+    found = _sides(system.meshes, plane)
+    if not found:
+        return f"the bodies have no flat side at their {plane.name}, so that it is no plane of symmetry; name a flat one, or none"
+    beyond = -float(plane.distance(system.X).min())
+    if beyond > DRAWN * system.length:
+        return f"the bodies go on beyond the plane of {side}, by {beyond:.3g}: their images would overlap; leave it out"
+    loose = [s for s in found if not held_along(system, s.body, plane)[s.faces].all()]
+    if not loose or _guided(system, plane, loose):
+        return ""
+    way = "xyz"[plane.axis] if plane.axis >= 0 else "its normal"
+    bodies = " and ".join(repr(s.body) for s in loose)
+    effect = "it is no plane of symmetry, but forces of the whole part would count what is modelled twice for it"
+    if pressing := [t for s in loose for t in _pressing(system, plane, s)]:
+        return f"tool {pressing[0]!r} presses {bodies} at {side}, so that {effect}; leave {plane.name!r} out"
+    hold = f"give 'fixed' '{plane.name}: {way if plane.axis >= 0 else 'normal'}'" if "." in plane.name else "hold it in 'fixed'"
+    what = f"nothing holds {bodies} along {way} all over {side} in every step"
+    return f"{what}, so that {effect}; {hold}, or leave {plane.name!r} out"
+
+
+@once
+def _held(system: System) -> Flags:
+    """Components (n, d) of all nodes that supports hold where they are at first in all steps."""
+    held = np.ones(system.ndof, dtype=bool)
+    for plan, *_ in stages(system):
+        groups = [g for g in plan.groups if g.amplitude is None]
+        still = [g.dofs[np.broadcast_to(g.start, g.dofs.shape) == 0.0] for g in groups]
+        held &= np.isin(np.arange(system.ndof), np.concatenate([np.zeros(0, dtype=np.int64), *still]))
+    return np.asarray(held[system.dofs.displacement.dofs(np.arange(len(system.X)))])
+
+
+def held_along(system: System, body: str, plane: Plane) -> Flags:
+    """Nodes (n,) of a body that supports hold along the normal of a plane in all steps."""
+    n, mesh = np.asarray(plane.normal), system.meshes[body]
+    free = np.where(_held(system)[system.span(body)], 0.0, n)
+    held: Flags = np.asarray(np.abs(free).max(axis=1) <= DRAWN)
+    for name, support in system.problem.fixed.items():
+        owner, _, side = name.partition(".")
+        if owner == body and support.normal == "held":
+            own = plane_of(system.problem, name, None, system.meshes)
+            if abs(abs(float(n @ np.asarray(own.normal))) - 1.0) <= DRAWN:
+                held[mesh.nodes(side, name)] = True
+    return held
+
+
+def _pressing(system: System, plane: Plane, side: _Side) -> list[str]:
+    """Tools with a contact on faces of a side whose normals point along that of its plane."""
+    nodes, u = np.unique(side.faces) + system.offsets[side.body], system.initial().u
+    found = []
+    for s in system.tool_contacts:
+        there = s.points.nodes[np.isin(s.points.nodes, nodes)] if s.body == side.body else nodes[:0]
+        if len(there):
+            seen = system.tool_masters[s.against].seen(system.positions(u)[there], u)
+            if (np.abs(seen.n @ np.asarray(plane.normal)) >= 1.0 - DRAWN).any():
+                found.append(s.against)
+    return found
+
+
+def _guided(system: System, plane: Plane, loose: Sequence[_Side]) -> bool:
+    """Whether flat, smooth tools that stand still in a plane guide all that no support holds there."""
+    guides = set()
+    for name, master in system.tool_masters.items():
+        u = system.initial().u
+        at = float(plane.distance((master.at + master.place(u)[: system.dofs.dimension])[None])[0])
+        own = float(np.asarray(master.tool.direction) @ np.asarray(plane.normal))
+        flat, there = master.tool.shape.half_space, abs(at) <= DRAWN * system.length and own >= 1.0 - DRAWN
+        if flat and there and _still(system.problem, name):
+            guides.add(name)
+    rough = {s.against for plan, *_ in stages(system) for s, law in zip(system.tool_contacts, plan.friction_at(plan.t1))
+             if not system.frictionless(law)}  # fmt: skip
+    return all(any(s.body == side.body and s.against in guides - rough for s in system.tool_contacts) for side in loose)
+
+
+def _still(problem: Problem, tool: str) -> bool:
+    ways = ("x", "y", "z", "rx", "ry", "rz", "m", "mx", "my", "mz")
+    return problem.tools[tool].spring is None and not any(drives(step, tool, way) for step in problem.steps for way in ways)
+
+
+# ------------------------------------------------------------------------------------------------- what may be a part
+def part_of_whole(system: System, case: Case) -> str:
+    """A sentence about a part in space whose forces are those of what is modelled, since no plane of symmetry is named.
+
+    Flat sides that are held along their normal, and not along themselves, may be planes of symmetry; of one along which a tool
+    moves the whole has other forces. Empty where there is none, or where ``mirror`` says what the whole is.
+    """
+    p = system.problem
+    said = case.output.mirror or any(t.press is not None and t.press.mirror is not None for t in p.tools.values())
+    if p.space != "solid" or said:
+        return ""
+    ways = [np.eye(3)[k] for k in range(3) if any(drives(s, t, "xyz"[k]) for s in p.steps for t in p.tools)]
+    turns = [np.eye(3)[k] for k in range(3) if any(drives(s, t, f"r{'xyz'[k]}") for s in p.steps for t in p.tools)]
+    planes = []
+    for plane in _held_sides(system):
+        n = np.asarray(plane.normal)
+        if any(abs(n @ w) <= DRAWN for w in ways) or any(abs(n @ w) >= 1.0 - DRAWN for w in turns):
+            planes.append(plane)
+    names = [p.name for p in distinct(planes, DRAWN * system.length)]
+    if not names:
+        return ""
+    several = len(names) > 1
+    return (
+        f"forces are those of what is modelled: {' and '.join(map(repr, names))} {'are' if several else 'is'} held along "
+        f"{'their normals' if several else 'its normal'}; if {'these are planes' if several else 'that is a plane'} of symmetry, "
+        f"'output: {{mirror: [{', '.join(names)}]}}' states those of the whole"
+    )
+
+
+def _held_sides(system: System) -> Iterator[Plane]:
+    """Planes of flat sides that supports hold along the normal in all steps, not all of them along themselves."""
+    for name in system.problem.fixed:
+        body, _, side = name.partition(".")
+        mesh = system.meshes[body]
+        if side not in mesh.edges:
+            continue
+        try:
+            plane = plane_of(system.problem, name, None, system.meshes)
+        except PrensaError:  # it is not flat
+            continue
+        nodes = np.unique(mesh.edges[side])
+        along = _held(system)[system.span(body)][nodes].all()
+        beside = plane.distance(system.X).min() >= -DRAWN * system.length
+        if beside and not along and held_along(system, body, plane)[nodes].all():
+            yield plane
+
+
+# ------------------------------------------------------------------------------------------------- forces of the whole
+def reflections_of(case: Case, tool: str) -> Array:
+    """Matrices (g, d, d) of the group of a case's planes of symmetry, of its output and of the press of a tool."""
+    press = case.problem.tools[tool].press
+    sides = [*case.output.mirror, *(press.mirror or () if press is not None else ())]
+    d = 3 if case.problem.space == "solid" else 2
+    planes = distinct([plane_of(case.problem, side) for side in sides if d == 3 or ENDS.get(side, (0, 0))[0] < 2], np.inf)
+    try:
+        return group(chamber(planes)) if planes else np.eye(d)[None]
+    except NoWhole:  # of a run of an earlier version
+        return np.eye(d)[None]
+
+
+def one_with(case: Case, tool: str, ways: Array, turns: Array) -> Array:
+    """Matrices (h, d, d) of the images of a part with which a tool is one.
+
+    It moves along ``ways`` (n, d) and turns about ``turns`` (n, 3).
+    """
+    turned = np.where(np.abs(turns) <= NEGLIGIBLE, 0.0, turns)
+    return kept_by(reflections_of(case, tool), ways, turned)
+
+
+def images_along(case: Case, tool: str, key: str) -> int:
+    """How many parts of the whole share what presses a tool along an axis (``y``), or turns it about one (``my``)."""
+    d = 3 if case.problem.space == "solid" else 2
+    axis = np.eye(d)["xyz".index(key[-1])][None]
+    none = axis[:0]
+    return len(one_with(case, tool, *((none, axis) if "m" in key else (axis, none))))
+
+
+def of_whole(images: Array, force: Array) -> Array:
+    """Force (d,) of the whole on a tool that is one with its images, by that of what is modelled."""
+    return np.asarray(images.sum(axis=0) @ force)
+
