@@ -40,6 +40,14 @@ def test_a_side_that_nothing_holds_is_no_plane_of_symmetry(text, mirror, warned)
     assert [("nothing holds the bodies in x at their right side" in f) for f in found] == [True] * warned
 
 
+@pytest.mark.parametrize(("fixed", "warned"), [("b.bottom: xyz, b.back: z", True), ("b.bottom: xyz, b.left: x", False)])
+def test_a_support_beneath_a_side_does_not_make_it_a_plane_of_symmetry(fixed, warned):
+    """Its lower edge is held, and the face is not."""
+    case = loads(SPACE.replace("b.bottom: y, b.left: x, b.back: z", fixed))
+    found = [str(f) for f in unheld_mirrors(pr.discretise(case.problem), case.output.mirror)]
+    assert ["nothing holds the bodies in x at their left side" in f for f in found] == [True] * warned
+
+
 def test_a_run_says_so(tmp_path):
     """In its summary, once, and it goes on."""
     case = loads(PLANE.replace("mirror: [left]", "mirror: [right]"))

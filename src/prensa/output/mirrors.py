@@ -105,11 +105,16 @@ def unheld_mirrors(system: System, mirror: Sequence[str]) -> Iterator[Finding]:
 
 
 def _held(system: System, axis: int, at: float, near: float) -> bool:
-    """Whether supports hold a node at a place along an axis."""
+    """Whether supports hold all of a face that lies at a place along an axis, or a node where no face does.
+
+    The nodes of a side that a support beneath holds are not enough.
+    """
     for name, mesh in system.meshes.items():
         there = np.abs(mesh.points[:, axis] - at) <= near
         inclined = [s for b, s in system.problem.fixed.items() if b.partition(".")[0] == name and s.normal == "held"]
-        if there.any() and (inclined or always_held(system.problem, name, mesh)[there, axis].any()):
+        held = there & always_held(system.problem, name, mesh)[:, axis]
+        faces = mesh.boundary[there[mesh.boundary].all(axis=1)]
+        if there.any() and (inclined or (held[faces].all(axis=1) if len(faces) else held).any()):
             return True
     return False
 

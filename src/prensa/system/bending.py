@@ -92,39 +92,63 @@ class Thickness:
 
 
 class BentStrips(NamedTuple):
-    """Strips (s,) through the thickness of a body in the plane, which bend as the sections of a beam.
+    """Strips (s,) through the thickness of a body, which bend as the sections of a beam, in space of a plate along two ways.
 
-    ``sides`` (s, 2, 2): the nodes of the two sections that bound each, of either the two ends; ``layers`` (s,): elements across;
-    ``length``, ``thickness`` (s,): the distance of the sections, and theirs from end to end.
+    ``sides`` (s, w, 2, 2, a): along each of w = d − 1 ways the nodes of the two sections that bound a strip, of either of the two
+    ends, a = d − 1 at each; ``layers`` (s,): elements across; ``lengths`` (s, w): the distance of the sections; ``thickness`` (s,):
+    theirs from end to end.
     """
 
     sides: Index
     layers: Array
-    length: Array
+    lengths: Array
     thickness: Array
 
     @staticmethod
-    def of(mesh: Mesh) -> BentStrips:
-        """Of a mesh of quadrilaterals."""
-        s = strips(mesh)
-        row, _ = s.thin
-        t = Thickness.of(mesh, s, row, np.zeros((len(mesh.points), 2), dtype=bool))
-        first, last = t.ends[:, 0], t.ends[:, 1]
-        x = mesh.points
-        across = np.linalg.norm(x[first] - x[last], axis=2).sum(axis=1)
-        crossed = np.linalg.norm(x[first] - x[last[:, ::-1]], axis=2).sum(axis=1)
-        last = np.where((crossed < across)[:, None], last[:, ::-1], last)
-        own = np.stack([first, last], axis=2)
-        middle = x[own].mean(axis=2)
-        layers = np.zeros(int(s.strip.max()) + 1)
-        layers[s.strip[row, np.arange(len(row))]] = s.numbers[row, np.arange(len(row))]
-        return BentStrips(own, layers[t.strip], np.linalg.norm(middle[:, 1] - middle[:, 0], axis=1), t.size)
+    def of(mesh: Mesh, held: Flags | None = None) -> BentStrips:
+        """Of a mesh of quadrilaterals, through their thickness, or of bricks, through all but the longest way of their strips.
+
+        ``held`` (n, d): components that supports hold; ways of bricks that they hold at both ends are left out.
+        """
+        s, x = strips(mesh), mesh.points
+        held = np.zeros(x.shape, dtype=bool) if held is None else held
+        parts = []
+        for row in np.argsort(s.lengths, axis=0, kind="stable")[:-1] if x.shape[1] == 3 else s.thin[:1]:
+            t = Thickness.of(mesh, s, row, held)
+            own = ~t.held.all(axis=1)
+            ends = _fibres(x, t.ends[own])
+            layers = np.zeros(int(s.strip.max()) + 1)
+            layers[s.strip[row, np.arange(len(row))]] = s.numbers[row, np.arange(len(row))]
+            sides = ends[:, :, _SECTIONS[x.shape[1]]].transpose(0, 2, 3, 1, 4)
+            middle = x[sides].mean(axis=(3, 4))
+            lengths = np.linalg.norm(middle[:, :, 1] - middle[:, :, 0], axis=2)
+            parts.append(BentStrips(sides, layers[t.strip[own]], lengths, t.size[own]))
+        return BentStrips(*(np.concatenate(one) for one in zip(*parts)))
 
     def curvatures(self, x: Array) -> Array:
-        """Angles (s,) between the sections of each strip over their distance, on nodes at x (n, 2)."""
-        d = x[self.sides[:, :, 1]] - x[self.sides[:, :, 0]]
-        cross = d[:, 0, 0] * d[:, 1, 1] - d[:, 0, 1] * d[:, 1, 0]
-        return np.asarray(np.arctan2(cross, (d[:, 0] * d[:, 1]).sum(axis=1)) / self.length)
+        """Angles (s, w) between the sections of each strip over their distance, on nodes at x (n, d): > 0 where the ends part."""
+        at = x[self.sides].mean(axis=4)
+        d, middle = at[:, :, :, 1] - at[:, :, :, 0], at.mean(axis=3)
+        across, along = d.sum(axis=2), middle[:, :, 1] - middle[:, :, 0]
+        across /= np.linalg.norm(across, axis=2)[..., None]
+        along -= (along * across).sum(axis=2)[..., None] * across
+        along /= np.linalg.norm(along, axis=2)[..., None]
+        angles = np.arctan2((d * along[:, :, None]).sum(axis=3), (d * across[:, :, None]).sum(axis=3))
+        return np.asarray((angles[:, :, 1] - angles[:, :, 0]) / self.lengths)
+
+
+_SECTIONS = {2: np.array([[[0], [1]]]), 3: np.array([[[0, 3], [1, 2]], [[0, 1], [3, 2]]])}
+"""Corners (w, 2, a) of an end of a strip at its two sections along each way, by the dimension of space."""
+
+
+def _fibres(x: Array, ends: Index) -> Index:
+    """The ``ends`` (s, 2, a) of strips with the nodes of the second in the order in which they stand across from the first's."""
+    first, last = ends[:, 0], ends[:, 1]
+    a = last.shape[1]
+    ways = np.arange(a)[None] + np.arange(a)[:, None]
+    orders = np.concatenate([ways % a, -ways % a])
+    apart = np.linalg.norm(x[first][:, None] - x[last[:, orders]], axis=3).sum(axis=2)
+    return np.stack([first, last[np.arange(len(last))[:, None], orders[apart.argmin(axis=1)]]], axis=1)
 
 
 class _Way(NamedTuple):
