@@ -65,10 +65,10 @@ class RunChecks:
             Penetration(system, folding if finite else None), symmetry_lines, *([self.closing] if finite else []),
             SelfIntersection(system), *([folding] if finite else []),
         ]  # fmt: skip
-        self.committed: list[Check[Committed]] = [self.validity, penalties.note, folding.note, self.untouched.note]
+        self.committed: list[Check[Committed]] = [self.validity, penalties, folding.note, self.untouched.note]
         self.step_ends: list[Check[Committed]] = [
-            partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), penalties,
-            self.between_nodes, *([CoarseTools(system), partial(corners_of_faces, system)] if space else []), self.metal_bends,
+            partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), self.between_nodes,
+            *([CoarseTools(system), partial(corners_of_faces, system)] if space else []), self.metal_bends,
         ]  # fmt: skip
         self.tools_leave: list[Check[Finished]] = [self.untouched.warnings]
         self.run_ends: list[Check[Finished]] = [

@@ -26,8 +26,8 @@ SECTION = (np.arange(100) + 0.5) / 200
 class Ways(NamedTuple):
     """How layers of the default element bend, as coefficients (s, 1) of the strain energy c² of a strain for κ = 1.
 
-    c² = ``own`` y² + 2 ``both`` y y' + ``kept`` y'² + ``shear`` x² at a distance y' from the middle y of a layer, x along it; c is
-    ``uniaxial`` of the strain of a tensile test of the same von Mises stress.
+    c² = ``own`` y² + 2 ``both`` y y' + ``kept`` y'² + ``shear`` x² at a distance y' from the middle y of a layer, x along it;
+    ``uniaxial`` c is the strain of a tensile test of the same von Mises stress.
     """
 
     own: Array

@@ -141,7 +141,8 @@ def _symmetry(system: System, body: str, frame: Frame, held: Array) -> Iterator[
         yield Finding(
             f"bodies.{body}",
             f"only {'contact' if pushed else 'friction'} holds it along {names}, and "
-            f"{'a sector ends' if sector else 'a tool stands'} in the plane{'s' * several} {planes}: if {'those are planes' if several else 'that is a plane'} of symmetry, 'fixed' lacks '{missing}'",
+            f"{'a sector ends' if sector else 'a tool stands'} in the plane{'s' * several} {planes}: "
+            f"if {'those are planes' if several else 'that is a plane'} of symmetry, 'fixed' lacks '{missing}'",
         )
 
 
