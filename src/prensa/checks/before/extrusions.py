@@ -11,7 +11,6 @@ from prensa.checks.thresholds import ALONG, NO_DIFFERENCE, SLIGHT, TOUCHING_DEPT
 from prensa.contact.masters import Seen
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
-from prensa.mesh.quality import POOR
 from prensa.precision import SMALLEST
 from prensa.system.contact_surfaces import always_held
 from prensa.system.moments import Moment, moments
@@ -19,50 +18,55 @@ from prensa.system.system import System
 from prensa.types import Array
 
 
-WORN = float(np.sqrt(1.0 / POOR**2 - 1.0))
-"""Shear at which the scaled Jacobian of a rectangle, 1/√(1 + γ²), is `POOR`."""
-
-
 class Opening(NamedTuple):
     """What a body is pushed through: the share ``passes`` of its width, and the ``slope`` (tangent) of the way to there.
 
-    ``layers``: how far it is pushed along the die, in elements.
+    ``way``: how far it is pushed after it has first met the die; ``radius``: how far it reaches from where it does not move;
+    ``element``: size of its elements at the die.
     """
 
     passes: float
     slope: float
-    layers: float = 0.0
+    way: float
+    radius: float
+    element: float
 
 
 def extruded(system: System, body: str) -> Iterator[Finding]:
-    """What there is to say of a body that a container surrounds, if it is pushed through an opening by more than elements bear."""
+    """What there is to say of a body in a container that is pushed through an opening by more than elements bear."""
     for across in np.eye(3):
         wide = spread(system, body, across)
         if not wide or confined(system, body, across) == 0.0:
             continue
         found = opening(system, body, across, wide)
-        if found is not None and (shear := sheared_in(found, len(wide))) > WORN:
+        if found is not None and (angle := corner_angle(found, len(wide))) > np.pi:
             yield Finding(
                 f"bodies.{body}",
                 f"tools push {body!r} through an opening of {found.passes:.2g} of its width, at up to "
-                f"{np.degrees(np.arctan(found.slope)):.0f}°: along the die its elements are sheared, by up to {shear:.2g}, and a run "
-                "in space, which has no new meshes, may end before that, with what it has by then; give the die a smaller slope, "
-                "push less far, or compute a section in the plane with 'remesh: auto'",
+                f"{np.degrees(np.arctan(found.slope)):.0f}°: corners of elements that pass its edge open up to "
+                f"{np.degrees(angle):.0f}°, they fold, and a run in space, which has no new meshes, may end before that, with "
+                "what it has by then; give the die a smaller slope, push less far, or compute a section in the plane with "
+                "'remesh: auto'",
                 seen_in_run=True,
             )
 
 
-def sheared_in(o: Opening, wide: int) -> float:
-    """Shear along the die of what converges towards the point, or line, in which its sides would meet.
+def corner_angle(o: Opening, wide: int) -> float:
+    """Angle to which a corner of 90° of elements along the die opens where it has just passed the edge of the opening.
 
-    Along radii from there metal at an angle θ flows as cos θ / r^m, so that the volume flow is that of the billet (B. Avitzur,
-    Metal forming, 1968); ``wide``: m, the axes along which it becomes narrower. From r to r c it comes to be later than in the
-    middle, in its own direction over the distance across, by tan α (k (1 + q) − q), k = c^−(m + 1), q = 1/((m + 1) cos² α): tan α
-    where it turns into the die, and what that and the longer way become in the stretch. Next to what stands the layer of elements
-    is sheared by the way over its thickness, and by no more.
+    Of metal that converges towards the point, or line, in which the sides of the die would meet: along radii from there it flows
+    at an angle θ as cos θ / r^m, so that the volume flow is that of the billet (B. Avitzur, Metal forming, 1968); ``wide``: m,
+    the axes along which it becomes narrower. What was straight across lags behind the middle at the outside by the slope
+    s = tan α (c^−(m + 1) − 1)(1 + 1/((m + 1) cos² α)) at the end, and from the edge on backwards the side of the element still
+    lies along the die, as far as that is as long: 90° + atan s + α. The outside has come there when the billet has gone on by
+    R (1 − c^(m + 1))/((m + 1) sin α cos α); 90° before that.
     """
-    k, q = o.passes ** -(wide + 1.0), (1.0 + o.slope**2) / (wide + 1.0)
-    return float(min(o.slope * (k * (1.0 + q) - q), o.layers * o.passes**-wide))
+    n = wide + 1.0
+    cos2 = 1.0 / (1.0 + o.slope**2)
+    if o.way < o.radius * (1.0 - o.passes**n) / (n * o.slope * cos2):
+        return 0.5 * np.pi
+    lag, chord = o.slope * (o.passes**-n - 1.0) * (1.0 + 1.0 / (n * cos2)), (1.0 - o.passes) * o.radius / o.element
+    return float(0.5 * np.pi + np.arctan(lag) + np.arctan(min(o.slope, chord)))
 
 
 def opening(system: System, body: str, across: Array, wide: dict[int, Array]) -> Opening | None:
@@ -75,19 +79,19 @@ def opening(system: System, body: str, across: Array, wide: dict[int, Array]) ->
     reach = np.zeros_like(system.X)
     for axis, places in wide.items():
         reach[system.span(body), axis] = places
-    out, before = Opening(1.0, 0.0), np.zeros(len(across))
+    out, before = Opening(1.0, 0.0, 0.0, float(np.linalg.norm(reach, axis=1).max()), 0.0), np.zeros(len(across))
     for moment in moments(system):
         way, pushing = _pushed(system, body, moment, across)
         dies = [s for s in system.tool_contacts if s.body == body and s.against not in pushing]
         if not pushing or not dies:
             continue
-        now = min((_narrowest(system, s, moment, way, reach, out.passes) for s in dies), key=lambda one: one.passes)
-        if now.passes < SLIGHT:
+        passes, slope = min(_narrowest(system, s, moment, way, reach, out.passes) for s in dies)
+        if passes < SLIGHT:
             return None  # closed
         gone = float(np.linalg.norm(way - before))
-        mean = (out.passes - now.passes) * float(np.linalg.norm(reach, axis=1).max()) / max(gone, SMALLEST)
-        layers = out.layers + (gone / max(float(s.points.depth.max()) for s in dies) if now.passes < 1.0 else 0.0)
-        out = Opening(now.passes, max(out.slope, now.slope, mean), layers)
+        mean = (out.passes - passes) * out.radius / max(gone, SMALLEST)
+        element = max(float(s.points.depth.max()) for s in dies)
+        out = Opening(passes, max(out.slope, slope, mean), out.way + gone * (passes < 1.0), out.radius, element)
         before = way
     return out if out.passes < 1.0 else None
 
@@ -98,7 +102,8 @@ def _pushed(system: System, body: str, moment: Moment, across: Array) -> tuple[A
     for s in system.tool_contacts:
         master = system.tool_masters[s.against]
         moved = (master.place(moment.u) - master.place(start))[: len(across)]
-        if s.body != body or not moment.known[master.number] or abs(moved @ across) < ALONG * np.linalg.norm(moved) or not moved.any():
+        along = moved.any() and abs(moved @ across) > ALONG * np.linalg.norm(moved)
+        if s.body != body or not moment.known[master.number] or not along:
             continue
         seen = master.seen(system.X[s.points.nodes], start)
         touching = seen.g <= TOUCHING_DEPTH * s.points.depth.min()
@@ -108,8 +113,8 @@ def _pushed(system: System, body: str, moment: Moment, across: Array) -> tuple[A
     return way, names
 
 
-def _narrowest(system: System, s: Surface, moment: Moment, way: Array, reach: Array, most: float) -> Opening:
-    """The largest share of its width, up to ``most``, at which the nodes of a contact, moved by ``way``, are not inside their tool.
+def _narrowest(system: System, s: Surface, moment: Moment, way: Array, reach: Array, most: float) -> tuple[float, float]:
+    """The largest share of its width, up to ``most``, at which nodes of a contact, moved by ``way``, are not inside their tool.
 
     With the slope of the tool to the way where they touch it then.
     """
@@ -120,14 +125,14 @@ def _narrowest(system: System, s: Surface, moment: Moment, way: Array, reach: Ar
 
     now = seen(most)
     if now.g.min() >= -deepest:
-        return Opening(most, 0.0)
+        return most, 0.0
     inside, outside = most, 0.0
     while inside - outside > NO_DIFFERENCE:
         middle = 0.5 * (inside + outside)
         inside, outside = (middle, outside) if seen(middle).g.min() < -deepest else (inside, middle)
     now = seen(outside)
     against = abs(float(now.n[int(np.argmin(now.g))] @ way)) / float(np.linalg.norm(way))
-    return Opening(outside, against / max(np.sqrt(1.0 - against**2), NO_DIFFERENCE))
+    return outside, float(against / max(np.sqrt(1.0 - against**2), NO_DIFFERENCE))
 
 
 def confined(system: System, body: str, across: Array) -> float:
@@ -148,15 +153,15 @@ def confined(system: System, body: str, across: Array) -> float:
 def spread(system: System, body: str, across: Array) -> dict[int, Array]:
     """By each axis that is not ``across`` (d,), places (n,) of a body's nodes from where it does not move as its width changes.
 
-    From a side that supports hold, else from the middle; axes along which they hold both sides are left out.
+    From a flat side that supports hold, else from the middle; axes along which they hold two are left out.
     """
     mesh = system.meshes[body]
-    X, held = mesh.points, always_held(system.problem, body, mesh)
-    out = {}
+    X, held, out = mesh.points, always_held(system.problem, body, mesh), dict[int, Array]()
     for a in range(X.shape[1]):
         ends = [X[:, a].min(), X[:, a].max()]
-        fixed = [bool(held[X[:, a] <= ends[0] + NO_DIFFERENCE * np.ptp(ends), a].all()),
-                 bool(held[X[:, a] >= ends[1] - NO_DIFFERENCE * np.ptp(ends), a].all())]  # fmt: skip
+        near = [np.abs(X[:, a] - end) <= NO_DIFFERENCE * np.ptp(ends) for end in ends]
+        sides = [mesh.boundary[there[mesh.boundary].all(axis=1)] for there in near]
+        fixed = [len(side) > 0 and bool(held[side, a].all()) for side in sides]
         if abs(across[a]) < ALONG and not all(fixed):
             out[a] = X[:, a] - (ends[fixed.index(True)] if any(fixed) else 0.5 * sum(ends))
     return out

@@ -7,13 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.before.extrusions import WORN, confined, extruded, spread
+from prensa.checks.before.extrusions import confined, extruded, spread
 from prensa.checks.during.validity import STRAIN_WARNING, YIELDS_BEFORE, elastic_metal
 from prensa.checks.thresholds import TOWARDS
 from prensa.errors import Finding
 from prensa.materials.flow_curve import stress_at
 from prensa.mesh.bricks import BrickMesh
 from prensa.mesh.faces import enclosed_volume
+from prensa.mesh.quality import POOR
 from prensa.model.problem import Push, Step
 from prensa.model.until import ToolForce
 from prensa.policy import Policy
@@ -54,7 +55,7 @@ def far_upsets(system: System) -> Iterator[Finding]:
             yield from _beyond_yield(name, u)
             continue
         shear = 0.0 if u is None else u.past_face if u.surrounded else sheared(system, name, u)
-        if u is not None and shear > WORN:
+        if u is not None and shear > _WORN:
             yield Finding(
                 f"bodies.{name}",
                 f"{_together(name, u)}: {_BY_A_FACE if u.surrounded else _BY_FRICTION}, by up to {shear:.2g}, and "
@@ -82,6 +83,8 @@ def _together(body: str, u: Upset) -> str:
     return much + ", as far as it yields to their force" * u.by_force
 
 
+_WORN = float(np.sqrt(1.0 / POOR**2 - 1.0))
+"""Shear at which the scaled Jacobian of a rectangle, 1/√(1 + γ²), is `POOR`."""
 _FARTHEST = 10.0
 """Logarithmic strain that no element bears; forces beyond press as far."""
 _BY_FRICTION = "where friction holds the metal its elements are sheared"
