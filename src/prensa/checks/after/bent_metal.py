@@ -12,7 +12,6 @@ from prensa.errors import Finding
 from prensa.materials.flow_curve import stress_at
 from prensa.materials.solids.j2 import J2
 from prensa.mesh.bricks import BrickMesh
-from prensa.precision import SMALLEST
 from prensa.system.bending import FOR_BENDING, BentStrips, bendings
 from prensa.system.bent_sections import BentMetal
 from prensa.system.contact_surfaces import always_held
@@ -68,7 +67,8 @@ class MetalBends:
             return 0.0
         at_rest = strips.curvatures(s.X[span])
         bent = [strips.curvatures(s.positions(state.u)[span]) - at_rest for state in (given.context.state, given.state)]
-        before, after = (np.linalg.norm(one, axis=1) * strips.thickness for one in bent)
+        size = [np.linalg.norm(one, axis=1) for one in bent]
+        before, after = (one * strips.thickness for one in size)
         material = s.problem.bodies[body].material
         assert isinstance(material, J2)
 
@@ -76,8 +76,8 @@ class MetalBends:
             return stress_at(material.flow, strain, np.zeros_like(strain))
 
         metal = BentMetal(material.E, material.nu, flow, s.problem.space)
-        unit = np.eye(1, bent[1].shape[1])  # of what is straight
-        ways = np.where(after[:, None] > 0.0, bent[1] * (strips.thickness / np.maximum(after, SMALLEST))[:, None], unit)
+        ways = np.tile(np.eye(1, bent[1].shape[1]), (len(after), 1))  # of what is straight
+        ways[size[1] > 0.0] = bent[1][size[1] > 0.0] / size[1][size[1] > 0.0, None]
 
         def more(bend: Array) -> Array:
             """Of the moments of sections, over the square of their thickness."""

@@ -11,6 +11,7 @@ from prensa.checks.before.extrusions import confined, extruded, spread
 from prensa.checks.during.validity import STRAIN_WARNING, YIELDS_BEFORE, elastic_metal
 from prensa.checks.thresholds import TOWARDS
 from prensa.errors import Finding
+from prensa.friction.law import At, bounded
 from prensa.materials.flow_curve import stress_at
 from prensa.mesh.bricks import BrickMesh
 from prensa.mesh.faces import enclosed_volume
@@ -131,8 +132,9 @@ def _gaps(system: System, body: str, t: Thickness, moment: Moment, of_forces: Ar
 def _strains_of_forces(system: System, body: str) -> Array:
     """Logarithmic strains (c, d) up to which the largest forces of tools, by their contacts, press a body that flows; nan: none.
 
-    Of all of its section, volume over height, without friction: F = σ(φ) A e^φ. A tool that presses on a part of it goes in
-    further, and is not reported for it.
+    Of all of its section A, volume over height h, with the friction τ of the tool that is pushed: of what spreads along m axes
+    at a mean distance r from where it does not move, F = σ(φ) A e^φ (1 + τ/σ r e^(φ/m)/(m h e^−φ)), Siebel's 1 + 2 μ R/(3 h) of a
+    disc between two plates. A tool that presses on a part of it goes in further, and is not reported for it.
     """
     p, mesh = system.problem, system.meshes[body]
     flow = getattr(p.bodies[body].material, "flow", None)
@@ -140,7 +142,7 @@ def _strains_of_forces(system: System, body: str) -> Array:
     if flow is None or not isinstance(mesh, BrickMesh):
         return out
     strains = np.linspace(0.0, _FARTHEST, 1001)
-    pressure = stress_at(flow, strains, np.zeros_like(strains)) * np.exp(strains)
+    flows = stress_at(flow, strains, np.zeros_like(strains))
     volume = enclosed_volume(mesh.points, mesh.boundary)
     for i, s in enumerate(system.tool_contacts):
         for a, key in enumerate("xyz") if s.body == body else ():
@@ -148,7 +150,12 @@ def _strains_of_forces(system: System, body: str) -> Array:
             tables = [one if isinstance(one, tuple) else ((0.0, one),) for one in given if one is not None]
             if tables:
                 most = max(abs(force) for table in tables for _, force in table)
-                out[i, a] = np.interp(most * float(np.ptp(mesh.points[:, a])) / volume, pressure, strains)
+                height, wide = float(np.ptp(mesh.points[:, a])), spread(system, body, np.eye(3)[a])
+                far = float(np.linalg.norm(list(wide.values()), axis=0).mean()) if wide else 0.0
+                law, m = s.description.friction or p.friction, max(len(wide), 1)
+                rubs = 0.0 if law is None else bounded(law, flows, np.zeros_like(flows), At(k=flows / np.sqrt(3.0)))[0]
+                rubs = np.minimum(rubs, flows / np.sqrt(3.0)) * far * np.exp((1.0 + 1.0 / m) * strains) / (m * height)
+                out[i, a] = np.interp(most * height / volume, (flows + rubs) * np.exp(strains), strains)
     return out
 
 
