@@ -114,10 +114,10 @@ def test_extrusions_that_open_corners_beyond_180_degrees_are_reported(angle, red
         assert said(extrusion(angle, reduction, travel=1.0)) == ""
 
 
-@pytest.mark.parametrize(("reduction", "folds"), [(0.35, True), (0.2, False)])
-def test_corners_fold_where_it_is_reported(reduction, folds):
-    """Past a die of 45°."""
-    p = extrusion(45, reduction, travel=4.0)
+@pytest.mark.parametrize(("angle", "folds"), [(45, True), (25, False)])
+def test_corners_fold_where_it_is_reported(angle, folds):
+    """Of an extrusion by 35 %, past a steep and a flat die."""
+    p = extrusion(angle, 0.35, travel=4.0)
     try:
         *_, last = pr.solve(p)
     except SolveError as error:
