@@ -136,6 +136,28 @@ def test_bricks_that_bend_past_yield_are_reported_with_their_error(way, element,
         assert "too stiff" in said[0] and "'h8_fbar'" in said[0] and "'element: h8_enhanced'" in said[0]
 
 
+@pytest.mark.parametrize("n", [(20, 2), (27, 3)])
+def test_a_narrow_bar_between_rollers_is_reported_with_its_error(n, caplog):
+    """Free along its width, across which it curves the other way: against enhanced strains on the same mesh."""
+
+    def force(element):
+        caplog.clear()
+        mesh = pr.Extrusion(pr.Rectangle((40.0, 3.0), n=n), length=5.0, n=2)
+        sides = {"punch": ("bar.top", 0.0, -8.0), "support": ("bar.bottom", 30.0, 0.0)}
+        p = pr.Problem(
+            "bar", space="solid", bodies={"bar": pr.Body(mesh, pr.J2(210e3, 0.3, pr.Swift(700.0, 0.01, 0.2)), element)},
+            tools={k: pr.Extruded(pr.Circle(5.0), axis="z", touching=s, at=(x, 0.0, 0.0)) for k, (s, x, _) in sides.items()},
+            contacts=[pr.Contact((side,), name, pr.Coulomb(0.1)) for name, (side, *_) in sides.items()],
+            fixed={"bar.left": "x", "bar.base": "z"}, steps=[pr.Step("bend", move={"punch": pr.Motion(y=-8.0)}, increments=10)],
+        )  # fmt: skip
+        *_, last = pr.solve(p)
+        return last.tools["punch"].force.y, [words for words in caplog.messages if "past yield" in words]
+
+    (stiff, said), (right, silent) = force(None), force("h8_enhanced")
+    assert len(said) == 1 and silent == []
+    assert float(said[0].partition("estimated ")[2].partition(" %")[0]) / 100.0 == pytest.approx(stiff / right - 1.0, abs=0.01)
+
+
 def strip(n, space, way, element=None):
     """A clamped strip 15 long whose end is lowered."""
     steps = [pr.Step("bend", fixed={"strip.bottom-right": pr.Fixed(y=-way)}, increments=8)]
