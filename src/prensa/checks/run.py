@@ -68,8 +68,10 @@ class RunChecks:
         self.committed: list[Check[Committed]] = [self.validity, penalties, folding.note, self.untouched.note]
         self.step_ends: list[Check[Committed]] = [
             partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), self.between_nodes,
-            *([CoarseTools(system), partial(corners_of_faces, system)] if space else []), self.metal_bends,
+            self.metal_bends,
         ]  # fmt: skip
+        if space:
+            self.step_ends += [CoarseTools(system), partial(corners_of_faces, system)]
         self.tools_leave: list[Check[Finished]] = [self.untouched.warnings]
         self.run_ends: list[Check[Finished]] = [
             *self.tools_leave, self.validity.warnings, penalties.warnings, folding.warnings,
