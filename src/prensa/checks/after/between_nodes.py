@@ -130,7 +130,7 @@ class BetweenNodes:
             return self.words(s, dip, x, _off(share, pushed) if len(pressed) else NO_FORCE)
         # in space, of what the tool would bear whose depth is that of the nodes and δ more
         short = missed / (1.0 + missed) if self.system.dofs.dimension == 3 else missed
-        off = short if share is None else share
+        off: float | None = short if share is None else share
         if share is None and len(pressed) == 1 and self.system.problem.bodies[s.body].material.plastic:
             off = None  # metal carries its hardness times an area, of which one node knows nothing
         return self._few(s, len(pressed), off, pushed) if share is not None or missed > NOTABLE_DEPTH else ""
@@ -154,7 +154,7 @@ class BetweenNodes:
         )
 
     def _few(self, s: Surface, count: int, share: float | None, pushed: bool) -> str:
-        """What there is to say of a contact of so many nodes that misses a share of its force, None: unknown; ``pushed``: it is given."""
+        """What there is to say of a contact of so many nodes that misses a share of its force; ``pushed``: it is given."""
         nodes = "1 node carries" if count == 1 else f"{count} nodes carry"
         deeper = "" if share is not None and share < 0.0 else ", and it lies deeper between nodes than at them"
         return (
