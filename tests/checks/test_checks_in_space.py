@@ -158,6 +158,19 @@ def test_stock_that_is_fed_to_no_roll_or_against_it_is_named():
         p = block(roll, contacts=(pr.Contact(("b.top", "b.right"), "t"),), fixed={"b.bottom": "yz"}, steps=(step,))
         found = " ".join(f.message for f in preflight(pr.discretise(p)) if ".feed." in f.path or ".by." in f.path)
         assert words in found and bool(words) == bool(found), found
+        apart = tuple(pr.Contact((side,), "t") for side in ("b.top", "b.right"))
+        again = preflight(pr.discretise(block(roll, contacts=apart, fixed={"b.bottom": "yz"}, steps=(step,))))
+        assert " ".join(f.message for f in again if ".feed." in f.path or ".by." in f.path) == found  # once
+
+
+def test_one_node_that_carries_a_ball_on_metal_says_nothing_of_the_share(caplog):
+    """A third of the force on elements as large as the contact, where the dip between nodes alone is a tenth of the depth."""
+    tool = pr.Sphere(radius=2.5, at=(-4.0, 6.5, -4.0))
+    body = pr.Body(pr.Box((4.0, 4.0, 4.0), (3, 3, 3), (-4.0, 0.0, -4.0)), STEEL)
+    steps = (pr.Step("press", move={"t": pr.Motion(y=-0.3)}, increments=10),)
+    *_, last = pr.solve(block(tool, bodies={"b": body}, fixed={"b.bottom": "y", "b.left": "x", "b.back": "z"}, steps=steps))
+    assert last.force("t").y > 0.0
+    assert "1 node carries all of tool 't'" in caplog.text and "forces are too small; shorten" in caplog.text
 
 
 @pytest.mark.parametrize(("radius", "depth", "aside"), [(2.2, 0.3, 0.4), (6.0, 0.1, 0.25)])

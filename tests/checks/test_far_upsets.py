@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import prensa as pr
+from blocks_of_bricks import tetrahedra
+from prensa.checks.before.extrusions import Opening, corner_angle
 from prensa.checks.before.far_upsets import far_upsets
 from prensa.errors import SolveError
 from prensa.mesh.mesh import displaced
@@ -85,6 +88,93 @@ def test_extrusions_past_steep_faces_are_reported(slope, reported):
     fixed = {"b.base": "z", "b.cap": "x"}
     words = said(upset(billet, 0.8, tools={"t": DOWN, "die": die}, contacts=contacts, fixed=fixed))
     assert ("give the die a slope below 45°" in words) == bool(words) == reported, words
+
+
+def extrusion(angle: float, reduction: float, travel: float = 5.0, n: tuple[int, int, int] = (4, 8, 4)) -> pr.Problem:
+    """A quarter of a billet in a container, pushed through a die of an angle (degrees) to a smaller section."""
+    opening = 5.0 * np.sqrt(1.0 - reduction)
+    points = ((5.0, 20.0), (5.0, 0.0), (opening, (opening - 5.0) / np.tan(np.radians(angle))), (opening, -20.0))
+    die = pr.Revolved(section=pr.Profile(points=points, fillet=(0.0, 0.3, 0.3, 0.0)), at=(0.0, -0.3, 0.0))
+    billet = pr.Cylinder(radius=5.0, height=8.0, n=n, angle=np.pi / 2)
+    contacts = (pr.Contact(("b.top",), "t"), pr.Contact(("b.outer", "b.bottom"), "die", pr.Coulomb(0.05)))
+    fixed = {"b.base": "z", "b.cap": "x"}
+    return upset(billet, travel / 8.0, tools={"t": DOWN, "die": die}, contacts=contacts, fixed=fixed)
+
+
+@pytest.mark.parametrize(
+    ("angle", "reduction", "reported"),
+    [(40, 0.5, True), (40, 0.65, True), (50, 0.35, True), (40, 0.35, False), (30, 0.5, False), (20, 0.65, False)],
+)
+def test_extrusions_that_open_corners_beyond_180_degrees_are_reported(angle, reduction, reported):
+    """Those whose elements fold at the edge of the opening; not what has not come there yet."""
+    words = said(extrusion(angle, reduction))
+    assert ("corners of elements that pass its edge" in words) == bool(words) == reported, words
+    if reported:
+        assert f"at up to {angle}°" in words
+        assert said(extrusion(angle, reduction, travel=1.0)) == ""
+
+
+@pytest.mark.parametrize(("angle", "folds"), [(45, True), (25, False)])
+def test_corners_fold_where_it_is_reported(angle, folds):
+    """Of an extrusion by 35 %, past a steep and a flat die."""
+    p = extrusion(angle, 0.35, travel=4.0)
+    try:
+        *_, last = pr.solve(p)
+    except SolveError as error:
+        last = error.last
+    shape = quality(displaced(pr.discretise(p).meshes["b"], last.bodies["b"].x)).jacobian
+    assert bool(said(p)) == bool(shape.min() < 0.0) == folds
+
+
+def test_the_flow_through_an_opening_lags_as_times_of_flight_do():
+    """The slope s of what was straight across, by the times that metal takes along radii at its outside and beside it."""
+    angle, c = np.radians(35.0), 0.7
+    enters, leaves = 1.0 / np.sin(angle), c / np.sin(angle)  # radii of the spheres, for a billet of radius and speed 1
+
+    def front(theta: float) -> tuple[float, float]:
+        into = -enters * np.cos(theta)
+        through = (enters**3 - leaves**3) / (3.0 * enters**2 * np.cos(theta))
+        return leaves * np.sin(theta), -leaves * np.cos(theta) - (into + through) / c**2
+
+    (r0, z0), (r1, z1) = front(angle), front(angle - 1e-6)
+    o = Opening(c, np.tan(angle), 100.0, 1.0, 1e-3)
+    assert np.tan(corner_angle(o, 2) - angle - np.pi / 2) == pytest.approx((z1 - z0) / (r0 - r1), rel=1e-4)
+
+
+def of_tetrahedra(n: tuple[int, int, int], size: tuple[float, float, float]) -> pr.Tetrahedra:
+    """A box of them, with the names of its sides."""
+    points, cells, _ = tetrahedra(n, size)
+    sides = {
+        name: np.flatnonzero(np.abs(points[:, axis] - at) < 1e-9).tolist()
+        for axis, names in enumerate((("left", "right"), ("bottom", "top"), ("back", "front")))
+        for name, at in zip(names, (0.0, size[axis]))
+    }
+    return pr.Tetrahedra(points=points.tolist(), cells=cells.tolist(), boundaries=sides)
+
+
+@pytest.mark.parametrize("travel", [0.3, 0.55, 0.85])
+def test_tetrahedra_are_reported_as_bricks_are(travel):
+    """In the same words, of the same box."""
+    p = upset(BOX, travel)
+    split = replace(p, bodies={"b": pr.Body(of_tetrahedra(BOX.n, BOX.size), STEEL)})
+    assert said(split) == said(p) and bool(said(p)) == (travel > 0.5)
+
+
+@pytest.mark.parametrize(("strain", "reported"), [(0.9, True), (0.5, False)])
+@pytest.mark.parametrize("until", [True, False])
+def test_forces_that_press_far_are_reported_by_what_metal_carries(strain, reported, until):
+    """F = σ A (1 + μ r/(2 h)), r the mean distance in the square, pushed or moved until then; a shorter way is all."""
+    share = 0.3 * 0.7652 * 5.0 * np.exp(1.5 * strain) / (2.0 * 2.5)
+    force = 800.0 * (0.005 + strain) ** 0.18 * 25.0 * np.exp(strain) * (1.0 + share)
+    push = pr.Step("press", push={"t": pr.Push(y=-force)}, increments=30)
+    wait = pr.Step("press", move={"t": pr.Motion(y=-2.4)}, until=pr.Until(force={"t": pr.ToolForce(y=force)}), increments=30)
+    words = said(upset(BOX, 0.0, steps=(wait if until else push,)))
+    assert bool(words) == reported
+    if reported:
+        pressed = float(words.split("by up to ")[1].split(" of 2.5")[0])
+        assert pressed == pytest.approx(2.5 * (1.0 - np.exp(-strain)), rel=0.02) and "as far as it yields to their force" in words
+        short = replace(wait, move={"t": pr.Motion(y=-0.5)})
+        assert said(upset(BOX, 0.0, steps=(short,))) == ""
 
 
 @pytest.mark.parametrize(

@@ -636,6 +636,19 @@ SEEDED = {
                 "roll moved across a plane of symmetry", (("y: -0.5", "x: 1, y: -0.5"),), "13:5",
                 ("plane of symmetry of 'block', x = 0, and moves or turns across it", "move it along the plane, or model the whole"), True,
             ),
+            (
+                "cut of a sector that nothing holds",
+                (
+                    (BRICKS, "type: cylinder, radius: 10, height: 5, n: [3, 3, 4], angle: 90 deg"), (ROLL, "type: plane, touching: block.top"),
+                    (", block.left: x, block.back: z", ", block.base: z"),
+                ),
+                "4:3", ("a sector ends in the plane x = 0", "'block.cap: x'"), True,
+            ),
+            (
+                "half that is shown as a whole, and is not held where it is cut",
+                ((", block.left: x, block.back: z", ", block.left: x"), ("block.bottom: y", "block.bottom: xyz"), ("steps:", "output: {mirror: back}\nsteps:")),
+                "12:10", ("is no plane of symmetry", "modelled twice"), True,
+            ),
             ("motion of the wrong sign", (("y: -0.5", "y: 0.5"),), "10:5", ("only goes away from it, by up to 0.5", "check the sign and the axis"), True),
             ("force of the wrong sign", (("move: {roll: {y: -0.5}}", "push: {roll: {y: 500}}"),), "13:26", ("pushes the tool away from 'block.top'", "check the sign and the axis"), True),
             ("motion along the wrong axis", (("y: -0.5", "z: -0.5"),), "10:5", ("only goes along it", "it never presses"), True),
@@ -643,6 +656,11 @@ SEEDED = {
                 "sector in degrees without the unit",
                 ((BRICKS, "type: cylinder, radius: 10, height: 5, n: [3, 3, 4], angle: 90"), (", block.left: x, block.back: z", ", block.base: z, block.cap: x")),
                 "5:72", ("must be at most 6.28319", "for degrees write '90 deg'"), False,
+            ),
+            (
+                "tool turned by degrees without the unit",
+                ((ROLL, "type: pyramid, of: vickers, radius: 2, touching: block.top, at: [0, 0, 0], turn: [0, 45, 0]"),),
+                "8:85", ("a turn of 45 radians", "write '45 deg'"), True,
             ),
             ("tool that never touches", (("touching: block.top, at: [0, 0, 0]", "at: [0, 26, 0]"),), "10:5", ("never touches 'block.top'", "never comes nearer than 0.5"), True),
             ("side of another name", (("block.back: z", "block.rear: z"),), "11:41", ("unknown boundary 'rear'", "'back', 'front'"), False),
@@ -653,6 +671,10 @@ SEEDED = {
             ("mesh of the plane", ((BRICKS, "type: rectangle, size: [10, 5], n: [5, 3]"),), "5:5", ("'rectangle' is a mesh of the plane", "'extruded'"), False),
             ("tool of the plane", ((ROLL, "type: circle, radius: 20, touching: block.top, at: [0, 0, 0]"),), "8:3", ("is a tool of the plane", "type: extruded"), False),
             ("far upset, which wears elements out", ((ROLL, "type: plane, touching: block.top"), ("y: -0.5", "y: -4")), "4:3", ("together by 4 of 5", "'remesh: auto'"), True),
+            (
+                "force that presses far", ((ROLL, "type: plane, touching: block.top"), ("move: {roll: {y: -0.5}}", "push: {roll: {y: -500 kN}}")),
+                "4:3", ("as far as it yields to their force", "'remesh: auto'"), True,
+            ),
             ("steel without a flow curve, pressed far", ((ROLL, "type: plane, touching: block.top"), (SWIFT, "type: elastic, E: 210e3, nu: 0.3"), ("y: -0.5", "y: -2")), "6:5", ("together by 2 of 5", "metals yield long before"), True),
             ("tool turned by an unknown key", (("touching: block.top,", "touching: block.top, turn: 30 deg,"),), "8:101", ("unknown key 'turn'", "its 'axis' says how it stands"), False),
             ("semicolons in a list", (("[10, 5, 10]", "[10; 5; 10]"),), "5:30", ("commas separate the entries of a list", "write 10, 5, 10"), False),

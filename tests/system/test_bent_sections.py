@@ -1,5 +1,7 @@
 """Sections of bent metal against closed forms, and what a run reports of strips that bend past yield against finer meshes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,13 +9,16 @@ import prensa as pr
 from prensa.mesh.thin import strips
 from prensa.system.bending import BentStrips, stiffness_errors
 from prensa.system.bent_sections import BentMetal
+from prensa.system.contact_surfaces import always_held
 
 E, NU, YIELD = 200e3, 0.3, 300.0
+ONE_WAY = np.ones((1, 1))
+METAL = pr.J2(E, NU, pr.Linear(YIELD, 1000.0))
 
 
-def perfect(stress_free):
+def perfect(space):
     """A metal that does not harden."""
-    return BentMetal(E, NU, lambda strain: np.full(len(strain), YIELD), stress_free)
+    return BentMetal(E, NU, lambda strain: np.full(len(strain), YIELD), space)
 
 
 @pytest.mark.parametrize("times", [0.5, 1.0, 1.3, 2.0, 5.0])
@@ -21,14 +26,48 @@ def test_the_moment_of_a_section_in_plane_stress_is_the_closed_form(times):
     """M/M_y = κ/κ_y before yield, and 3/2 − ½ (κ_y/κ)² after it."""
     bend, first = np.array([times * 2.0 * YIELD / E]), YIELD / 6.0
     expected = first * (times if times <= 1.0 else 1.5 - 0.5 / times**2)
-    assert perfect(True).moments(bend)[0] == pytest.approx(expected, rel=5e-4)
+    assert perfect("plane stress").moments(bend, ONE_WAY)[0] == pytest.approx(expected, rel=5e-4)
 
 
 def test_the_moments_in_plane_strain_are_those_of_the_plate_and_of_full_flow():
     """E/(1 − ν²) κ/12 before yield, and 2/√3 σ_y/4 far beyond."""
-    metal = perfect(False)
-    assert metal.moments(np.array([1e-4]))[0] == pytest.approx(E / (1.0 - NU**2) * 1e-4 / 12.0, rel=5e-4)
-    assert metal.moments(np.array([0.5]))[0] == pytest.approx(2.0 / np.sqrt(3.0) * YIELD / 4.0, rel=2e-3)
+    metal = perfect("plane strain")
+    assert metal.moments(np.array([1e-4]), ONE_WAY)[0] == pytest.approx(E / (1.0 - NU**2) * 1e-4 / 12.0, rel=5e-4)
+    assert metal.moments(np.array([0.5]), ONE_WAY)[0] == pytest.approx(2.0 / np.sqrt(3.0) * YIELD / 4.0, rel=2e-3)
+
+
+@pytest.mark.parametrize(("ways", "stiffness"), [
+    ((1.0, 0.0), E / (1.0 - NU**2)), ((1.0, -NU), E), ((1.0, 1.0), E / (1.0 - NU)),
+])  # fmt: skip
+def test_the_moments_of_plates_are_those_of_a_wide_one_a_narrow_one_and_a_dome(ways, stiffness):
+    """The work of both moments on the curvatures, D (κ₁² + κ₂² + 2 ν κ₁ κ₂): what is free along its width has E alone."""
+    one = np.array([ways]) / np.linalg.norm(ways)
+    work = perfect("solid").moments(np.array([1e-6]), one)[0] * np.linalg.norm(ways) ** 2
+    assert work == pytest.approx(stiffness * (1.0 if ways[1] <= 0.0 else 2.0) * 1e-6 / 12.0, rel=5e-4)
+
+
+def test_the_moment_of_a_narrow_beam_in_full_flow_is_the_uniaxial_one():
+    """Plastic: κ₂ = −κ₁/2, and σ_y/4 on the larger curvature; a plate held along its width carries 2/√3 of that."""
+    for ways, moment in (((1.0, -0.5), YIELD / 4.0), ((1.0, 0.0), 2.0 / np.sqrt(3.0) * YIELD / 4.0)):
+        norm = np.linalg.norm(ways)
+        found = perfect("solid").moments(np.array([0.5 * norm]), np.array([ways]) / norm)[0]
+        assert found * norm == pytest.approx(moment, rel=2e-3)
+
+
+@pytest.mark.parametrize("n", [(20, 1), (27, 3), (10, 2)])
+def test_elastic_layers_of_bricks_err_by_what_check_reports(n):
+    """The formula of `stiffness_errors` in space, bent along the length alone; the way held at both ends is no way to bend."""
+    system = pr.discretise(in_space(n, 1e-3))
+    mesh = system.meshes["strip"]
+    found = BentStrips.of(mesh, always_held(system.problem, "strip", mesh))
+    assert (found.layers == n[1]).all() and len(found.layers) == n[0]
+    s = strips(mesh)
+    thickness, _, along = np.argsort(s.lengths, axis=0, kind="stable")
+    expected = stiffness_errors(s, thickness, along, NU, "solid")
+    ways = np.isclose(found.lengths, 15.0 / n[0]).astype(float)  # the width, 2, is another
+    metal, bend = perfect("solid"), np.full(n[0], 1e-6)
+    moments = metal.moments_of_layers(bend, ways, found.layers, found.lengths / found.thickness[:, None])
+    assert moments / metal.moments(bend, ways) - 1.0 == pytest.approx(expected[0], abs=2e-3)
 
 
 @pytest.mark.parametrize("space", ["plane strain", "plane stress"])
@@ -41,8 +80,9 @@ def test_elastic_layers_err_by_what_check_reports(space, n):
     row, _ = s.thin
     expected = stiffness_errors(s, row, 1 - row, NU, space)
     assert (found.layers == n[1]).all() and len(found.layers) == n[0]
-    metal, bend = perfect(space == "plane stress"), np.full(n[0], 1e-6)
-    error = metal.moments_of_layers(bend, found.layers, found.length / found.thickness) / metal.moments(bend) - 1.0
+    metal, bend, ways = perfect(space), np.full(n[0], 1e-6), np.ones((n[0], 1))
+    moments = metal.moments_of_layers(bend, ways, found.layers, found.lengths / found.thickness[:, None])
+    error = moments / metal.moments(bend, ways) - 1.0
     assert error == pytest.approx(expected[0], abs=2e-3)
 
 
@@ -54,10 +94,74 @@ def test_curvatures_are_those_of_an_arc():
     assert np.abs(BentStrips.of(mesh).curvatures(bent)) == pytest.approx(0.02, rel=1e-9)
 
 
+def test_curvatures_of_bricks_are_those_of_an_anticlastic_plate():
+    """Bent along x to a radius of 50, along z to one of −120, and turned besides; strips of one element through the thickness."""
+    bodies = {"strip": pr.Body(pr.Box((6.0, 1.0, 4.0), n=(6, 2, 4)), METAL)}
+    plate = pr.Problem("plate", bodies=bodies, steps=[pr.Step("rest")], space="solid")
+    mesh = pr.discretise(plate).meshes["strip"]
+    found = BentStrips.of(mesh)
+    thick = np.isclose(found.thickness, 1.0)
+    X = mesh.points - mesh.points.mean(axis=0)
+    u = np.array([0.02, -1.0 / 120.0])
+    bent = X.copy()
+    bent[:, 1] -= 0.5 * X[:, ::2] ** 2 @ u
+    bent[:, ::2] += X[:, 1:2] * X[:, ::2] * u
+    turn = np.linalg.qr(np.array([[1.0, 0.2, 0.1], [-0.3, 1.0, 0.4], [0.2, -0.1, 1.0]]))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    k = np.sort(found.curvatures(bent @ turn.T), axis=1)[thick]
+    assert k == pytest.approx(np.broadcast_to(np.sort(u), k.shape), rel=1e-2)
+
+
+def in_space(n, way, element=None, width=2.0):
+    """The strip extruded, and held along its width: plane strain in bricks."""
+    flat = strip(n, "plane strain", way)
+    body, = flat.bodies.values()
+    bricks = pr.Extrusion(body.mesh, length=width, n=1)
+    steps = [pr.Step("bend", fixed={"strip.right": pr.Fixed(y=-way)}, increments=8)]
+    fixed = {"strip.left": "xyz", "strip.base": "z", "strip.cap": "z"}
+    return pr.Problem("strip", bodies={"strip": pr.Body(bricks, body.material, element)}, fixed=fixed, steps=steps, space="solid")
+
+
+@pytest.mark.parametrize(("way", "element", "reported"), [(0.55, None, True), (0.1, None, False), (0.55, "h8_fbar", False)])
+def test_bricks_that_bend_past_yield_are_reported_with_their_error(way, element, reported, caplog):
+    """Of three layers, against the plane section in elements a quarter as long."""
+    *_, last = pr.solve(in_space((27, 3), way, element))
+    said = [words for words in caplog.messages if "past yield" in words]
+    assert bool(said) == reported
+    if said:
+        fine = strip((108, 12), "plane strain", way)
+        *_, right = pr.solve(replace(fine, steps=[pr.Step("bend", fixed={"strip.right": pr.Fixed(y=-way)}, increments=8)]))
+        error = last.supports["strip.right"].y / 2.0 / right.supports["strip.right"].y - 1.0
+        assert float(said[0].partition("estimated ")[2].partition(" %")[0]) / 100.0 == pytest.approx(error, abs=0.02)
+        assert "too stiff" in said[0] and "'h8_fbar'" in said[0] and "'element: h8_enhanced'" in said[0]
+
+
+@pytest.mark.parametrize("n", [(20, 2), (27, 3)])
+def test_a_narrow_bar_between_rollers_is_reported_with_its_error(n, caplog):
+    """Free along its width, across which it curves the other way: against enhanced strains on the same mesh."""
+
+    def force(element):
+        caplog.clear()
+        mesh = pr.Extrusion(pr.Rectangle((40.0, 3.0), n=n), length=5.0, n=2)
+        sides = {"punch": ("bar.top", 0.0, -8.0), "support": ("bar.bottom", 30.0, 0.0)}
+        p = pr.Problem(
+            "bar", space="solid", bodies={"bar": pr.Body(mesh, pr.J2(210e3, 0.3, pr.Swift(700.0, 0.01, 0.2)), element)},
+            tools={k: pr.Extruded(pr.Circle(5.0), axis="z", touching=s, at=(x, 0.0, 0.0)) for k, (s, x, _) in sides.items()},
+            contacts=[pr.Contact((side,), name, pr.Coulomb(0.1)) for name, (side, *_) in sides.items()],
+            fixed={"bar.left": "x", "bar.base": "z"}, steps=[pr.Step("bend", move={"punch": pr.Motion(y=-8.0)}, increments=10)],
+        )  # fmt: skip
+        *_, last = pr.solve(p)
+        return last.tools["punch"].force.y, [words for words in caplog.messages if "past yield" in words]
+
+    (stiff, said), (right, silent) = force(None), force("h8_enhanced")
+    assert len(said) == 1 and silent == []
+    assert float(said[0].partition("estimated ")[2].partition(" %")[0]) / 100.0 == pytest.approx(stiff / right - 1.0, abs=0.01)
+
+
 def strip(n, space, way, element=None):
     """A clamped strip 15 long whose end is lowered."""
     steps = [pr.Step("bend", fixed={"strip.bottom-right": pr.Fixed(y=-way)}, increments=8)]
-    body = pr.Body(pr.Rectangle((15.0, 1.0), n=n), pr.J2(E, NU, pr.Linear(YIELD, 1000.0)), element)
+    body = pr.Body(pr.Rectangle((15.0, 1.0), n=n), METAL, element)
     return pr.Problem("strip", bodies={"strip": body}, fixed={"strip.left": "xy"}, steps=steps, space=space)
 
 

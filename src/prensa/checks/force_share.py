@@ -25,15 +25,19 @@ class ForceShare:
             self.rows.append((0.0, 0.0))  # of a run that is continued the beginning is not known
         self.rows.append((given.state.energy.external, energy))
 
-    def last(self) -> float:
-        """The share at the last increment that was noted."""
-        return _last_rate(np.array(self.rows))
+    def go_on_from(self, before: ForceShare) -> None:
+        """Take over what was noted of the run on an earlier system."""
+        self.rows = list(before.rows)
+
+    @property
+    def most(self) -> int:
+        """The row at which most work had been done, the first one of several."""
+        return int(np.argmax([work for work, _ in self.rows]))
 
     def at_most_work(self) -> float:
         """The share where most work had been done: where a tool has drawn back, forces are not what is asked for."""
-        rows = np.array(self.rows).reshape(-1, 2)
-        most = int(np.argmax(rows[:, 0])) if len(rows) else 0
-        return _last_rate(rows[: most + 1]) if len(rows) and rows[most, 0] > 0.0 else 0.0
+        rows = np.array(self.rows[: self.most + 1] if self.rows else [(0.0, 0.0)])
+        return _last_rate(rows) if rows[-1, 0] > 0.0 else 0.0
 
 
 def _last_rate(rows: Array) -> float:

@@ -65,15 +65,13 @@ class RunChecks:
             Penetration(system, folding if finite else None), symmetry_planes, Passing(system),
             *([self.closing] if finite else []), SelfIntersection(system), *([folding] if finite else []),
         ]  # fmt: skip
-        self.committed: list[Check[Committed]] = [self.validity, penalties.note, folding.note, self.untouched.note]
+        self.committed: list[Check[Committed]] = [self.validity, penalties, folding.note, self.untouched.note]
         self.step_ends: list[Check[Committed]] = [
-            partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), penalties,
-            self.between_nodes,
+            partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), self.between_nodes,
+            self.metal_bends,
         ]  # fmt: skip
         if space:
             self.step_ends += [CoarseTools(system), partial(corners_of_faces, system)]
-        else:
-            self.step_ends.append(self.metal_bends)
         self.tools_leave: list[Check[Finished]] = [self.untouched.warnings]
         self.run_ends: list[Check[Finished]] = [
             *self.tools_leave, self.validity.warnings, penalties.warnings, folding.warnings,

@@ -193,3 +193,24 @@ def _distance_to(p: Array, x: Array) -> float:
             break
         at = moved
     return float(np.linalg.norm(np.einsum("ma,mad->md", multilinear(at, 4)[0], x) - p, axis=1).min())
+
+
+def first_met(start: Array, way: Array, x: Array) -> tuple[Index, Array]:
+    """The first of triangles x (k, 3, 3) that rays from ``start`` (r, 3) along ``way`` (r, 3) meet, -1 for none; how far off.
+
+    T. Möller, B. Trumbore, Fast, minimum storage ray/triangle intersection (1997). Those in which a ray begins do not count.
+    """
+    met, far = np.full(len(start), -1), np.full(len(start), np.inf)
+    a, b = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]
+    least = NEGLIGIBLE * float(np.ptp(x.reshape(-1, 3), axis=0).max())
+    for k, (origin, d) in enumerate(zip(start, way)):
+        p, from_corner = np.cross(d, b), origin - x[:, 0]
+        det = (a * p).sum(axis=1)
+        q = np.cross(from_corner, a)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u, v, t = (from_corner * p).sum(axis=1) / det, q @ d / det, (b * q).sum(axis=1) / det
+            inside = (u >= -NEGLIGIBLE) & (v >= -NEGLIGIBLE) & (u + v <= 1.0 + NEGLIGIBLE) & (t > least)
+        if inside.any():
+            met[k] = np.argmin(np.where(inside, t, np.inf))
+            far[k] = t[met[k]]
+    return met, far

@@ -16,6 +16,7 @@ import numpy as np
 
 from prensa.contact.passage import WORTH_SAYING
 from prensa.mesh.bricks import BrickMesh
+from prensa.mesh.faces import first_met
 from prensa.mesh.mesh import Mesh
 from prensa.mesh.thin import Strips, side_numbers, strips
 from prensa.model import problem as model
@@ -25,6 +26,8 @@ from prensa.system.moments import Moment, moments
 from prensa.system.system import System
 from prensa.types import Array, Flags, Index
 
+MOST_RAYS = 1000
+"""Ways through a body of tetrahedra that are looked at: a tool that presses meets many of them."""
 FOR_BENDING = {2: "q4_enhanced", 3: "h8_enhanced"}
 """By the dimension of space."""
 
@@ -90,41 +93,90 @@ class Thickness:
         towards = np.abs(across)[:, None, None, :] > np.sqrt(0.5)
         return Thickness(strip, ends, middle, across, size, (held[ends] & towards).any(axis=3).all(axis=2))
 
+    @staticmethod
+    def between_faces(mesh: BrickMesh, held: Flags) -> Thickness:
+        """Of tetrahedra, which have no strips: straight inwards from the middles of faces to those opposite, which face away."""
+        x, rays = mesh.points[mesh.boundary[:, :3]], np.arange(0, len(mesh.boundary), -(-len(mesh.boundary) // MOST_RAYS))
+        n = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
+        n /= np.linalg.norm(n, axis=1)[:, None]
+        met, size = first_met(x[rays].mean(axis=1), -n[rays], x)
+        through = (met >= 0) & ((n[rays] * n[met]).sum(axis=1) < -np.sqrt(0.5))
+        rays, met, size = rays[through], met[through], size[through]
+        ends, first = mesh.boundary[np.stack([rays, met], axis=1)], x[rays].mean(axis=1)
+        middle = np.stack([first, first - size[:, None] * n[rays]], axis=1)
+        towards = np.abs(n[rays])[:, None, None, :] > np.sqrt(0.5)
+        holds = (held[ends] & towards).any(axis=3).all(axis=2)
+        return Thickness(np.arange(len(rays)), ends, middle, -n[rays], size, holds)
+
+    @staticmethod
+    def all_of(mesh: Mesh, held: Flags) -> Iterator[Thickness]:
+        """Along each of the ways in which a body has strips, or once between its faces."""
+        if isinstance(mesh, BrickMesh) and mesh.cells.shape[1] == 10:
+            yield Thickness.between_faces(mesh, held)
+        elif mesh.cells.shape[1] == (8 if isinstance(mesh, BrickMesh) else 4):
+            s = strips(mesh)
+            for row in range(len(s.strip)):
+                yield Thickness.of(mesh, s, np.full(len(mesh.cells), row), held)
+
 
 class BentStrips(NamedTuple):
-    """Strips (s,) through the thickness of a body in the plane, which bend as the sections of a beam.
+    """Strips (s,) through the thickness of a body, which bend as the sections of a beam, in space of a plate along two ways.
 
-    ``sides`` (s, 2, 2): the nodes of the two sections that bound each, of either the two ends; ``layers`` (s,): elements across;
-    ``length``, ``thickness`` (s,): the distance of the sections, and theirs from end to end.
+    ``sides`` (s, w, 2, 2, a): along each of w = d − 1 ways the nodes of the two sections that bound a strip, of either of the two
+    ends, a = d − 1 at each; ``layers`` (s,): elements across; ``lengths`` (s, w): the distance of the sections; ``thickness``
+    (s,): theirs from end to end.
     """
 
     sides: Index
     layers: Array
-    length: Array
+    lengths: Array
     thickness: Array
 
     @staticmethod
-    def of(mesh: Mesh) -> BentStrips:
-        """Of a mesh of quadrilaterals."""
-        s = strips(mesh)
-        row, _ = s.thin
-        t = Thickness.of(mesh, s, row, np.zeros((len(mesh.points), 2), dtype=bool))
-        first, last = t.ends[:, 0], t.ends[:, 1]
-        x = mesh.points
-        across = np.linalg.norm(x[first] - x[last], axis=2).sum(axis=1)
-        crossed = np.linalg.norm(x[first] - x[last[:, ::-1]], axis=2).sum(axis=1)
-        last = np.where((crossed < across)[:, None], last[:, ::-1], last)
-        own = np.stack([first, last], axis=2)
-        middle = x[own].mean(axis=2)
-        layers = np.zeros(int(s.strip.max()) + 1)
-        layers[s.strip[row, np.arange(len(row))]] = s.numbers[row, np.arange(len(row))]
-        return BentStrips(own, layers[t.strip], np.linalg.norm(middle[:, 1] - middle[:, 0], axis=1), t.size)
+    def of(mesh: Mesh, held: Flags | None = None) -> BentStrips:
+        """Of a mesh of quadrilaterals, through their thickness, or of bricks, through all but the longest way of their strips.
+
+        ``held`` (n, d): components that supports hold; ways of bricks that they hold at both ends are left out.
+        """
+        s, x = strips(mesh), mesh.points
+        held = np.zeros(x.shape, dtype=bool) if held is None else held
+        parts = []
+        for row in np.argsort(s.lengths, axis=0, kind="stable")[:-1] if x.shape[1] == 3 else s.thin[:1]:
+            t = Thickness.of(mesh, s, row, held)
+            own = ~t.held.all(axis=1)
+            ends = _fibres(x, t.ends[own])
+            layers = np.zeros(int(s.strip.max()) + 1)
+            layers[s.strip[row, np.arange(len(row))]] = s.numbers[row, np.arange(len(row))]
+            sides = ends[:, :, _SECTIONS[x.shape[1]]].transpose(0, 2, 3, 1, 4)
+            middle = x[sides].mean(axis=(3, 4))
+            lengths = np.linalg.norm(middle[:, :, 1] - middle[:, :, 0], axis=2)
+            parts.append(BentStrips(sides, layers[t.strip[own]], lengths, t.size[own]))
+        return BentStrips(*(np.concatenate(one) for one in zip(*parts)))
 
     def curvatures(self, x: Array) -> Array:
-        """Angles (s,) between the sections of each strip over their distance, on nodes at x (n, 2)."""
-        d = x[self.sides[:, :, 1]] - x[self.sides[:, :, 0]]
-        cross = d[:, 0, 0] * d[:, 1, 1] - d[:, 0, 1] * d[:, 1, 0]
-        return np.asarray(np.arctan2(cross, (d[:, 0] * d[:, 1]).sum(axis=1)) / self.length)
+        """Angles (s, w) between the sections of each strip over their distance, on nodes at x (n, d): > 0 where the ends part."""
+        at = x[self.sides].mean(axis=4)
+        d, middle = at[:, :, :, 1] - at[:, :, :, 0], at.mean(axis=3)
+        across, along = d.sum(axis=2), middle[:, :, 1] - middle[:, :, 0]
+        across /= np.linalg.norm(across, axis=2)[..., None]
+        along -= (along * across).sum(axis=2)[..., None] * across
+        along /= np.linalg.norm(along, axis=2)[..., None]
+        angles = np.arctan2((d * along[:, :, None]).sum(axis=3), (d * across[:, :, None]).sum(axis=3))
+        return np.asarray((angles[:, :, 1] - angles[:, :, 0]) / self.lengths)
+
+
+_SECTIONS = {2: np.array([[[0], [1]]]), 3: np.array([[[0, 3], [1, 2]], [[0, 1], [3, 2]]])}
+"""Corners (w, 2, a) of an end of a strip at its two sections along each way, by the dimension of space."""
+
+
+def _fibres(x: Array, ends: Index) -> Index:
+    """The ``ends`` (s, 2, a) of strips with the nodes of the second in the order in which they stand across from the first's."""
+    first, last = ends[:, 0], ends[:, 1]
+    a = last.shape[1]
+    ways = np.arange(a)[None] + np.arange(a)[:, None]
+    orders = np.concatenate([ways % a, -ways % a])
+    apart = np.linalg.norm(x[first][:, None] - x[last[:, orders]], axis=3).sum(axis=2)
+    return np.stack([first, last[np.arange(len(last))[:, None], orders[apart.argmin(axis=1)]]], axis=1)
 
 
 class _Way(NamedTuple):
@@ -175,9 +227,10 @@ def _ways(system: System, body: str) -> Iterator[_Way]:
 def gaps_across(system: System, body: str, t: Thickness, moment: Moment, unknown: Array) -> tuple[Array, Index]:
     """Gaps (s, 2) at the ends of strips to what is there at a moment, tools in contact with the body and supports along them.
 
-    With the numbers (s, 2) of the contacts of these tools among all of tools; -1: a support, or nothing. ``unknown`` (s,): the
-    gap to a tool whose place nobody knows.
+    With the numbers (s, 2) of the contacts of these tools among all of tools; -1: a support, or nothing. ``unknown`` (s,), or
+    (c, s) by contacts of tools: the gap to a tool whose place nobody knows.
     """
+    unknown = np.broadcast_to(unknown, (len(system.tool_contacts), len(t.size)))
     out, d = np.where(t.held, 0.0, np.inf), t.across.shape[1]
     nearest = np.full(out.shape, -1)
     outward = np.stack([-t.across, t.across], axis=1)
@@ -188,7 +241,7 @@ def gaps_across(system: System, body: str, t: Thickness, moment: Moment, unknown
             # a tool that has come through from the other side faces away from this one
             # and in space one that is met along the thickness of the other way faces neither
             facing = (seen.n.reshape(-1, 2, d) * outward).sum(axis=2) < (-np.sqrt(0.5) if d == 3 else 0.0)
-            gap = seen.g.reshape(-1, 2) if moment.known[master.number] else np.repeat(unknown[:, None], 2, axis=1)
+            gap = seen.g.reshape(-1, 2) if moment.known[master.number] else np.repeat(unknown[i][:, None], 2, axis=1)
             nearer = facing & (gap < out)
             out, nearest = np.where(nearer, gap, out), np.where(nearer, i, nearest)
     return out, nearest

@@ -105,7 +105,10 @@ def side_normal(name: str, meshes: Mapping[str, Mesh]) -> Array:
     normal = area.sum(axis=0) / np.linalg.norm(area.sum(axis=0))
     off = float(np.abs((x.reshape(-1, 3) - x[0, 0]) @ normal).max())
     if off > DRAWN * float(np.ptp(x.reshape(-1, 3), axis=0).max()):
-        raise MeshError(f"fixed: {name!r} is not flat (off by {off:.3g}) and has no one normal; hold it along x, y or z")
+        raise MeshError(
+            f"fixed: {name!r} is not flat (off by {off:.3g}) and has no one normal; hold it along x, y or z, or let a tool stand "
+            "there"
+        )
     return np.asarray(normal)
 
 

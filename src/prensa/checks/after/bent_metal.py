@@ -11,28 +11,30 @@ from prensa.contact.passage import WORTH_SAYING
 from prensa.errors import Finding
 from prensa.materials.flow_curve import stress_at
 from prensa.materials.solids.j2 import J2
-from prensa.system.bending import BentStrips, bendings
+from prensa.mesh.bricks import BrickMesh
+from prensa.system.bending import FOR_BENDING, BentStrips, bendings
 from prensa.system.bent_sections import BentMetal
+from prensa.system.contact_surfaces import always_held
 from prensa.system.system import System
 from prensa.types import Array
 
-BETWEEN_LAYERS = "'element: q4_enhanced', or 'q4_sheet' for springback"
-"""The remedy in the plane."""
+FOR_METAL = {2: "'element: q4_enhanced', or 'q4_sheet' for springback", 3: f"'element: {FOR_BENDING[3]}'"}
+"""The remedy by the dimension of space."""
 
 
 class MetalBends:
-    """Bodies of metal in the plane of the default element that bend: by how much their forces are off at the end of a step.
+    """Bodies of metal of the default element that bend: by how much their forces are off at the end of a step.
 
     What `check` says before a run is of elastic stiffness. Here each strip through the thickness has the curvature that the nodes
     on the outline show, and its moment is that of its layers of elements and of the material (`BentMetal`). A force over a
     prescribed way is off by the work of the difference over all other work, in the last increment. Sections that straighten do so
-    elastically, and do not count.
+    elastically, and do not count. In space strips bend as plates, along two ways. Of axisymmetric sections nothing is said.
     """
 
     def __init__(self, system: System) -> None:
         self.system = system
         p = system.problem
-        flows = p.space in ("plane strain", "plane stress")
+        flows = p.space != "axisymmetric"
         # Laws of users may yield otherwise in bending, or state no flow stress.
         metals = {n: b.element for n, b in p.bodies.items() if flows and isinstance(b.material, J2)}
         self.open = {n for n, element in metals.items() if element is None or n in system.chosen}
@@ -43,7 +45,7 @@ class MetalBends:
         work = given.state.energy.external - given.context.state.energy.external
         for body in sorted(self.open):
             mesh = self.system.meshes[body]
-            if mesh.cells.shape[1] != 4:
+            if mesh.cells.shape[1] != (8 if isinstance(mesh, BrickMesh) else 4):
                 self.open.discard(body)
                 continue
             excess = self._excess(body, given)
@@ -59,32 +61,38 @@ class MetalBends:
         """Work that layers of elements do in bending in the last increment beyond that of the material."""
         s = self.system
         if body not in self.strips:
-            self.strips[body] = BentStrips.of(s.meshes[body])
+            self.strips[body] = BentStrips.of(s.meshes[body], always_held(s.problem, body, s.meshes[body]))
         strips, span = self.strips[body], s.span(body)
+        if not len(strips.layers):
+            return 0.0
         at_rest = strips.curvatures(s.X[span])
-        before, after = (
-            np.abs(strips.curvatures(s.positions(state.u)[span]) - at_rest) * strips.thickness
-            for state in (given.context.state, given.state)
-        )
+        bent = [strips.curvatures(s.positions(state.u)[span]) - at_rest for state in (given.context.state, given.state)]
+        size = [np.linalg.norm(one, axis=1) for one in bent]
+        before, after = (one * strips.thickness for one in size)
         material = s.problem.bodies[body].material
         assert isinstance(material, J2)
 
         def flow(strain: Array) -> Array:
             return stress_at(material.flow, strain, np.zeros_like(strain))
 
-        metal = BentMetal(material.E, material.nu, flow, s.problem.space == "plane stress")
+        metal = BentMetal(material.E, material.nu, flow, s.problem.space)
+        ways = np.tile(np.eye(1, bent[1].shape[1]), (len(after), 1))  # of what is straight
+        ways[size[1] > 0.0] = bent[1][size[1] > 0.0] / size[1][size[1] > 0.0, None]
 
         def more(bend: Array) -> Array:
             """Of the moments of sections, over the square of their thickness."""
-            return metal.moments_of_layers(bend, strips.layers, strips.length / strips.thickness) - metal.moments(bend)
+            lengths = strips.lengths / strips.thickness[:, None]
+            return metal.moments_of_layers(bend, ways, strips.layers, lengths) - metal.moments(bend, ways)
 
-        grown = np.maximum(after - before, 0.0) * strips.thickness * strips.length * s.problem.thickness
+        area = strips.lengths.prod(axis=1) * (s.problem.thickness if s.dofs.dimension == 2 else 1.0)
+        grown = np.maximum(after - before, 0.0) * strips.thickness * area
         return float((0.5 * (more(before) + more(after)) * grown).sum())
 
     def _words(self, body: str, share: float) -> str:
         default = self.system.problem.element_name(body)
         way = ("stiff", "large") if share > 0.0 else ("soft", "small")
+        remedy = FOR_METAL[self.system.dofs.dimension]
         return (
             f"{body!r} bends past yield, where its layers of {default!r} are too {way[0]}: forces of prescribed travels are too "
-            f"{way[1]}, by an estimated {100.0 * abs(share):.2g} %; give it {BETWEEN_LAYERS}; 'element: {default}' accepts that"
+            f"{way[1]}, by an estimated {100.0 * abs(share):.2g} %; give it {remedy}; 'element: {default}' accepts that"
         )

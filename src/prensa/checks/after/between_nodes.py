@@ -130,7 +130,9 @@ class BetweenNodes:
             return self.words(s, dip, x, _off(share, pushed) if len(pressed) else NO_FORCE)
         # in space, of what the tool would bear whose depth is that of the nodes and δ more
         short = missed / (1.0 + missed) if self.system.dofs.dimension == 3 else missed
-        off = short if share is None else share
+        off: float | None = short if share is None else share
+        if share is None and len(pressed) == 1 and self.system.problem.bodies[s.body].material.plastic:
+            off = None  # metal carries its hardness times an area, of which one node knows nothing
         return self._few(s, len(pressed), off, pushed) if share is not None or missed > NOTABLE_DEPTH else ""
 
     def _turns(self, s: Surface, pressed: Index, x: Array, u: Array) -> bool:
@@ -151,10 +153,10 @@ class BetweenNodes:
             f"finer than the elements, and {off}; shorten the elements there, or enlarge the fillet"
         )
 
-    def _few(self, s: Surface, count: int, share: float, pushed: bool) -> str:
-        """What there is to say of a contact of so many nodes that misses a share of its force; ``pushed``: which is given."""
+    def _few(self, s: Surface, count: int, share: float | None, pushed: bool) -> str:
+        """What there is to say of a contact of so many nodes that misses a share of its force; ``pushed``: it is given."""
         nodes = "1 node carries" if count == 1 else f"{count} nodes carry"
-        deeper = "" if share < 0.0 else ", and it lies deeper between nodes than at them"
+        deeper = "" if share is not None and share < 0.0 else ", and it lies deeper between nodes than at them"
         return (
             f"{nodes} all of tool {s.against!r} on {'+'.join(s.description.surface)!r}{deeper}: its face, fillet or radius is "
             f"small against the elements, and {_off(share, pushed)}; shorten the elements there"

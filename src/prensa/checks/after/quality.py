@@ -37,35 +37,28 @@ def penetrations(system: System, given: Committed) -> Iterator[Finding]:
 
 
 class PenaltyShare:
-    """Forces that are too low because the penalties of the contacts give way, by the step in which most work had been done.
+    """Forces that are too low because the penalties of the contacts give way, where most work had been done.
 
     A spring of stiffness k that carries f gives way by f/k, and that gap lowers the force F over a prescribed travel d by f/k
     df/dd: gaps and travels are reciprocal (Betti). Of all springs that is a share Σ f df / (k F dd) = dE/dW of F: what their
     energy gains over what the work does (`ForceShare`). In a linear body that is E/W; a body that stiffens loses more, metal
-    that yields at a constant force nothing.
+    that yields at a constant force nothing. Steps of little work, in which a sheet is clamped, have large shares that mean
+    nothing for what is asked of the run.
     """
 
     def __init__(self, system: System) -> None:
-        self.system = system
-        self.work, self.share, self.softest = 0.0, 0.0, ""
-        self.of_springs = ForceShare()
+        self.system, self.softest, self.of_springs = system, "", ForceShare()
 
     def go_on_from(self, before: PenaltyShare) -> None:
         """Take over what was seen of the run on an earlier system."""
-        self.work, self.share, self.softest = before.work, before.share, before.softest
-        self.of_springs.rows = list(before.of_springs.rows)
-
-    def note(self, given: Committed) -> tuple[()]:
-        """Note an increment."""
-        self.of_springs.note(given, sum(self._stored(given).values()))
-        return ()
+        self.softest = before.softest
+        self.of_springs.go_on_from(before.of_springs)
 
     def __call__(self, given: Committed) -> tuple[()]:
-        """Note the end of a step; there is nothing to say before the end of the run."""
-        # Steps of little work, in which a sheet is clamped, have large shares without a meaning for what is asked of the run.
+        """Note an increment; there is nothing to say before the end of the run."""
         stored = self._stored(given)
-        if stored and given.state.energy.external > self.work:
-            self.work, self.share = given.state.energy.external, self.of_springs.last()
+        self.of_springs.note(given, sum(stored.values()))
+        if stored and self.of_springs.most == len(self.of_springs.rows) - 1:
             self.softest = max(stored, key=lambda name: stored[name])
         return ()
 
@@ -76,10 +69,11 @@ class PenaltyShare:
 
     def warnings(self, _: Finished | Failed) -> Iterator[Finding]:
         """The share, where it shows."""
-        if self.share > SLIGHT:
+        share = self.of_springs.at_most_work()
+        if share > SLIGHT:
             yield warning(
                 f"the penalties of the contacts give way, that of {self.softest!r} most, and forces of prescribed travels are "
-                f"too low by an estimated {100.0 * self.share:.2g} %; raise 'beta' and 'beta_T', or use "
+                f"too low by an estimated {100.0 * share:.2g} %; raise 'beta' and 'beta_T', or use "
                 "'enforcement: {type: exact}'"
             )
 

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
+from prensa.checks.before.extrusions import confined, extruded, spread
 from prensa.checks.during.validity import STRAIN_WARNING, YIELDS_BEFORE, elastic_metal
-from prensa.checks.thresholds import ALONG, NO_DIFFERENCE, TOUCHING_DEPTH, TOWARDS
+from prensa.checks.thresholds import TOWARDS
 from prensa.errors import Finding
+from prensa.friction.law import At, bounded
+from prensa.materials.flow_curve import stress_at
 from prensa.mesh.bricks import BrickMesh
+from prensa.mesh.faces import enclosed_volume
 from prensa.mesh.quality import POOR
-from prensa.mesh.thin import strips
+from prensa.model.problem import Push, Step
+from prensa.model.until import ToolForce
 from prensa.policy import Policy
 from prensa.system.bending import Thickness, gaps_across
 from prensa.system.contact_surfaces import always_held
-from prensa.system.moments import moments
+from prensa.system.moments import Moment, moments
 from prensa.system.system import System
-from prensa.types import Array, Flags
+from prensa.types import Array, Flags, Index
 
 
 class Upset(NamedTuple):
@@ -26,7 +31,8 @@ class Upset(NamedTuple):
 
     ``across`` (d,): the line of travel. ``sticking``: ends of it along which friction or a support may hold the metal.
     ``surrounded``: whether tools surround the body all along the height, as a container does; ``past_face``: shear of a layer of
-    elements between metal that stands before a face and what flows past it.
+    elements between metal that stands before a face and what flows past it; ``by_force``: whether it ends where the largest force
+    of a tool that presses it does.
     """
 
     height: float
@@ -35,6 +41,7 @@ class Upset(NamedTuple):
     sticking: int
     past_face: float
     surrounded: bool = False
+    by_force: bool = False
 
 
 def far_upsets(system: System) -> Iterator[Finding]:
@@ -45,55 +52,116 @@ def far_upsets(system: System) -> Iterator[Finding]:
     for name in p.bodies:
         elastic = all(elastic_metal(p, b, Policy()) for b in system.blocks if b.body == name)
         u = upset(system, name) if elastic or system.dofs.dimension == 3 else None  # in the plane wear is for 'remesh'
-        if u is None:
+        if u is not None and elastic:
+            yield from _beyond_yield(name, u)
             continue
-        by = f"by {u.height - u.left:.4g} of {u.height:.4g}"
-        if elastic:
-            if 1.0 - u.left / u.height > STRAIN_WARNING:
-                yield Finding(
-                    f"bodies.{name}.material",
-                    f"tools press {name!r} together {by}, and it is elastic with the modulus of a metal: {YIELDS_BEFORE}",
-                    seen_in_run=True,
-                )
-        elif (shear := u.past_face if u.surrounded else sheared(system, name, u)) > _WORN:
+        shear = 0.0 if u is None else u.past_face if u.surrounded else sheared(system, name, u)
+        if u is not None and shear > _WORN:
             yield Finding(
                 f"bodies.{name}",
-                f"tools press {name!r} together {by}: {_BY_A_FACE if u.surrounded else _BY_FRICTION}, by up to {shear:.2g}, and "
+                f"{_together(name, u)}: {_BY_A_FACE if u.surrounded else _BY_FRICTION}, by up to {shear:.2g}, and "
                 "a run in space, which has no new meshes, may end before that, with what it has by then; press less far"
                 f"{', give the die a slope below 45°' * u.surrounded}, or compute a section in the plane with 'remesh: auto'",
                 seen_in_run=True,
             )
+        elif not elastic and system.dofs.dimension == 3:
+            yield from extruded(system, name)
 
 
-_BY_FRICTION = "where friction holds the metal its elements are sheared"
-_BY_A_FACE = "where it flows past metal that stands before a face across its way its elements are sheared"
+def _beyond_yield(body: str, u: Upset) -> Iterator[Finding]:
+    """What there is to say of an elastic metal that is pressed together."""
+    if 1.0 - u.left / u.height > STRAIN_WARNING:
+        yield Finding(
+            f"bodies.{body}.material",
+            f"{_together(body, u)}, and it is elastic with the modulus of a metal: {YIELDS_BEFORE}",
+            seen_in_run=True,
+        )
+
+
+def _together(body: str, u: Upset) -> str:
+    """By how much, in words."""
+    much = f"tools press {body!r} together by {'up to ' * u.by_force}{u.height - u.left:.4g} of {u.height:.4g}"
+    return much + ", as far as it yields to their force" * u.by_force
+
+
 _WORN = float(np.sqrt(1.0 / POOR**2 - 1.0))
 """Shear at which the scaled Jacobian of a rectangle, 1/√(1 + γ²), is `POOR`."""
+_FARTHEST = 10.0
+"""Logarithmic strain that no element bears; forces beyond press as far."""
+_BY_FRICTION = "where friction holds the metal its elements are sheared"
+_BY_A_FACE = "where it flows past metal that stands before a face across its way its elements are sheared"
 
 
 def upset(system: System, body: str) -> Upset | None:
-    """The strip through a body that known motions of tools press together most in any step; None if they press none."""
+    """The strip through a body that tools press together most, by known motions or by force; None if they press none."""
     mesh = system.meshes[body]
-    if mesh.cells.shape[1] != (8 if isinstance(mesh, BrickMesh) else 4):
-        return None
-    s, held, most = strips(mesh), always_held(system.problem, body, mesh), None
-    for row in range(len(s.strip)):
-        t = Thickness.of(mesh, s, np.full(len(mesh.cells), row), held)
+    held, most = always_held(system.problem, body, mesh), None
+    strains = _strains_of_forces(system, body)
+    for t in Thickness.all_of(mesh, held):
+        shares = np.exp(-strains)[:, np.abs(t.across).argmax(axis=1)]
         for moment in moments(system) if len(t.size) else ():
-            gaps, contacts = gaps_across(system, body, t, moment, np.full(len(t.size), np.inf))
+            gaps, contacts = _gaps(system, body, t, moment, np.nan_to_num((shares - 1.0) * t.size, nan=np.inf))
             left = t.size + gaps.sum(axis=1)
             left = np.where((contacts >= 0).any(axis=1) & (left > 0.0), left, np.inf)
             k = int(np.argmin(left / t.size))
             if left[k] < t.size[k] and (most is None or left[k] * most.height < most.left * t.size[k]):
                 sticking = sum(_sticks(system, held[t.ends[k, end]], t.across[k], int(contacts[k, end])) for end in range(2))
-                depth = max(float(system.tool_contacts[i].points.depth.max()) for i in contacts[k] if i >= 0)
-                most = Upset(float(t.size[k]), float(left[k]), t.across[k], sticking, float(t.size[k] - left[k]) / depth)
+                pressing = [system.tool_contacts[i] for i in contacts[k] if i >= 0]
+                depth = max(float(s.points.depth.max()) for s in pressing)
+                by_force = any(not moment.known[system.tool_masters[s.against].number] for s in pressing)
+                past = float(t.size[k] - left[k]) / depth
+                most = Upset(float(t.size[k]), float(left[k]), t.across[k], sticking, past, by_force=by_force)
     if most is None:
         return None
-    confined = _confined(system, body, most.across)  # which becomes no shorter
-    if confined >= most.left:
+    length = confined(system, body, most.across)  # which becomes no shorter
+    if length >= most.left:
         return most._replace(surrounded=True)
-    return most._replace(height=most.height - confined, left=most.left - confined)
+    return most._replace(height=most.height - length, left=most.left - length)
+
+
+def _gaps(system: System, body: str, t: Thickness, moment: Moment, of_forces: Array) -> tuple[Array, Index]:
+    """`gaps_across`, with those ``of_forces`` (c, s) of pushed tools; one that a step moves goes no further than that."""
+    dofs = system.dofs.tool.dofs(np.arange(len(system.tools)))[:, : system.dofs.dimension]
+    asked = moment._replace(known=moment.known | np.isin(dofs, moment.plan.fixed).all(axis=1))
+    gaps, contacts = gaps_across(system, body, t, asked, of_forces)
+    if (asked.known != moment.known).any():
+        gaps = np.maximum(gaps, gaps_across(system, body, t, moment, of_forces)[0])
+    return gaps, contacts
+
+
+def _strains_of_forces(system: System, body: str) -> Array:
+    """Logarithmic strains (c, d) up to which the largest forces of tools, by their contacts, press a body that flows; nan: none.
+
+    Of all of its section A, volume over height h, with the friction τ of the tool that is pushed: of what spreads along m axes
+    at a mean distance r from where it does not move, F = σ(φ) A e^φ (1 + τ/σ r e^(φ/m)/(m h e^−φ)), Siebel's 1 + 2 μ R/(3 h) of a
+    disc between two plates. A tool that presses on a part of it goes in further, and is not reported for it.
+    """
+    p, mesh = system.problem, system.meshes[body]
+    flow = getattr(p.bodies[body].material, "flow", None)
+    out = np.full((len(system.tool_contacts), system.dofs.dimension), np.nan)
+    if flow is None or not isinstance(mesh, BrickMesh):
+        return out
+    strains = np.linspace(0.0, _FARTHEST, 1001)
+    flows = stress_at(flow, strains, np.zeros_like(strains))
+    volume = enclosed_volume(mesh.points, mesh.boundary)
+    for i, s in enumerate(system.tool_contacts):
+        for a, key in enumerate("xyz") if s.body == body else ():
+            given = [getattr(forces[s.against], key) for step in p.steps for forces in _forces(step) if s.against in forces]
+            tables = [one if isinstance(one, tuple) else ((0.0, one),) for one in given if one is not None]
+            if tables:
+                most = max(abs(force) for table in tables for _, force in table)
+                height, wide = float(np.ptp(mesh.points[:, a])), spread(system, body, np.eye(3)[a])
+                far = float(np.linalg.norm(list(wide.values()), axis=0).mean()) if wide else 0.0
+                law, m = s.description.friction or p.friction, max(len(wide), 1)
+                rubs = 0.0 if law is None else bounded(law, flows, np.zeros_like(flows), At(k=flows / np.sqrt(3.0)))[0]
+                rubs = np.minimum(rubs, flows / np.sqrt(3.0)) * far * np.exp((1.0 + 1.0 / m) * strains) / (m * height)
+                out[i, a] = np.interp(most * height / volume, (flows + rubs) * np.exp(strains), strains)
+    return out
+
+
+def _forces(step: Step) -> tuple[Mapping[str, Push | ToolForce], ...]:
+    """Forces of tools that a step prescribes, and those at which it ends."""
+    return (step.push, step.until.force) if step.until is not None else (step.push,)
 
 
 def _sticks(system: System, held: Flags, across: Array, contact: int) -> bool:
@@ -104,21 +172,6 @@ def _sticks(system: System, held: Flags, across: Array, contact: int) -> bool:
     return law is not None and not law.frictionless
 
 
-def _confined(system: System, body: str, across: Array) -> float:
-    """Length along ``across`` (d,) on which tools touch a body at the start from all sides, as the container of a shank does."""
-    normals, along = [np.zeros((0, len(across)))], [np.zeros(0)]
-    for s in system.tool_contacts:
-        if s.body == body:
-            X = system.X[s.points.nodes]
-            seen = system.tool_masters[s.against].seen(X, system.initial().u)
-            beside = (seen.g <= TOUCHING_DEPTH * s.points.depth.min()) & (np.abs(seen.n @ across) < TOWARDS)
-            normals.append(seen.n[beside])
-            along.append(X[beside] @ across)
-    n, at = np.concatenate(normals), np.concatenate(along)
-    surrounded = len(n) > 0 and np.linalg.matrix_rank(n - np.outer(n @ across, across), tol=TOWARDS) == len(across) - 1
-    return float(np.ptp(at)) if surrounded else 0.0
-
-
 def sheared(system: System, body: str, u: Upset) -> float:
     """Shear at the ends of an upset body that friction holds there: at most, since what slips is sheared less.
 
@@ -126,16 +179,8 @@ def sheared(system: System, body: str, u: Upset) -> float:
     axes: all but those along which supports hold it at both ends. The mean over λh, or half of it between two ends that stick,
     is half of the shear at the end: u is parabolic between rough plates.
     """
-    mesh = system.meshes[body]
-    X, held = mesh.points, always_held(system.problem, body, mesh)
-    out = []
-    for a in range(X.shape[1]):
-        ends = [X[:, a].min(), X[:, a].max()]
-        fixed = [bool(held[X[:, a] <= ends[0] + NO_DIFFERENCE * np.ptp(ends), a].all()),
-                 bool(held[X[:, a] >= ends[1] - NO_DIFFERENCE * np.ptp(ends), a].all())]  # fmt: skip
-        if abs(u.across[a]) < ALONG and not all(fixed):
-            out.append(X[:, a] - (ends[fixed.index(True)] if any(fixed) else 0.5 * sum(ends)))
+    out = spread(system, body, u.across)
     if not out or not u.sticking:
         return 0.0
-    spread = float(np.linalg.norm(out, axis=0).max()) * ((u.height / u.left) ** (1.0 / len(out)) - 1.0)
-    return 2.0 * spread * u.sticking / u.left
+    wide = float(np.linalg.norm(list(out.values()), axis=0).max()) * ((u.height / u.left) ** (1.0 / len(out)) - 1.0)
+    return 2.0 * wide * u.sticking / u.left

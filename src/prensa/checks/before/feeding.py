@@ -44,13 +44,14 @@ def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) ->
     """What there is to say of a way along which a body is fed."""
     body = boundary.partition(".")[0]
     against = [s for s in system.tool_contacts if s.body == body]
-    nearest: dict[str, float] = {}
+    nearest, reported = dict[str, float](), set[str]()
     for s in against:
         gap, velocity = _meeting(system, s, plan, feed, u)
-        nearest[s.against] = gap
+        nearest[s.against] = min(gap, nearest.get(s.against, np.inf))
         along, size = velocity["xyz".index(feed.axis)] * np.sign(feed.way), float(np.linalg.norm(velocity))
-        if along < -TOWARDS * size:
+        if along < -TOWARDS * size and s.against not in reported:
             tool = s.against
+            reported.add(tool)
             key = "by" if tool in system.problem.steps[plan.number].by else "move"
             motion = getattr(system.problem.steps[plan.number], key)[tool]
             turn = next((r for r in motions_in(system.problem.space) if r[0] == "r" and getattr(motion, r) is not None), "rz")

@@ -14,6 +14,7 @@ from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
 from prensa.geometry.plane import turned
 from prensa.linear.rigid_modes import CLOSED, Frame, along_all, free_in_words, free_motions, rows_of, support_rows
+from prensa.model.meshes import Cylinder, Revolution
 from prensa.model.problem import tools_removed
 from prensa.system.contact_surfaces import always_held
 from prensa.system.moments import stages
@@ -104,7 +105,8 @@ def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
 
 
 def _symmetry(system: System, body: str, frame: Frame, held: Array) -> Iterator[Finding]:
-    """Flat sides that contact alone holds along their normal and in whose plane a tool stands: planes of symmetry, it seems.
+    """Flat sides that contact alone holds along their normal and in whose plane a tool stands, or a sector of a body of
+    revolution ends: planes of symmetry, it seems.
 
     What half of a ball, or of any tool, presses on is pushed aside: contact holds a body along a direction where its normals
     point both ways, and friction as far as it goes. The reference points of planes say nothing of where they stand. A body that
@@ -119,12 +121,13 @@ def _symmetry(system: System, body: str, frame: Frame, held: Array) -> Iterator[
     normals = np.concatenate([left[:0, :3], *(m.seen(x[s.points.nodes], u).n for s, m in zip(mine, masters))])
     at = [m.tool.at for m in masters if not m.tool.shape.half_space]
     touched = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(s.points.nodes for s in mine)]))
+    ends = ("base", "cap") if isinstance(system.problem.bodies[body].mesh, Cylinder | Revolution) else ()
     mesh, lacking = system.meshes[body], dict[tuple[int, float], str]()
     for side, faces in mesh.edges.items():
         x = mesh.points[np.unique(faces)]
         axis = int(np.argmin(np.ptp(x, axis=0)))
         level, along = float(x[0, axis]), normals[:, axis]
-        here = any(abs(float(p[axis]) - level) < NO_DIFFERENCE * frame.size for p in at)
+        here = side in ends or any(abs(float(p[axis]) - level) < NO_DIFFERENCE * frame.size for p in at)
         flat = np.ptp(x[:, axis]) < NO_DIFFERENCE * frame.size
         both_ways = (along > NO_DIFFERENCE).any() and (along < -NO_DIFFERENCE).any()
         free = (np.abs(left[:, axis]) > NO_DIFFERENCE).any()
@@ -139,14 +142,15 @@ def _symmetry(system: System, body: str, frame: Frame, held: Array) -> Iterator[
         )
         missing = ", ".join(f"{body}.{side}: {'xyz'[axis]}" for (axis, _), side in lacking.items())
         several = len(lacking) > 1
+        sector = all(side in ends for side in lacking.values())
         pushed = any((np.abs(normals[:, axis]) > NO_DIFFERENCE).any() for axis, _ in lacking)
         loose = any((np.abs(left[:, axis]) > NO_DIFFERENCE).any() for axis, _ in lacking)
         alone = f"only {'contact' if pushed else 'friction'} holds it along {names}"
         beside = f"half of a tool pushes it aside along {names}"
         yield Finding(
             f"bodies.{body}",
-            f"{alone if loose else beside}, and a tool stands in the plane{'s' * several} {planes}: if "
-            f"{'those are planes' if several else 'that is a plane'} of symmetry, 'fixed' lacks '{missing}'",
+            f"{alone if loose else beside}, and {'a sector ends' if sector else 'a tool stands'} in the "
+            f"plane{'s' * several} {planes}: if {'those are planes' if several else 'that is a plane'} of symmetry, 'fixed' lacks '{missing}'",
         )
 
 

@@ -117,8 +117,13 @@ def thick_sheets(system: System) -> Iterator[Finding]:
 
 
 def turns(system: System) -> Iterator[Finding]:
-    """Turns by a round number of radians that are likely degrees."""
+    """Turns by a round number of radians that are likely degrees, of tools where they start and in steps."""
     size = system.length
+    for name, tool in system.problem.tools.items():
+        for angle in np.atleast_1d(getattr(tool, "turn", ())).tolist():
+            if abs(angle) > 2.0 * np.pi:
+                yield Finding(f"tools.{name}.turn", f"a turn of {angle:g} radians; for degrees write '{angle:g} deg'")
+                break
     for i, step in enumerate(system.problem.steps):
         for kind in ("move", "by", "control"):
             for name, motion in getattr(step, kind).items():

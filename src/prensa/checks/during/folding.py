@@ -53,15 +53,14 @@ class Folding:
 
     def go_on_from(self, before: Folding) -> None:
         """Take over what was seen of the run on an earlier system."""
-        self.coarse, self.gained, self.carry.rows = before.coarse, before.gained, list(before.carry.rows)
+        self.coarse, self.gained = before.coarse, before.gained
+        self.carry.go_on_from(before.carry)
 
     def note(self, given: Committed) -> tuple[()]:
         """Note what the elements that are folded at the end of an increment have gained in it."""
-        if self.coarse and given.complete:
-            if not self.carry.rows:  # up to here nothing was folded
-                self.carry.rows = [(0.0, 0.0), (given.context.state.energy.external, 0.0)]
+        if given.complete:
             for block, before, after in zip(self.system.blocks, given.context.state.history, given.state.history):
-                own = np.array([e for b, e in self._folded if b is block], dtype=np.int64)
+                own = np.array([e for b, e in self._folded if b is block and self.coarse], dtype=np.int64)
                 if len(own):
                     self.gained += float((block.work(after, own) - block.work(before, own)).sum())
             self.carry.note(given, self.gained)

@@ -1,0 +1,167 @@
+"""Bodies in space that tools push through openings so narrow, or so steep, that their elements wear out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from prensa.checks.thresholds import ALONG, NO_DIFFERENCE, SLIGHT, TOUCHING_DEPTH, TOWARDS
+from prensa.contact.masters import Seen
+from prensa.contact.surface import Surface
+from prensa.errors import Finding
+from prensa.precision import SMALLEST
+from prensa.system.contact_surfaces import always_held
+from prensa.system.moments import Moment, moments
+from prensa.system.system import System
+from prensa.types import Array
+
+
+class Opening(NamedTuple):
+    """What a body is pushed through: the share ``passes`` of its width, and the ``slope`` (tangent) of the way to there.
+
+    ``way``: how far it is pushed after it has first met the die; ``radius``: how far it reaches from where it does not move;
+    ``element``: size of its elements at the die.
+    """
+
+    passes: float
+    slope: float
+    way: float
+    radius: float
+    element: float
+
+
+def extruded(system: System, body: str) -> Iterator[Finding]:
+    """What there is to say of a body in a container that is pushed through an opening by more than elements bear."""
+    for across in np.eye(3):
+        wide = spread(system, body, across)
+        if not wide or confined(system, body, across) == 0.0:
+            continue
+        found = opening(system, body, across, wide)
+        if found is not None and (angle := corner_angle(found, len(wide))) > np.pi:
+            yield Finding(
+                f"bodies.{body}",
+                f"tools push {body!r} through an opening of {found.passes:.2g} of its width, at up to "
+                f"{np.degrees(np.arctan(found.slope)):.0f}°: corners of elements that pass its edge open up to "
+                f"{np.degrees(angle):.0f}°, they fold, and a run in space, which has no new meshes, may end before that, with "
+                "what it has by then; give the die a smaller slope, push less far, or compute a section in the plane with "
+                "'remesh: auto'",
+                seen_in_run=True,
+            )
+
+
+def corner_angle(o: Opening, wide: int) -> float:
+    """Angle to which a corner of 90° of elements along the die opens where it has just passed the edge of the opening.
+
+    Of metal that converges towards the point, or line, in which the sides of the die would meet: along radii from there it flows
+    at an angle θ as cos θ / r^m, so that the volume flow is that of the billet (B. Avitzur, Metal forming, 1968); ``wide``: m,
+    the axes along which it becomes narrower. What was straight across lags behind the middle at the outside by the slope
+    s = tan α (c^−(m + 1) − 1)(1 + 1/((m + 1) cos² α)) at the end, and from the edge on backwards the side of the element still
+    lies along the die, as far as that is as long: 90° + atan s + α. The outside has come there when the billet has gone on by
+    R (1 − c^(m + 1))/((m + 1) sin α cos α); 90° before that.
+    """
+    n = wide + 1.0
+    cos2 = 1.0 / (1.0 + o.slope**2)
+    if o.way < o.radius * (1.0 - o.passes**n) / (n * o.slope * cos2):
+        return 0.5 * np.pi
+    lag, chord = o.slope * (o.passes**-n - 1.0) * (1.0 + 1.0 / (n * cos2)), (1.0 - o.passes) * o.radius / o.element
+    return float(0.5 * np.pi + np.arctan(lag) + np.arctan(min(o.slope, chord)))
+
+
+def opening(system: System, body: str, across: Array, wide: dict[int, Array]) -> Opening | None:
+    """The narrowest that a body, moved on with what pushes it ``across``, comes to; None where nothing goes through.
+
+    Its section is made smaller as a whole, about what does not move, until no node is inside a tool. ``wide``: its `spread`.
+    """
+    if (always_held(system.problem, body, system.meshes[body]) @ across > 0.0).any():
+        return None  # it stands
+    reach = np.zeros_like(system.X)
+    for axis, places in wide.items():
+        reach[system.span(body), axis] = places
+    out, before = Opening(1.0, 0.0, 0.0, float(np.linalg.norm(reach, axis=1).max()), 0.0), np.zeros(len(across))
+    for moment in moments(system):
+        way, pushing = _pushed(system, body, moment, across)
+        dies = [s for s in system.tool_contacts if s.body == body and s.against not in pushing]
+        if not pushing or not dies:
+            continue
+        passes, slope = min(_narrowest(system, s, moment, way, reach, out.passes) for s in dies)
+        if passes < SLIGHT:
+            return None  # closed
+        gone = float(np.linalg.norm(way - before))
+        mean = (out.passes - passes) * out.radius / max(gone, SMALLEST)
+        element = max(float(s.points.depth.max()) for s in dies)
+        out = Opening(passes, max(out.slope, slope, mean), out.way + gone * (passes < 1.0), out.radius, element)
+        before = way
+    return out if out.passes < 1.0 else None
+
+
+def _pushed(system: System, body: str, moment: Moment, across: Array) -> tuple[Array, list[str]]:
+    """How far (d,) tools that touch a body at first, ``across`` their way, have pushed it at a moment; their names."""
+    way, names, start = np.zeros(len(across)), [], system.initial().u
+    for s in system.tool_contacts:
+        master = system.tool_masters[s.against]
+        moved = (master.place(moment.u) - master.place(start))[: len(across)]
+        along = moved.any() and abs(moved @ across) > ALONG * np.linalg.norm(moved)
+        if s.body != body or not moment.known[master.number] or not along:
+            continue
+        seen = master.seen(system.X[s.points.nodes], start)
+        touching = seen.g <= TOUCHING_DEPTH * s.points.depth.min()
+        if (seen.n[touching] @ moved > ALONG * np.linalg.norm(moved)).any():
+            names.append(s.against)
+            way = moved if np.linalg.norm(moved) > np.linalg.norm(way) else way
+    return way, names
+
+
+def _narrowest(system: System, s: Surface, moment: Moment, way: Array, reach: Array, most: float) -> tuple[float, float]:
+    """The largest share of its width, up to ``most``, at which nodes of a contact, moved by ``way``, are not inside their tool.
+
+    With the slope of the tool to the way where they touch it then.
+    """
+    master, nodes, deepest = system.tool_masters[s.against], s.points.nodes, TOUCHING_DEPTH * s.points.depth.min()
+
+    def seen(share: float) -> Seen:
+        return master.seen(system.X[nodes] + way - (1.0 - share) * reach[nodes], moment.u)
+
+    now = seen(most)
+    if now.g.min() >= -deepest:
+        return most, 0.0
+    inside, outside = most, 0.0
+    while inside - outside > NO_DIFFERENCE:
+        middle = 0.5 * (inside + outside)
+        inside, outside = (middle, outside) if seen(middle).g.min() < -deepest else (inside, middle)
+    now = seen(outside)
+    against = abs(float(now.n[int(np.argmin(now.g))] @ way)) / float(np.linalg.norm(way))
+    return outside, float(against / max(np.sqrt(1.0 - against**2), NO_DIFFERENCE))
+
+
+def confined(system: System, body: str, across: Array) -> float:
+    """Length along ``across`` (d,) on which tools touch a body at the start from all sides, as the container of a shank does."""
+    normals, along = [np.zeros((0, len(across)))], [np.zeros(0)]
+    for s in system.tool_contacts:
+        if s.body == body:
+            X = system.X[s.points.nodes]
+            seen = system.tool_masters[s.against].seen(X, system.initial().u)
+            beside = (seen.g <= TOUCHING_DEPTH * s.points.depth.min()) & (np.abs(seen.n @ across) < TOWARDS)
+            normals.append(seen.n[beside])
+            along.append(X[beside] @ across)
+    n, at = np.concatenate(normals), np.concatenate(along)
+    surrounded = len(n) > 0 and np.linalg.matrix_rank(n - np.outer(n @ across, across), tol=TOWARDS) == len(across) - 1
+    return float(np.ptp(at)) if surrounded else 0.0
+
+
+def spread(system: System, body: str, across: Array) -> dict[int, Array]:
+    """By each axis that is not ``across`` (d,), places (n,) of a body's nodes from where it does not move as its width changes.
+
+    From a flat side that supports hold, else from the middle; axes along which they hold two are left out.
+    """
+    mesh = system.meshes[body]
+    X, held, out = mesh.points, always_held(system.problem, body, mesh), dict[int, Array]()
+    for a in range(X.shape[1]):
+        ends = [X[:, a].min(), X[:, a].max()]
+        near = [np.abs(X[:, a] - end) <= NO_DIFFERENCE * np.ptp(ends) for end in ends]
+        sides = [mesh.boundary[there[mesh.boundary].all(axis=1)] for there in near]
+        fixed = [len(side) > 0 and bool(held[side, a].all()) for side in sides]
+        if abs(across[a]) < ALONG and not all(fixed):
+            out[a] = X[:, a] - (ends[fixed.index(True)] if any(fixed) else 0.5 * sum(ends))
+    return out
