@@ -13,7 +13,7 @@ import prensa as pr
 from blocks_of_bricks import tetrahedra
 from prensa.measures import parse
 from prensa.output.run import resume, run
-from prensa.system.symmetry_planes import guard_of
+from prensa.system.symmetry_planes import guard_of, unguarded
 from problems import flattened_tube, one_side_beyond, tube_quarter
 from stopped import stopped_after
 
@@ -154,8 +154,21 @@ def test_planes_of_symmetry_of_a_block():
     assert planes((2, 2, 2), left="x", bottom="y", back="z") == {"x = 0", "y = 0", "z = 0"}
     assert planes((2, 2, 2), left="xyz") == set()
     assert planes((2, 2, 2), left="x", bottom="xyz") == {"x = 0"}
+    assert planes((1, 2, 2), left="x", bottom="xyz") == {"x = 0"}
     assert planes((2, 2, 1), left="x", back="z", front="z") == {"x = 0"}
     assert planes((2, 2, 2), left="normal", bottom="y") == {"x = 0", "y = 0"}
+
+
+def test_what_cannot_have_a_plane_is_watched():
+    """Small strain, with contact on the undeformed surface too, and tools that are gone; nothing where a plane can stand."""
+    system = pr.discretise(tube())
+    assert guard_of(system) is not None and unguarded(system) is None
+    assert unguarded(system.without_tools()) is not None
+    for geometry in ("current", "reference"):
+        system = pr.discretise(replace(tube(), kinematics="small", contact_geometry=geometry))
+        watched = unguarded(system)
+        assert guard_of(system) is None and watched is not None
+        assert {str(m) for m in watched.mirrors} == {"x = 0", "y = 0"}
 
 
 @pytest.mark.parametrize("space", ["plane strain", "solid"])

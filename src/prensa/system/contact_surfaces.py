@@ -146,8 +146,9 @@ def symmetry_planes(problem: model.Problem, body: str, mesh: Mesh) -> list[Plane
         if any(plane.same(known, near) for known in out):
             continue
         there = faces[(np.abs(plane.distance(x)) <= near).all(axis=1)]
-        along = itself[there][..., np.abs(plane.normal) < 1.0 - NEGLIGIBLE]  # an axis inclined to it is partly along it
-        if held_along(problem, body, mesh, np.array(plane.normal))[there].all() and not along.all(axis=1).any():
+        partly = np.abs(plane.normal) < 1.0 - NEGLIGIBLE  # an axis inclined to it is partly along it
+        along = held[there][..., partly].all(axis=1) & itself[there][..., partly].any(axis=1)
+        if held_along(problem, body, mesh, np.array(plane.normal))[there].all() and not along.any():
             out.append(plane)
     return out
 
