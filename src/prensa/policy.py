@@ -135,14 +135,6 @@ class Globalisation:
     """Penetration over element depth given to a node that lands, so that round-off does not decide whether it has."""
     line_search_factors: tuple[float, ...] = (0.5, 0.25, 0.1, 0.03)
     """Fractions of a step that the line search tries after the full step."""
-    max_nonimproving: int = 4
-    """Iterations in a row without a lower residual, after which an attempt is given up."""
-    stagnation_iterations: int = 6
-    """Iterations within which the least residual must fall to `stagnation_ratio`, because a smaller increment is
-    cheaper otherwise.
-    """
-    stagnation_ratio: float = 0.5
-    """Ratio to which the least residual must fall within `stagnation_iterations`."""
     close_residual: float = 2e-3
     """Relative residual below which an iteration is expected to converge, so that no further matrix is prepared."""
     unreliable_flow_first: float = 0.15

@@ -59,6 +59,16 @@ def _forgetful(original: Callable[..., Any]) -> Callable[..., Any]:
     return direction
 
 
+def _on_and_on(original: Callable[..., Any]) -> Callable[..., Any]:
+    """A line search (see `newton._search_line`) that remembers nowhere where it failed."""
+
+    def search(eq: Equilibrium, state: NewtonState, *more: Any) -> Any:
+        state.stuck.clear()
+        return original(eq, state, *more)
+
+    return search
+
+
 def _without_stick(original: Callable[..., Any]) -> Callable[..., Any]:
     """A contact step in which nothing is forced to stick."""
 
@@ -162,9 +172,9 @@ TIMELY = (
         ),
     ),
     Mechanism(
-        "early_stop",
-        "Attempts whose residual no longer falls are given up before the last iteration.",
-        policy={"max_nonimproving": NEVER, "stagnation_iterations": NEVER},
+        "cycling",
+        "An attempt ends where no part of a step lowers the residual, the second time in the same active set of contact.",
+        (replaced(newton, newton._search_line, _on_and_on(newton._search_line)),),
     ),
     # ------------------------------------------------------------------------------------------ contact and friction
     Mechanism(
@@ -498,4 +508,4 @@ GUARDS = (
 )
 
 MECHANISMS = {m.name: m for m in (*TIMELY, *GUARDS)}
-SETS = {"edge_step, early_stop": ("edge_step", "early_stop")}
+SETS = {"edge_step, cycling": ("edge_step", "cycling")}

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from prensa.contact.forces import ContactSets
-from prensa.policy import Policy
 from prensa.system.failure import Failure
 from prensa.system.system import Evaluation
 from prensa.types import Array
@@ -52,6 +51,6 @@ class NewtonResult:
     grown: Sequence[Array | None] = ()
     krylov: int = 0
 
-    def contact_changed(self, policy: Policy) -> bool:
-        """Whether contact points still opened, closed or slipped another way when the iterations ended."""
-        return any(self.changes[-policy.stagnation_iterations :])
+    def contact_changed(self) -> bool:
+        """Whether contact points still opened, closed or slipped another way in the last half of the iterations."""
+        return any(self.changes[len(self.changes) // 2 :])
