@@ -11,7 +11,7 @@ import numpy as np
 
 from prensa.solver.contact_lcp import affordable, contact_step, edge_step, few, held_by_friction
 from prensa.solver.equilibrium import Equilibrium, reversed_slip, signature
-from prensa.solver.finish import finish
+from prensa.solver.finish import Finish, finish
 from prensa.solver.newton_state import Best, ContactChange, Iterate, NewtonState
 from prensa.solver.nonlinear_elimination import applies, eliminated
 from prensa.solver.predictor import Guess
@@ -83,7 +83,7 @@ def terminate(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Eval
     if _near(eq, state, e):
         followed = _followed(eq, state, e)
         del e
-        done, converged = finish(eq, here.u, _handed_over(eq, state), state.lam, followed)
+        done, converged = finish(eq, Finish(here.u, _handed_over(eq, state), here.norm), state.lam, followed)
         result.iterations += done.factorisations
         if converged:
             result.u, result.residual = done.u, done.residual
