@@ -114,7 +114,9 @@ class StepRules:
     jump_increment_share: float = 0.1
     """Share of the increment's own work that the imbalance must exceed for `jump_imbalance_share` to apply."""
     jump_travel_in_elements: float = 0.5
-    """Travel of a contact surface in element sizes that an increment must exceed for `jump_imbalance_share` to apply."""
+    """Travel of a contact surface in element sizes that an increment must exceed for `jump_imbalance_share` to apply, unless
+    viscous forces take more than is put in.
+    """
     remesh_after_cuts: int = 3
     """Cuts of an increment after which a new mesh helps more than another cut."""
     retry_after_cuts: int = 2

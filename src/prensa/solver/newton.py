@@ -201,7 +201,7 @@ def _search_line(eq: Equilibrium, state: NewtonState, result: NewtonResult, star
         contact = signature(start.e).tobytes()
         if contact in state.stuck:
             observe(eq, state, result)  # what is closed and slips across the kink: the path may end between the two
-            return Stagnated(state.iterate.relative)
+            return Stagnated(start.norm / state.iterate.scale)
         state.stuck.add(contact)
     return None
 

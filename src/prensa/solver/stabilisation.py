@@ -116,19 +116,19 @@ class Stabilisation:
         """Whether an increment under viscous forces is too long for a jump: what these dissipate on the way is not seen then.
 
         At the end of a jump that a single increment takes there is hardly any motion left: forces and velocities of both ends
-        say little of the way between, and the energy balance misses most of what is set free. A surface goes far in a
-        jump; where it
-        does not, the energy balance misses what comes from edges that are cut anew, of which shorter increments do not see more.
+        say little of the way between, and the energy balance misses most of what is set free. In a jump a surface goes far, or
+        viscous forces take more than is put in; elsewhere the energy balance misses what comes from edges that are cut anew, of
+        which shorter increments do not see more.
         """
         if not self.forces(c) or result.evaluation is None:
             return False
         policy, old, du = self.policy, c.state.energy, result.u - c.state.u
         way = [np.abs(self.system.displacement(du)[s.points.nodes]).max() / s.points.depth.min() for s in self.system.surfaces]
         # Without this look edges that are cut anew were followed: 2211 increments for 20, and 43 % of the work viscous.
-        if not any(far > policy.jump_travel_in_elements for far in way):
-            return False
         new, dissipated = self.energies(c, result), self.dissipated(c, du)
         missed, put_in = new.imbalance - old.imbalance, abs(new.external - old.external)
+        if not (dissipated > put_in or any(far > policy.jump_travel_in_elements for far in way)):
+            return False
         return missed > max(policy.jump_imbalance_share * abs(new.external), policy.jump_increment_share * (put_in + dissipated))
 
     def warnings(self, energy: Energy, stability: Stability) -> list[str]:
