@@ -106,10 +106,9 @@ def _plain_step(eq: Equilibrium, start: Any, values: Any, lam: Any) -> Guess:
     return Guess(eq.system.with_slaves(u))
 
 
-def _unfinished(eq: Equilibrium, u: Any, e: Any, lam: Any, came_by: Any, followed: Any = None) -> tuple[Finish, bool]:
+def _unfinished(eq: Equilibrium, done: Finish, lam: Any, followed: Any = None) -> tuple[Finish, bool]:
     """A converged iterate as it is (see `finish`)."""
-    done = Finish(u, e, eq.norm(e))
-    return done, done.within(eq) and not e.violation > eq.policy.exact_gap_ratio
+    return done, _within(done, eq)
 
 
 def _within(self: Finish, eq: Equilibrium) -> bool:
