@@ -114,7 +114,9 @@ class StepRules:
     jump_increment_share: float = 0.1
     """Share of the increment's own work that the imbalance must exceed for `jump_imbalance_share` to apply."""
     jump_travel_in_elements: float = 0.5
-    """Travel of a contact surface in element sizes that an increment must exceed for `jump_imbalance_share` to apply."""
+    """Travel of a contact surface in element sizes that an increment must exceed for `jump_imbalance_share` to apply, unless
+    viscous forces take more than is put in.
+    """
     remesh_after_cuts: int = 3
     """Cuts of an increment after which a new mesh helps more than another cut."""
     retry_after_cuts: int = 2
@@ -135,14 +137,6 @@ class Globalisation:
     """Penetration over element depth given to a node that lands, so that round-off does not decide whether it has."""
     line_search_factors: tuple[float, ...] = (0.5, 0.25, 0.1, 0.03)
     """Fractions of a step that the line search tries after the full step."""
-    max_nonimproving: int = 4
-    """Iterations in a row without a lower residual, after which an attempt is given up."""
-    stagnation_iterations: int = 6
-    """Iterations within which the least residual must fall to `stagnation_ratio`, because a smaller increment is
-    cheaper otherwise.
-    """
-    stagnation_ratio: float = 0.5
-    """Ratio to which the least residual must fall within `stagnation_iterations`."""
     close_residual: float = 2e-3
     """Relative residual below which an iteration is expected to converge, so that no further matrix is prepared."""
     unreliable_flow_first: float = 0.15

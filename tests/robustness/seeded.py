@@ -647,7 +647,7 @@ SEEDED = {
             (
                 "half that is shown as a whole, and is not held where it is cut",
                 ((", block.left: x, block.back: z", ", block.left: x"), ("block.bottom: y", "block.bottom: xyz"), ("steps:", "output: {mirror: back}\nsteps:")),
-                "12:10", ("is no plane of symmetry", "modelled twice"), True,
+                "12:10", ("is no plane of symmetry", "modelled twice"), False,
             ),
             ("motion of the wrong sign", (("y: -0.5", "y: 0.5"),), "10:5", ("only goes away from it, by up to 0.5", "check the sign and the axis"), True),
             ("force of the wrong sign", (("move: {roll: {y: -0.5}}", "push: {roll: {y: 500}}"),), "13:26", ("pushes the tool away from 'block.top'", "check the sign and the axis"), True),

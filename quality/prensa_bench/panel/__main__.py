@@ -2,7 +2,7 @@
 
     python -m prensa_bench.panel                          # everything on, and each mechanism off, over all problems: many hours
     python -m prensa_bench.panel --off edge_step          # that one
-    python -m prensa_bench.panel --off edge_step,early_stop  # both at once
+    python -m prensa_bench.panel --off edge_step,cycling  # both at once
     python -m prensa_bench.panel --only gallery           # problems of a group, or --problems "upsetting 0.1,rolls 2"
     python -m prensa_bench.panel --repeat 5               # processor time is the least of five runs
     python -m prensa_bench.panel --guard stability        # the test of a guard without it: it has to fail

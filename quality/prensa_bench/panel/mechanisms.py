@@ -59,6 +59,16 @@ def _forgetful(original: Callable[..., Any]) -> Callable[..., Any]:
     return direction
 
 
+def _on_and_on(original: Callable[..., Any]) -> Callable[..., Any]:
+    """A line search (see `newton._search_line`) that remembers nowhere where it failed."""
+
+    def search(eq: Equilibrium, state: NewtonState, *more: Any) -> Any:
+        state.stuck.clear()
+        return original(eq, state, *more)
+
+    return search
+
+
 def _without_stick(original: Callable[..., Any]) -> Callable[..., Any]:
     """A contact step in which nothing is forced to stick."""
 
@@ -96,10 +106,9 @@ def _plain_step(eq: Equilibrium, start: Any, values: Any, lam: Any) -> Guess:
     return Guess(eq.system.with_slaves(u))
 
 
-def _unfinished(eq: Equilibrium, u: Any, e: Any, lam: Any, came_by: Any, followed: Any = None) -> tuple[Finish, bool]:
+def _unfinished(eq: Equilibrium, done: Finish, lam: Any, followed: Any = None) -> tuple[Finish, bool]:
     """A converged iterate as it is (see `finish`)."""
-    done = Finish(u, e, eq.norm(e))
-    return done, done.within(eq) and not e.violation > eq.policy.exact_gap_ratio
+    return done, _within(done, eq)
 
 
 def _within(self: Finish, eq: Equilibrium) -> bool:
@@ -162,9 +171,9 @@ TIMELY = (
         ),
     ),
     Mechanism(
-        "early_stop",
-        "Attempts whose residual no longer falls are given up before the last iteration.",
-        policy={"max_nonimproving": NEVER, "stagnation_iterations": NEVER},
+        "cycling",
+        "An attempt ends where no part of a step lowers the residual, the second time in the same active set of contact.",
+        (replaced(newton, newton._search_line, _on_and_on(newton._search_line)),),
     ),
     # ------------------------------------------------------------------------------------------ contact and friction
     Mechanism(
@@ -498,4 +507,4 @@ GUARDS = (
 )
 
 MECHANISMS = {m.name: m for m in (*TIMELY, *GUARDS)}
-SETS = {"edge_step, early_stop": ("edge_step", "early_stop")}
+SETS = {"edge_step, cycling": ("edge_step", "cycling")}

@@ -87,10 +87,11 @@ def name_of(kind: str) -> Any:
 
 def _tag(door: Door) -> Callable[[Any], Any]:
     def tag(value: Any) -> Any:
+        own = door.own()
         given = value.get("type", door.default) if isinstance(value, dict) else getattr(value, "type", door.default)
-        if isinstance(given, str) and given in door.own():
+        if isinstance(given, str) and given in own:
             # A user's class may carry the type of one of prensa's: the object itself says which it is.
-            return given if isinstance(value, (dict, door.own()[given])) else USERS
+            return given if isinstance(value, (dict, own[given])) else USERS
         # Objects of users' classes have no tag that pydantic's union knows; they, and 'module:Class', go to the last
         # alternative.
         theirs = isinstance(value, door.base_class()) or (isinstance(given, str) and ":" in given)

@@ -53,7 +53,7 @@ def _other_ways(eq: Equilibrium, start: Array, failed: NewtonResult, was_cut: bo
         yield partial(_by_stages, eq, out, start)
     # by GMRES each point of a contact step costs a solution, and there are none of many
     decides = failed.affordable or not eq.reduced.factorisation.iterates
-    if decides and failed.contact_changed(eq.policy) and (was_cut or not failed.affordable):
+    if decides and failed.contact_changed() and (was_cut or not failed.affordable):
         yield partial(_by_contact, eq, start)
 
 

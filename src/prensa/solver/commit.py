@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prensa.result.energy_balance import energies_after, nodal_work, tool_wear, tool_work
+from prensa.result.energy_balance import nodal_work, tool_wear, tool_work
 from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.stability import looked
 from prensa.system.damage import damaged
@@ -56,7 +56,7 @@ def committed(
         lam[s.rows, 0], lam[s.rows, 1:] = f.p, record.traction
     work = nodal_work(system, c, e)
     ended, du = c.ends_step, result.u - old.u
-    energy = energies_after(system, c, result.u, e, work, stabilisation.dissipated(c, du))
+    energy = stabilisation.energies(c, result)
     largest = max(float(old.largest_energies[1]), energy.largest)
     stability = stabilisation.after(c, du, energy.external - old.energy.external, result.negative)
     stability, softest = looked(stability, old, result, stabilisation.policy)

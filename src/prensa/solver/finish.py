@@ -78,17 +78,13 @@ def _pressed(e: Evaluation) -> float:
     return sum(float(np.abs(f.area * f.p).sum()) for f in e.contacts)
 
 
-def finish(
-    eq: Equilibrium, u: Array, e: Evaluation, lam: Array, followed: float | None = None
-) -> tuple[Finish, bool]:  # fmt: skip
+def finish(eq: Equilibrium, done: Finish, lam: Array, followed: float | None = None) -> tuple[Finish, bool]:
     """Improve a nearly converged iterate; whether it has converged. If not, Newton goes on from where it was.
 
     What is converged is improved further: the residual is summed over all nodes, so a tool's balance needs digits that the
-    stop leaves open. ``followed``: part of the residual that a step with the matrix at u promises to leave, if corrections go by
-    that matrix.
+    stop leaves open. ``followed``: part of the residual that a step with the matrix there promises to leave, if corrections go
+    by that matrix.
     """
-    done = Finish(u, e, eq.norm(e))
-    del e  # a large system has no room for one more history
     fine = _substitute(eq, done, lam, followed)
     if not done.within(eq):
         return done, False

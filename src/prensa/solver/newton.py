@@ -11,7 +11,7 @@ import numpy as np
 
 from prensa.solver.contact_lcp import affordable, contact_step, edge_step, few, held_by_friction
 from prensa.solver.equilibrium import Equilibrium, reversed_slip, signature
-from prensa.solver.finish import finish
+from prensa.solver.finish import Finish, finish
 from prensa.solver.newton_state import Best, ContactChange, Iterate, NewtonState
 from prensa.solver.nonlinear_elimination import applies, eliminated
 from prensa.solver.predictor import Guess
@@ -73,7 +73,7 @@ def observe(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> None:
 
 def terminate(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Evaluation | Failure | None:
     """The converged evaluation, a reason to give up, or None: go on."""
-    here, policy = state.iterate, eq.policy
+    here = state.iterate
     e = here.evaluation
     assert e is not None
     if e.failed:
@@ -83,7 +83,7 @@ def terminate(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Eval
     if _near(eq, state, e):
         followed = _followed(eq, state, e)
         del e
-        done, converged = finish(eq, here.u, _handed_over(eq, state), state.lam, followed)
+        done, converged = finish(eq, Finish(here.u, _handed_over(eq, state), here.norm), state.lam, followed)
         result.iterations += done.factorisations
         if converged:
             result.u, result.residual = done.u, done.residual
@@ -92,12 +92,6 @@ def terminate(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Eval
         return Diverged()
     least = state.least
     least.append(min(here.norm, least[-1]) if least else here.norm)
-    # Giving up early: a shorter increment is cheaper than the rest of such an attempt (switched off, 2 % more iterations).
-    if eq.globalised and len(least) > policy.max_nonimproving and least[-1] == least[0]:
-        return Stagnated(here.relative)
-    if len(least) > policy.stagnation_iterations + 2 and least[-1] > policy.stagnation_ratio * least[-1 -
-        policy.stagnation_iterations]:
-        return Stagnated(here.relative)
     return None
 
 
@@ -191,9 +185,24 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
         state.iterate = Iterate(moved, full, alone is None and _turns(eq, state))
         return None
     # A step that left the domain has to be shortened itself; of the others the least residual says where to go on.
-    start = mine if full.failed else best
-    state.iterate = Iterate(_shortened(eq, start.u, start.step, start.e, state.lam))
+    return _search_line(eq, state, result, mine if full.failed else best)
+
+
+def _search_line(eq: Equilibrium, state: NewtonState, result: NewtonResult, start: Best) -> Failure | None:
+    """Move the state by the best part of the step from ``start``; a failure where the iteration goes round in a circle.
+
+    Where no part of a step lowers the residual there is a kink beside the iterate, and the best part leads across it, often to
+    where steps succeed again. If that happens twice in the same active set of contact, the iteration is back where it was.
+    """
+    u, size = _shortened(eq, start.u, start.step, start.e, state.lam)
+    state.iterate = Iterate(u)
     state.contact = state.best = None
+    if start.norm <= size < np.inf:
+        contact = signature(start.e).tobytes()
+        if contact in state.stuck:
+            observe(eq, state, result)  # what is closed and slips across the kink: the path may end between the two
+            return Stagnated(start.norm / state.iterate.scale)
+        state.stuck.add(contact)
     return None
 
 
@@ -321,8 +330,8 @@ def _places(e: Evaluation) -> Evaluation:
     return e._replace(r=nothing, f_ext=nothing, data=None, history=())
 
 
-def _shortened(eq: Equilibrium, u: Array, delta: Array, e: Evaluation, lam: Array) -> Array:
-    """Dofs (ndof,) after the fraction of a step from the iterate u of e with the least residual; a failed evaluation is none.
+def _shortened(eq: Equilibrium, u: Array, delta: Array, e: Evaluation, lam: Array) -> tuple[Array, float]:
+    """Dofs (ndof,) after the fraction of a step from the iterate u of e with the least residual, and this; infinite if none has.
 
     Closed contact nodes are put at the gap of the linear model, as after a whole step: what a straight one along a curved tool
     leaves is the force of gaps that it changes by the way, so that the shortest looks best.
@@ -333,4 +342,4 @@ def _shortened(eq: Equilibrium, u: Array, delta: Array, e: Evaluation, lam: Arra
         size = eq.norm(eq.evaluate(moved, lam, stiffness=False, section="line search"))
         if size < best:
             best, found = size, moved
-    return found if np.isfinite(best) else u + eq.policy.line_search_factors[-1] * delta
+    return found if np.isfinite(best) else u + eq.policy.line_search_factors[-1] * delta, best

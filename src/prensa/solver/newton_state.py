@@ -82,8 +82,8 @@ class NewtonState:
     """Where an iteration stands: the ``iterate``, multipliers lam (points, 1 + t), and what is remembered of the way there.
 
     ``contact``: how it has changed, None before that is known; ``best``: the iterate to which the line search goes back;
-    ``least``: least residual up to each iteration. ``by_contact``: contact steps are taken from here on. ``flows``: metal still
-    flowed in the first guess, with contact decided.
+    ``least``: least residual up to each iteration; ``stuck``: signatures of contact where no part of a step lowered it.
+    ``by_contact``: contact steps are taken from here on. ``flows``: metal still flowed in the first guess, with contact decided.
     """
 
     iterate: Iterate
@@ -92,6 +92,7 @@ class NewtonState:
     iteration: int = 0
     best: Best | None = None
     least: list[float] = field(default_factory=list)
+    stuck: set[bytes] = field(default_factory=set)
     by_contact: bool = False
     flows: bool = False
 

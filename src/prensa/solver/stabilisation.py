@@ -18,7 +18,7 @@ from prensa.result.energy_balance import energies_after, nodal_work
 from prensa.system.interaction import Context, Part, Request, Response
 from prensa.system.outcome import NewtonResult
 from prensa.system.state import Energy, Stability
-from prensa.system.system import Evaluation, System
+from prensa.system.system import System
 from prensa.types import Array, Index
 
 
@@ -103,27 +103,32 @@ class Stabilisation:
         """Work of the viscous forces in an increment; no velocity changes within one."""
         return c.state.stability.viscosity * self.motion(c, du)
 
-    def energies(self, c: Context, u: Array, e: Evaluation) -> Energy:
-        """The energy balance after an increment that ends at dofs u (ndof,), with the evaluation there."""
-        return energies_after(self.system, c, u, e, nodal_work(self.system, c, e), self.dissipated(c, u - c.state.u))
+    def energies(self, c: Context, result: NewtonResult) -> Energy:
+        """The energy balance after a converged increment, found once."""
+        if result.energy is None:
+            u, e = result.u, result.evaluation
+            assert e is not None
+            work = nodal_work(self.system, c, e)
+            result.energy = energies_after(self.system, c, u, e, work, self.dissipated(c, u - c.state.u))
+        return result.energy
 
     def jumped_over(self, c: Context, result: NewtonResult) -> bool:
         """Whether an increment under viscous forces is too long for a jump: what these dissipate on the way is not seen then.
 
         At the end of a jump that a single increment takes there is hardly any motion left: forces and velocities of both ends
-        say little of the way between, and the energy balance misses most of what is set free. A surface goes far in a
-        jump; where it
-        does not, the energy balance misses what comes from edges that are cut anew, of which shorter increments do not see more.
+        say little of the way between, and the energy balance misses most of what is set free. In a jump a surface goes far, or
+        viscous forces take more than is put in; elsewhere the energy balance misses what comes from edges that are cut anew, of
+        which shorter increments do not see more.
         """
         if not self.forces(c) or result.evaluation is None:
             return False
-        policy, e, old, du = self.policy, result.evaluation, c.state.energy, result.u - c.state.u
+        policy, old, du = self.policy, c.state.energy, result.u - c.state.u
         way = [np.abs(self.system.displacement(du)[s.points.nodes]).max() / s.points.depth.min() for s in self.system.surfaces]
         # Without this look edges that are cut anew were followed: 2211 increments for 20, and 43 % of the work viscous.
-        if not any(far > policy.jump_travel_in_elements for far in way):
-            return False
-        new, dissipated = self.energies(c, result.u, e), self.dissipated(c, du)
+        new, dissipated = self.energies(c, result), self.dissipated(c, du)
         missed, put_in = new.imbalance - old.imbalance, abs(new.external - old.external)
+        if not (dissipated > put_in or any(far > policy.jump_travel_in_elements for far in way)):
+            return False
         return missed > max(policy.jump_imbalance_share * abs(new.external), policy.jump_increment_share * (put_in + dissipated))
 
     def warnings(self, energy: Energy, stability: Stability) -> list[str]:

@@ -42,7 +42,7 @@ from prensa.system.outcome import NewtonResult
 from prensa.system.planning import plan_step
 from prensa.system.release import minimal_supports_in_words, release_forces, removed_tools
 from prensa.system.schedule import StepPlan
-from prensa.system.state import Energy, State
+from prensa.system.state import State
 from prensa.system.symmetry_planes import Guard, Nearing, extended, names_of, with_planes
 from prensa.system.system import System
 from prensa.system.time_integration import growths, unsteadiness
@@ -250,17 +250,13 @@ class TimeStepping(IncrementSolver):
         if plan.increments or self.times is not None:
             return outcome
 
-        def energies(outcome: Outcome) -> Energy:
-            assert outcome[1].evaluation is not None
-            return self.stabilisation.energies(outcome[0], outcome[1].u, outcome[1].evaluation)
-
         def missing(outcome: Outcome) -> float:
-            return energies(outcome).imbalance - c.state.energy.imbalance
+            return self.stabilisation.energies(*outcome).imbalance - c.state.energy.imbalance
 
         if blow := blow_energy(self.system.problem, plan.number):
             return balanced(outcome, solve, missing, self.numerics.energy_tolerance * blow)
         before, largest = c.state.largest_energies.tolist()
-        now = energies(outcome)
+        now = self.stabilisation.energies(c, result)
         grown = max(largest, now.largest) - before
         at_end = before + grown * (plan.t1 - plan.t0) / (c.time - plan.t0)
         # Bodies that nothing resists yet are carried along by forces that are round-off.

@@ -166,7 +166,7 @@ class Diverged:
 
 @dataclass(frozen=True)
 class Stagnated:
-    """The residual, over the forces, no longer falls."""
+    """The iteration goes round in a circle: no part of a step lowers the residual, over the forces, twice in one active set."""
 
     residual: float
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from prensa.contact.forces import ContactSets
-from prensa.policy import Policy
 from prensa.system.failure import Failure
+from prensa.system.state import Energy
 from prensa.system.system import Evaluation
 from prensa.types import Array
 
@@ -27,6 +27,7 @@ class NewtonResult:
     ``active_sets``: those of contact that the iteration has tried, by their signature, the last one last.
     ``krylov``: iterations of GMRES that its linear systems have taken, where these are solved so (in space).
     ``grown``: growth of plastic strain to its evaluation, see `growths`; empty where nobody has asked for it.
+    ``energy``: the energies after it, None before somebody has asked for them.
     """
 
     converged: bool
@@ -51,7 +52,8 @@ class NewtonResult:
     rested: bool = False
     grown: Sequence[Array | None] = ()
     krylov: int = 0
+    energy: Energy | None = None
 
-    def contact_changed(self, policy: Policy) -> bool:
-        """Whether contact points still opened, closed or slipped another way when the iterations ended."""
-        return any(self.changes[-policy.stagnation_iterations :])
+    def contact_changed(self) -> bool:
+        """Whether contact points still opened, closed or slipped another way in the last half of the iterations."""
+        return any(self.changes[len(self.changes) // 2 :])

@@ -61,7 +61,8 @@ class HalfSpace(Analytic):
     def closest(self, xi: Array) -> Closest:
         """Points (k, d) → `Closest`."""
         k, d = xi.shape
-        n = np.tile(self.normal, (k, 1))
+        n = np.empty((k, d))
+        n[:] = self.normal
         if d == 3:
             return Closest(xi @ np.asarray(self.normal), n, np.zeros((k, 3, 3)), None)
         (x, y), (nx, ny) = xi.T, self.normal
