@@ -27,16 +27,16 @@ class ForceShare:
 
     def last(self) -> float:
         """The share at the last increment that was noted."""
-        return _last_rate(np.array(self.rows))
+        return last_rate(np.array(self.rows)) if self.rows else 0.0
 
     def at_most_work(self) -> float:
         """The share where most work had been done: where a tool has drawn back, forces are not what is asked for."""
         rows = np.array(self.rows).reshape(-1, 2)
         most = int(np.argmax(rows[:, 0])) if len(rows) else 0
-        return _last_rate(rows[: most + 1]) if len(rows) and rows[most, 0] > 0.0 else 0.0
+        return last_rate(rows[: most + 1]) if len(rows) and rows[most, 0] > 0.0 else 0.0
 
 
-def _last_rate(rows: Array) -> float:
+def last_rate(rows: Array) -> float:
     """The change of the second column of rows (k, 2) over that of the first, which ends above 0, from half of its end on."""
     work, stored = rows.T
     below = np.flatnonzero(work <= 0.5 * work[-1])

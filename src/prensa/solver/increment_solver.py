@@ -7,18 +7,22 @@ increment is then committed, or cut, by `prensa.solver.time_stepping`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
+from prensa.checks.force_share import last_rate
 from prensa.checks.run import RunChecks
+from prensa.checks.thresholds import SLIGHT
 from prensa.linear.condensation import Condensation, condensed
 from prensa.linear.reduction import Reduced
 from prensa.linear.rigid_modes import Loose, leaves_free, loose_bodies
 from prensa.linear.threads import threads_of
 from prensa.model import problem as model
 from prensa.policy import Policy
+from prensa.result.energy_balance import raised_springs
 from prensa.solver.approach import Approach, approach_of_bodies, approach_of_tools, first_clamped
 from prensa.solver.attempt import attempt, attempt_from
 from prensa.solver.commit import fresh_mesh
@@ -38,6 +42,8 @@ from prensa.system.system import System
 from prensa.system.time_integration import BACKWARD_EULER, TimeRule, all_follow
 from prensa.timer import Timer
 from prensa.types import Array
+
+Solve = Callable[[Equilibrium, Array, bool], NewtonResult]
 
 
 class IncrementSolver:
@@ -151,6 +157,7 @@ class IncrementSolver:
             again = self.system.through_air(self.context(state, plan, end), air)
             c = replace(again, brought_into_contact=c.brought_into_contact, floating=c.floating)
             result = self.attempt(c, start, retry)
+        c, result = self.stiff_enough(c, result)
         if refusal := self.checks.refusal(c, result):
             result.converged, result.reason = False, refusal
         if self.condensed is None and not c.floating:  # linear bodies are stable, and those that nothing holds are neither
@@ -175,12 +182,47 @@ class IncrementSolver:
         c = replace(c, brought_into_contact=True, floating=to.bodies if to.floating else ())
         assert to.u is not None
         eq = self.equilibrium(c, uncut=not cutbacks)
-        result = attempt_from(eq, to.u)
+        c, result = self.stiff_enough(c, attempt_from(eq, to.u))
         if refusal := self.checks.refusal(c, result):
             result.converged, result.reason = False, refusal
         if result.converged and not to.floating:
-            result = judged(eq, result, self.checks, self.stabilisation, cutbacks, False)
+            result = judged(self.equilibrium(c, uncut=not cutbacks), result, self.checks, self.stabilisation, cutbacks, False)
         return (c, result) if result.converged else None
+
+    def stiff_enough(self, c: Context, result: NewtonResult) -> Outcome:
+        """An outcome with penalties ten times as stiff, and again, for as long as they would lower forces too much.
+
+        It is found from the softer one: what is left is to bring closed points nearer to their tools. Where that has no answer,
+        or does not help, the softer one stands, and the run warns of it.
+        """
+        share = self.given_way(c, result)
+        while share > SLIGHT:
+            stiffer = self.system.stiffer(c)
+            again = self.attempt(stiffer, result.u, False, solve=lambda eq, u, _: attempt_from(eq, u))
+            again.discarded = result.iterations
+            again.iterations += result.iterations
+            left = self.given_way(stiffer, again)
+            if not again.converged or not left < share:
+                result.iterations, result.discarded = again.iterations, again.iterations - result.iterations
+                break
+            c, result, share = stiffer, again, left
+        return c, result
+
+    def given_way(self, c: Context, result: NewtonResult) -> float:
+        """The share of the forces of prescribed travels that penalties take which the run may raise (see `PenaltyShare`).
+
+        0 where less work has been done than before: where tools draw back, forces are not what is asked for.
+        """
+        e = result.evaluation
+        stored = raised_springs(self.system, c, e) if result.converged and e is not None else 0.0
+        if e is None or not stored > 0.0:
+            return 0.0
+        work = self.stabilisation.energies(c, result.u, e).external
+        # of bodies that nothing resists yet the work is round-off
+        nothing = self.system.round_off * float(np.abs(self.system.displacement(result.u - c.state.u)).max())
+        if not work > max(nothing, c.state.springs[:, 0].max(initial=0.0)):
+            return 0.0
+        return last_rate(np.vstack([c.state.springs, [work, stored]])) / c.state.stiffening
 
     def equilibrium(self, c: Context, uncut: bool = False) -> Equilibrium:
         """The equations of an increment, condensed where the bodies are; ``uncut``: at the first attempt at it."""
@@ -192,11 +234,13 @@ class IncrementSolver:
         far = self.system.has_memory and (uncut or not self.unheld)
         return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, far)
 
-    def attempt(self, c: Context, start: Array, was_cut: bool, uncut: bool = False) -> NewtonResult:
+    def attempt(
+        self, c: Context, start: Array, was_cut: bool, uncut: bool = False, solve: Solve = attempt
+    ) -> NewtonResult:  # fmt: skip
         """Outcome of one attempt, on the condensed system where there is one."""
         eq = self.equilibrium(c, uncut)
         if self.condensed is None:
-            return attempt(eq, start, was_cut)
+            return solve(eq, start, was_cut)
         return self.condensed.attempt(
-            lambda reduced: attempt(replace(eq, reduced=reduced), start, was_cut), c, start, self.timer
+            lambda reduced: solve(replace(eq, reduced=reduced), start, was_cut), c, start, self.timer
         )

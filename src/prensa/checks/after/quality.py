@@ -8,14 +8,13 @@ import numpy as np
 
 from prensa.checks.after.between_nodes import BetweenNodes
 from prensa.checks.check import Committed, Failed, Finished, warning
-from prensa.checks.force_share import ForceShare
+from prensa.checks.force_share import ForceShare, last_rate
 from prensa.checks.thresholds import NOTABLE_DEPTH, SLIGHT
-from prensa.contact.forces import ContactForces, Scale
-from prensa.contact.record import magnitude
 from prensa.errors import Finding, coordinates
 from prensa.linear.rigid_modes import CLOSED
 from prensa.model.fields import motions_in
 from prensa.model.problem import Problem, Step
+from prensa.result.energy_balance import given_way, raised_springs
 from prensa.system.system import System
 
 HIDDEN_FORCE_RATIO = 100.0
@@ -42,7 +41,7 @@ class PenaltyShare:
     A spring of stiffness k that carries f gives way by f/k, and that gap lowers the force F over a prescribed travel d by f/k
     df/dd: gaps and travels are reciprocal (Betti). Of all springs that is a share Σ f df / (k F dd) = dE/dW of F: what their
     energy gains over what the work does (`ForceShare`). In a linear body that is E/W; a body that stiffens loses more, metal
-    that yields at a constant force nothing.
+    that yields at a constant force nothing. Of springs that a run makes stiffer the state keeps the energies.
     """
 
     def __init__(self, system: System) -> None:
@@ -57,7 +56,8 @@ class PenaltyShare:
 
     def note(self, given: Committed) -> tuple[()]:
         """Note an increment."""
-        self.of_springs.note(given, sum(self._stored(given).values()))
+        raised = raised_springs(self.system, given.context, given.evaluation) / given.state.stiffening
+        self.of_springs.note(given, sum(self._stored(given).values()) - raised)
         return ()
 
     def __call__(self, given: Committed) -> tuple[()]:
@@ -65,14 +65,18 @@ class PenaltyShare:
         # Steps of little work, in which a sheet is clamped, have large shares without a meaning for what is asked of the run.
         stored = self._stored(given)
         if stored and given.state.energy.external > self.work:
-            self.work, self.share = given.state.energy.external, self.of_springs.last()
+            of_raised = last_rate(given.state.springs) / given.state.stiffening
+            self.work, self.share = given.state.energy.external, self.of_springs.last() + of_raised
             self.softest = max(stored, key=lambda name: stored[name])
         return ()
 
     def _stored(self, given: Committed) -> dict[str, float]:
         """Energy in the springs of each contact that has some."""
         contacts = zip(self.system.surfaces, given.evaluation.contacts, given.context.scales)
-        return {s.name: _gives_way(f, scale) for s, f, scale in contacts if s.description.enforcement.sinks}
+        return {
+            s.name: float(sum(part.sum() for part in given_way(f, scale)))
+            for s, f, scale in contacts if s.description.enforcement.sinks
+        }  # fmt: skip
 
     def warnings(self, _: Finished | Failed) -> Iterator[Finding]:
         """The share, where it shows."""
@@ -82,12 +86,6 @@ class PenaltyShare:
                 f"too low by an estimated {100.0 * self.share:.2g} %; raise 'beta' and 'beta_T', or use "
                 "'enforcement: {type: exact}'"
             )
-
-
-def _gives_way(f: ContactForces, scale: Scale) -> float:
-    """Energy in the springs of a contact through which forces of prescribed travels depend on them: not of those that slide."""
-    held = np.where(f.slip, 0.0, f.area * magnitude(f.t) ** 2 / scale.k_t)
-    return float(0.5 * (f.weight * f.p**2 / scale.k_n + held).sum())
 
 
 def hidden_forces(system: System, given: Committed) -> Iterator[Finding]:
