@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
@@ -43,13 +44,17 @@ class Penalty(Enforcement):
 
     def stiffness(self, unit: Array) -> tuple[Array, Array]:
         """k_n, k_T (k,)."""
-        beta, beta_T = BETA if self.beta is None else self.beta, BETA_T if self.beta_T is None else self.beta_T
-        return given_or(self.k_n, beta, unit), given_or(self.k_T, beta_T, unit)
+        return given_or(self.k_n, self.beta or BETA, unit), given_or(self.k_T, self.beta_T or BETA_T, unit)
 
     @property
     def stiffens(self) -> tuple[bool, bool]:
         """Where neither an absolute stiffness nor a factor is given."""
         return self.k_n is None and self.beta is None, self.k_T is None and self.beta_T is None
+
+    @property
+    def kept(self) -> Penalty:
+        """The same with the factors that it begins with."""
+        return replace(self, beta=self.beta or BETA, beta_T=self.beta_T or BETA_T)
 
     def initial_multipliers(self, lam: Array) -> Array:
         """λ_n = 0; λ_T is the committed traction, from which the return map starts."""
