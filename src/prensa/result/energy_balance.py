@@ -96,12 +96,13 @@ def raised_springs(system: System, c: Context, e: Evaluation) -> float:
 
     Not of points that no free degree of freedom moves: they are pressed in as far as the tool goes, whatever the stiffness.
     """
-    energy, fixed = 0.0, system.prescribed(c.plan.fixed)
+    energy, free = 0.0, np.ones(system.ndof, dtype=bool)
+    free[system.prescribed(c.plan.fixed)] = False
     for s, f, scale in zip(c.surfaces, e.contacts, c.scales):
         raised = s.description.enforcement.stiffens
         if any(raised):
             own = slice(s.of_master.start)
-            moves = (np.abs(f.stencils.dg[:, own]) > NO_SLOPE) & ~np.isin(s.dofs[:, own], fixed)
+            moves = (np.abs(f.stencils.dg[:, own]) > NO_SLOPE) & free[s.dofs[:, own]]
             parts = [part for part, on in zip(given_way(f, scale), raised) if on]
             energy += c.state.stiffening * sum(float(part[moves.any(axis=1)].sum()) for part in parts)
     return energy

@@ -193,7 +193,7 @@ class IncrementSolver:
         """An outcome with penalties ten times as stiff, and again, for as long as they would lower forces too much.
 
         It is found from the softer one: what is left is to bring closed points nearer to their tools. Where that has no answer,
-        or does not help, the softer one stands, and the run warns of it.
+        or less than half of the share goes with it, the softer one stands, and the run warns of it.
         """
         share = self.given_way(c, result)
         while share > SLIGHT:
@@ -202,7 +202,7 @@ class IncrementSolver:
             again.discarded = result.iterations
             again.iterations += result.iterations
             left = self.given_way(stiffer, again)
-            if not again.converged or not left < share:
+            if not again.converged or not 2.0 * left < share:
                 result.iterations, result.discarded = again.iterations, again.iterations - result.iterations
                 break
             c, result, share = stiffer, again, left
@@ -215,14 +215,17 @@ class IncrementSolver:
         """
         e = result.evaluation
         stored = raised_springs(self.system, c, e) if result.converged and e is not None else 0.0
-        if e is None or not stored > 0.0:
+        before, by = c.state.springs, c.state.stiffening
+        most = before[:, 0].max(initial=0.0)
+        # the rate over the second half of the work is twice that over all of it at most
+        if e is None or not 2.0 * stored / by > SLIGHT * most:
             return 0.0
         work = self.stabilisation.energies(c, result.u, e).external
         # of bodies that nothing resists yet the work is round-off
         nothing = self.system.round_off * float(np.abs(self.system.displacement(result.u - c.state.u)).max())
-        if not work > max(nothing, c.state.springs[:, 0].max(initial=0.0)):
+        if not work > max(nothing, most):
             return 0.0
-        return last_rate(np.vstack([c.state.springs, [work, stored]])) / c.state.stiffening
+        return last_rate(np.vstack([before, [work, stored]])) / by
 
     def equilibrium(self, c: Context, uncut: bool = False) -> Equilibrium:
         """The equations of an increment, condensed where the bodies are; ``uncut``: at the first attempt at it."""

@@ -14,7 +14,7 @@ from prensa.errors import Finding, coordinates
 from prensa.linear.rigid_modes import CLOSED
 from prensa.model.fields import motions_in
 from prensa.model.problem import Problem, Step
-from prensa.result.energy_balance import given_way, raised_springs
+from prensa.result.energy_balance import given_way
 from prensa.system.system import System
 
 HIDDEN_FORCE_RATIO = 100.0
@@ -56,7 +56,7 @@ class PenaltyShare:
 
     def note(self, given: Committed) -> tuple[()]:
         """Note an increment."""
-        raised = raised_springs(self.system, given.context, given.evaluation) / given.state.stiffening
+        raised = float(given.state.springs[-1, 1]) / given.state.stiffening
         self.of_springs.note(given, sum(self._stored(given).values()) - raised)
         return ()
 
