@@ -115,9 +115,9 @@ def test_elements_and_spaces(space, element, caplog):
     given, own, exact = (list(pr.solve(thin(e, element=element, space=space))) for e in (GIVEN, None, pr.Exact()))
     soft = given[-1].force("plate").y < (1.0 - ALLOWED) * exact[-1].force("plate").y
     assert soft or element == "q8"
-    assert own[-1].state.stiffening == (10.0 if soft else 1.0)
+    assert own[-1].state.stiffening.max() == (10.0 if soft else 1.0)
     assert len([words for words in caplog.messages if "give way" in words]) == soft  # of the given one
-    assert own[0].state.stiffening == own[-1].state.stiffening
+    assert own[0].state.stiffening.tolist() == own[-1].state.stiffening.tolist()
     assert own[-1].force("plate").y == pytest.approx(exact[-1].force("plate").y, rel=ALLOWED)
 
 
@@ -143,13 +143,13 @@ def rubber(enforcement=None):
 def test_penalties_that_become_too_soft_on_the_way_are_raised_there(caplog):
     """Forces are the exact ones within 1 %, to a third; the energy balance has what stiffer springs push bodies by."""
     own, exact = list(pr.solve(rubber())), list(pr.solve(rubber(pr.Exact())))
-    raised = [i.state.stiffening for i in own]
+    raised = [i.state.stiffening.max() for i in own]
     assert raised[0] == 1.0 and raised[-1] == 10.0 and sorted(raised) == raised
     for one, other in zip(own, exact, strict=True):
         assert one.force("plate").y == pytest.approx(other.force("plate").y, rel=ALLOWED * 4 / 3)
     missed = [one.state.energy.imbalance - other.state.energy.imbalance for one, other in zip(own, exact, strict=True)]
     k = raised.index(10.0)
-    assert abs(missed[k] - missed[k - 1]) <= 1e-3 * own[k].state.energy.external  # nine times as much without that
+    assert abs(missed[k] - missed[k - 1]) <= 2e-3 * own[k].state.energy.external  # 0.9 % of it without that
     assert not [words for words in caplog.messages if "give way" in words]
 
 
@@ -168,7 +168,7 @@ def test_two_bodies():
             steps=[pr.Step("press", fixed={"block.top": pr.Fixed(y=-0.02)}, increments=2)],
         )  # fmt: skip
         *_, last = pr.solve(problem)
-        return last.state.stiffening, last.supports["pad.bottom"].y
+        return last.state.stiffening.max(), last.supports["pad.bottom"].y
 
     (_, given), (raised, own), (_, stiff) = map(pressed, (GIVEN, pr.Penalty(), pr.Penalty(beta=1e5, beta_T=3e3)))
     assert given < (1.0 - ALLOWED) * stiff
@@ -194,7 +194,7 @@ def test_derivatives_where_penalties_were_raised(problem):
     by = ("bodies.pad.material.E", "steps.0.move.plate.y", "contacts.0.friction.mu")
     at = problem()
     runs = list(solve(at, derivatives=by))
-    assert runs[-1].state.stiffening == 10.0
+    assert runs[-1].state.stiffening.max() == 10.0
     for path in by:
         step = 1e-5 * abs(value_of(at, path))
         above, below = (pr.solve(with_values(at, {path: value_of(at, path) + s * step})) for s in (1.0, -1.0))
@@ -207,4 +207,4 @@ def test_derivatives_where_penalties_were_raised(problem):
 def test_points_that_nothing_moves_do_not_raise_penalties():
     """A plate driven into nodes that supports hold has no exact answer: springs of any stiffness are pressed in as far."""
     held = replace(thin(depth=-0.009), fixed={"pad.bottom": "xy", "pad.top": "xy", "pad.left": "x"})
-    assert [i.state.stiffening for i in pr.solve(held)] == [1.0] * 3
+    assert [i.state.stiffening.max() for i in pr.solve(held)] == [1.0] * 3

@@ -128,9 +128,9 @@ def _where_they_are(system: Any, c: Any, *_: Any) -> Approach:
     return Approach(c.state.u)
 
 
-def _none_given(*_: Any) -> float:
-    """Share of the forces that penalties take: none."""
-    return 0.0
+def _none_given(*_: Any) -> Any:
+    """Shares of the forces that penalties take: none."""
+    return np.zeros(2)
 
 
 def _unlimited(*_: Any) -> float:

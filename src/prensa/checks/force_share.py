@@ -36,6 +36,11 @@ class ForceShare:
         return last_rate(rows[: most + 1]) if len(rows) and rows[most, 0] > 0.0 else 0.0
 
 
+def shares_of_springs(springs: Array, stiffening: Array) -> Array:
+    """Shares (2,) that normal and tangential springs take, whose energies at stiffening 1 are known: `State.springs` (k, 3)."""
+    return np.array([last_rate(springs[:, [0, 1 + k]]) for k in range(2)]) / stiffening
+
+
 def last_rate(rows: Array) -> float:
     """The change of the second column of rows (k, 2) over that of the first, which ends above 0, from half of its end on."""
     work, stored = rows.T

@@ -163,14 +163,14 @@ class Surface:
             return None
         return Supports(at, free[at], None if follows is None else _ways(follows.matrix, self.dofs[at]))
 
-    def raised(self, by: float) -> Array:
-        """By what k_n, k_T and M/h (3,) are multiplied where a run has raised the stiffnesses that it chooses ``by`` a factor."""
-        return np.where([*self.description.enforcement.stiffens, False], by, 1.0)
+    def raised(self, by: Array) -> Array:
+        """By what k_n, k_T and M/h (3,) are multiplied where a run has raised those that it chooses ``by`` factors (2,)."""
+        return np.where([*self.description.enforcement.stiffens, False], [*by, 1.0], 1.0)
 
-    def scale(self, k_t_least: Array, stiffening: float) -> Scale:
+    def scale(self, k_t_least: Array, stiffening: Array) -> Scale:
         """Penalty stiffnesses of the points: k_n = β M/h, k_T = β_T M/h, not below ``k_t_least`` (k,).
 
-        ``stiffening``: by what the run has raised those that it chooses.
+        ``stiffening`` (2,): by what the run has raised those that it chooses.
         """
         unit = self.unit
         (k_n, k_t), (n, t, _) = self.description.enforcement.stiffness(unit), self.raised(stiffening)

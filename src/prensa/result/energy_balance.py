@@ -91,21 +91,20 @@ def given_way(f: ContactForces, scale: Scale) -> tuple[Array, Array]:
     return 0.5 * f.weight * f.p**2 / scale.k_n, 0.5 * held
 
 
-def raised_springs(system: System, c: Context, e: Evaluation) -> float:
-    """Energy, as it were at stiffening 1, of the springs `given_way` whose stiffness a run may raise.
+def raised_springs(system: System, c: Context, e: Evaluation) -> Array:
+    """Energies (2,), as they were at stiffening 1, of normal and tangential springs `given_way` that a run may make stiffer.
 
     Not of points that no free degree of freedom moves: they are pressed in as far as the tool goes, whatever the stiffness.
     """
-    energy, free = 0.0, np.ones(system.ndof, dtype=bool)
+    energy, free = np.zeros(2), np.ones(system.ndof, dtype=bool)
     free[system.prescribed(c.plan.fixed)] = False
     for s, f, scale in zip(c.surfaces, e.contacts, c.scales):
         raised = s.description.enforcement.stiffens
         if any(raised):
             own = slice(s.of_master.start)
             moves = (np.abs(f.stencils.dg[:, own]) > NO_SLOPE) & free[s.dofs[:, own]]
-            parts = [part for part, on in zip(given_way(f, scale), raised) if on]
-            energy += c.state.stiffening * sum(float(part[moves.any(axis=1)].sum()) for part in parts)
-    return energy
+            energy += [float(part[moves.any(axis=1)].sum()) for part in given_way(f, scale)] * np.array(raised)
+    return energy * c.state.stiffening
 
 
 def _nothing(system: System, shift: Array | None) -> Array:

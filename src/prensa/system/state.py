@@ -114,8 +114,8 @@ class State:
     the matrix whose factors are at hand (of its lower triangle where it is symmetric), which the next increment may begin with;
     None if it makes its own;
     ``largest_energies`` (2,): of the balance in the run before the present step, and so far;
-    ``stiffening``: by what the stiffnesses of contacts that a run chooses have been raised; ``springs`` (k, 2): work of the loads
-    and the energy in these springs, as it were at stiffening 1, at the beginning and after each increment;
+    ``stiffening`` (2,): by what k_n and k_T of contacts that a run chooses have been raised; ``springs`` (k, 3): work of the
+    loads and the energies in these springs, as they were at stiffening 1, at the beginning and after each increment;
     ``damage``: by block D (elements, points, laws), where some body has damage laws; () where none has;
     ``derivatives``: by the path of a parameter, those of the `moving` arrays by it.
     """
@@ -144,8 +144,8 @@ class State:
     made_from: Single | None = None
     damage: tuple[Array, ...] = ()
     largest_energies: Array = field(default_factory=lambda: np.zeros(2))
-    stiffening: float = 1.0
-    springs: Array = field(default_factory=lambda: np.zeros((0, 2)))
+    stiffening: Array = field(default_factory=lambda: np.ones(2))
+    springs: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
     def extrapolated(self, dt: float) -> Array:
         """Change of the degrees of freedom (ndof,) in the next ``dt``, extrapolated from the last increments."""
@@ -219,7 +219,7 @@ class State:
                 values[f.name] = Remeshed.from_arrays(arrays)
             elif f.name == "largest_energies" and f.name not in arrays:  # of a run before they were kept
                 values[f.name] = np.zeros(2)
-            elif f.name in ("dt_last", "stiffening"):
+            elif f.name == "dt_last":
                 values[f.name] = float(arrays[f.name])
             elif f.name in ("release", "self_equilibrated", "made_from") and f.name not in arrays:
                 values[f.name] = None

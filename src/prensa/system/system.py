@@ -417,7 +417,7 @@ class System:
             history=self.initial_history,
             contact=contact, lam=np.zeros((n_points, 1 + t)), energy=Energy(), work=np.zeros(self.ndof),
             clock=Clock(), step_start=u.copy(), tool_work=np.zeros(len(self.tools)),
-            tool_wear=np.zeros(len(self.tools)), damage=undamaged(self.problem, self.blocks), springs=np.zeros((1, 2)),
+            tool_wear=np.zeros(len(self.tools)), damage=undamaged(self.problem, self.blocks), springs=np.zeros((1, 3)),
         )  # fmt: skip
 
     @cached_property
@@ -460,13 +460,14 @@ class System:
             out.append(s.scale(least, state.stiffening))
         return out
 
-    def stiffer(self, c: Context) -> Context:
-        """The increment with the stiffnesses that the run chooses ten times as large."""
-        old = c.state
+    def stiffer(self, c: Context, k: int) -> Context:
+        """The increment with the normal (k = 0) or tangential (1) stiffnesses that the run chooses ten times as large."""
+        old, by = c.state, c.state.stiffening.copy()
+        by[k] *= 10.0
         # Springs that carry the same forces at a tenth of the way push bodies by the rest of it: work that comes from outside.
-        given = 0.9 * old.springs[-1, 1] / old.stiffening if len(old.springs) else 0.0
+        given = 0.9 * old.springs[-1, 1 + k] / old.stiffening[k] if len(old.springs) else 0.0
         energy = old.energy._replace(external=old.energy.external + given)
-        state = replace(old, stiffening=10.0 * old.stiffening, energy=energy)
+        state = replace(old, stiffening=by, energy=energy)
         return replace(c, state=state, scales=self.scales(state, c.laws, c.law_at))
 
     def through_air(self, c: Context, way: Array | None) -> Context:

@@ -8,7 +8,7 @@ import numpy as np
 
 from prensa.checks.after.between_nodes import BetweenNodes
 from prensa.checks.check import Committed, Failed, Finished, warning
-from prensa.checks.force_share import ForceShare, last_rate
+from prensa.checks.force_share import ForceShare, shares_of_springs
 from prensa.checks.thresholds import NOTABLE_DEPTH, SLIGHT
 from prensa.errors import Finding, coordinates
 from prensa.linear.rigid_modes import CLOSED
@@ -56,7 +56,7 @@ class PenaltyShare:
 
     def note(self, given: Committed) -> tuple[()]:
         """Note an increment."""
-        raised = float(given.state.springs[-1, 1]) / given.state.stiffening
+        raised = float((given.state.springs[-1, 1:] / given.state.stiffening).sum())
         self.of_springs.note(given, sum(self._stored(given).values()) - raised)
         return ()
 
@@ -65,7 +65,7 @@ class PenaltyShare:
         # Steps of little work, in which a sheet is clamped, have large shares without a meaning for what is asked of the run.
         stored = self._stored(given)
         if stored and given.state.energy.external > self.work:
-            of_raised = last_rate(given.state.springs) / given.state.stiffening
+            of_raised = float(shares_of_springs(given.state.springs, given.state.stiffening).sum())
             self.work, self.share = given.state.energy.external, self.of_springs.last() + of_raised
             self.softest = max(stored, key=lambda name: stored[name])
         return ()
