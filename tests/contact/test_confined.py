@@ -31,9 +31,9 @@ def layer(nu, aspect, elements, mu, space, enforcement):
     )  # fmt: skip
 
 
-def force(problem):
+def force(problem, numerics=None):
     """Force on the plate at the end."""
-    *_, increment = pr.solve(problem)
+    *_, increment = pr.solve(problem, numerics)
     return increment.force("plate").y
 
 
@@ -121,11 +121,12 @@ def test_elements_and_spaces(space, element, caplog):
     assert own[-1].force("plate").y == pytest.approx(exact[-1].force("plate").y, rel=ALLOWED)
 
 
-def test_small_strain_and_a_single_increment():
+@pytest.mark.parametrize("condense", [True, False])
+def test_small_strain_and_a_single_increment(condense):
     """Nothing has to have been committed: the increment in which penalties turn out to be soft is the one that is mended."""
     own, exact = (
-        force(thin(e, pr.Elastic(3.0, 0.499), increments=1, kinematics="small", contact_geometry="reference"))
-        for e in (None, pr.Exact())
+        force(thin(e, pr.Elastic(3.0, 0.499), increments=1, kinematics="small", contact_geometry="reference"), numerics)
+        for e, numerics in ((None, pr.Numerics(condense=condense)), (pr.Exact(), None))
     )
     assert own == pytest.approx(exact, rel=ALLOWED)
 
