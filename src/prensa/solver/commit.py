@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prensa.result.energy_balance import nodal_work, tool_wear, tool_work
+from prensa.result.energy_balance import nodal_work, raised_springs, tool_wear, tool_work
 from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.stability import looked
 from prensa.system.damage import damaged
@@ -82,4 +82,5 @@ def committed(
         ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched, softest=softest,
         tool_work=tool_work(system, c, result.u, work), tool_wear=tool_wear(system, c, e), remeshed=old.remeshed,
         damage=damage, largest_energies=np.array([largest if ended else old.largest_energies[0], largest]),
+        stiffening=old.stiffening, springs=np.vstack([old.springs, [energy.external, *raised_springs(system, c, e)]]),
     )  # fmt: skip
