@@ -216,7 +216,7 @@ def stopped(times, ways, refused=1e-3) -> Record:
 
 
 def test_a_limit_of_the_way_is_where_its_parabola_ends():
-    """Time = 1 − (1 − way)²: confirmed where less is left than what was refused; not on a straight path, a stiffer one, or a kink."""
+    """Time = 1 − (1 − way)²: confirmed where less is left than what was refused; not on a straight path, a stiffer one, kinks."""
     d, _ = solved()
     for last, refused, found in ((0.9, 1.01e-2, True), (0.9, 0.99e-2, False), (0.99, 1e-3, True), (1.1, 0.99e-2, False)):
         ways = np.array([last - 0.2, last - 0.1, last])
@@ -267,10 +267,11 @@ def test_a_tool_tips_where_its_force_acts_beside_what_it_rests_on():
 
 
 def test_a_bar_that_is_pulled_to_its_limit_load_is_confirmed(tmp_path):
-    """Considère: σ₀ + H ε over the first area is H exp(σ₀/H − 1) at most; three states and what was refused stand in the files."""
+    """Considère: σ₀ + H ε over the first area is H exp(σ₀/H − 1) at most; three states and what was refused are in the files."""
     s0, H = 100.0, 300.0
+    bar = pr.Body(pr.Box(size=(1.0, 1.0, 1.0), n=(1, 1, 1)), pr.J2(2e5, 0.3, pr.Linear(s0, H)))
     p = pr.Problem(
-        "bar", space="solid", bodies={"body": pr.Body(pr.Box(size=(1.0, 1.0, 1.0), n=(1, 1, 1)), pr.J2(2e5, 0.3, pr.Linear(s0, H)))},
+        "bar", space="solid", bodies={"body": bar},
         fixed={"body.bottom": "y", "body.left": "x", "body.back": "z"},
         steps=(pr.Step("pull", loads={"body.top": pr.Load(traction=(0.0, 200.0, 0.0))}),),
     )  # fmt: skip

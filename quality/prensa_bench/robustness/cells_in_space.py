@@ -104,7 +104,8 @@ def corners(cells: Index, x: Array) -> Array:
 def jacobians(cells: Index, x: Array) -> Array:
     """Volumes (m, k) that elements have for a unit of their own coordinates: at their corners, then at points of Gauss."""
     if cells.shape[1] == 10:
-        return np.concatenate([corners(cells, x), np.stack([np.linalg.det(_slopes(cells, x, at)) for _, at in FOUR], axis=1)], axis=1)
+        inside = np.stack([np.linalg.det(_slopes(cells, x, at)) for _, at in FOUR], axis=1)
+        return np.concatenate([corners(cells, x), inside], axis=1)
     inner = []
     for at in BRICK_SIGNS / np.sqrt(3.0):
         one = 1.0 + BRICK_SIGNS * at

@@ -21,7 +21,7 @@ ROUND_OFF = 1e-9  # of the largest: corners of undeformed wedges that span no vo
 
 
 class Ends(NamedTuple):
-    """The last three states of a run that follow each other: times (3,), places (3, n, 3) of all nodes; the first may be the start.
+    """The last three states of a run that follow each other: times (3,), places (3, n, 3) of nodes; the first may be the start.
 
     ``share``: length of the shortest refused attempt over that of the last increment.
     """
@@ -99,7 +99,7 @@ def tipping(d: Drawn, record: Record) -> str:
         dt = float(np.diff(record.history["time"][-2:])[0])
         beyond = now + (now - then) * record.refused / dt
         if min(now, beyond) <= 0.0:
-            return f"the force of {name} acts {now:.2g} within the edge of what it rests on, and {beyond:.2g} after the refused time"
+            return f"the force of {name} acts {now:.2g} within the edge of its rest, and {beyond:.2g} after the refused time"
     return ""
 
 
@@ -127,8 +127,8 @@ def within(points: Array, x: Array) -> float:
 
 def folded(d: Drawn, record: Record) -> str:
     """An element with a negative volume at a corner or an integration point, now or at the end of the refused attempt."""
-    e, (number, bodies) = ends(record), max(record.bodies.items())
-    for name, s in bodies.items():
+    e = ends(record)
+    for name, s in record.bodies[max(record.bodies)].items():
         places = {"now": s.x}
         if e is not None:
             before = record.bodies[int(record.history["increment"][-2])][name].x
