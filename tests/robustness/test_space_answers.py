@@ -204,6 +204,20 @@ def test_what_forces_do_that_turn_round_is_left_open():
     assert np.array_equal(now[:-4], before[:-4])
 
 
+def test_a_run_that_stopped_in_a_release_is_not_at_its_end():
+    """Supports bear more than tools there; at the end of the step it would be wrong."""
+    d, record = solved()
+    rows = slice(0, -1)
+    history = {k: v[rows].copy() for k, v in record.history.items()}
+    numbers = set(history["increment"].astype(int))
+    bodies = {k: v for k, v in record.bodies.items() if k in numbers}
+    cut = Record(record.problem, history, record.steps[rows], record.contacts, bodies)
+    assert np.abs(history["fixed.body.bottom.fy"][-1]) > 0.1 * np.abs(history["tool.fy"]).max()
+    assert checks.until_it_stopped(d, cut) == ""
+    history["time"][-1] = len(record.problem.steps)
+    assert "out of balance" in checks.balance(d, cut)
+
+
 def stopped(times, ways, refused=1e-3) -> Record:
     """The answer as if the run had stopped in its first step, with three states whose nodes go down by ways of one mode."""
     record = solved()[1]
