@@ -280,6 +280,25 @@ def test_a_tool_tips_where_its_force_acts_beside_what_it_rests_on():
             assert bool(stops.tipping(d, r)) == (found and step is free), (beside, refused, stops.tipping(d, r))
 
 
+def test_a_body_that_nothing_holds_has_a_rigid_motion():
+    """A frictionless ball leaves three turns about its centre, on a smooth ground one, a contact that opens more."""
+    d, record = solved()
+    smooth = replace(d, mu={"body.top-tool": 0.0})
+    rows = slice(0, 3)
+    history = {k: v[rows].copy() for k, v in record.history.items()}
+    given = dict(record.problem.fixed)
+    level = {name: replace(f, x=None, z=None) for name, f in given.items()}
+    for fixed, refused, words in (
+        (given, 0.1, ""), ({}, 0.1, "resists 3"), (level, 0.1, "resists 1 "), (level, -10.0, "resists 3"),
+    ):  # fmt: skip
+        p = replace(record.problem, fixed=fixed)
+        r = Record(p, history, record.steps[rows], record.contacts, {3: record.bodies[3]}, refused=refused)
+        assert words in stops.unheld(smooth, r) and bool(words) == bool(stops.unheld(smooth, r)), stops.unheld(smooth, r)
+        assert bool(stops.confirmed(smooth, r, "LostSupport")) == bool(words)
+        freed = replace(p.steps[0], fixed={"body.bottom": pr.Fixed(free=True)})
+        assert stops.unheld(smooth, replace(r, problem=replace(p, steps=(freed, *p.steps[1:])))) == ""
+
+
 def test_a_bar_that_is_pulled_to_its_limit_load_is_confirmed(tmp_path):
     """Considère: σ₀ + H ε over the first area is H exp(σ₀/H − 1) at most; three states and what was refused are in the files."""
     s0, H = 100.0, 300.0

@@ -6,14 +6,15 @@ have reached if all had gone on as in the last increment.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from prensa.types import Array
+from prensa.mesh.generate import mesh_of
+from prensa.types import Array, Index
 from prensa_bench.robustness.cells_in_space import jacobians
-from prensa_bench.robustness.checks_in_space import XYZ, touchings
+from prensa_bench.robustness.checks_in_space import BEYOND_CONE, XYZ, touchings
 from prensa_bench.robustness.drawn import Drawn
 from prensa_bench.robustness.files import Record
 
@@ -35,7 +36,8 @@ def confirmed(d: Drawn, record: Record, reason: str) -> str:
     """What the files show of the reason for which a run stopped, in words; '' if nothing."""
     looks: dict[str, Callable[[Drawn, Record], str]] = {
         "LimitPoint": limit, "Unstable": limit, "Jumped": limit, "Runaway": limit, "Singular": limit,
-        "TipsOver": tipping, "Distorted": folded, "CornerInverted": folded, "Collapsed": folded, "Folded": folded,
+        "LostSupport": unheld, "UnilaterallySupported": unheld, "TipsOver": tipping,
+        "Distorted": folded, "CornerInverted": folded, "Collapsed": folded, "Folded": folded,
     }  # fmt: skip
     kinds = [look for key, look in looks.items() if key in reason.replace(".", " ").split() or reason.startswith(key)]
     if not record.bodies or len(record.steps) < 2:
@@ -44,8 +46,8 @@ def confirmed(d: Drawn, record: Record, reason: str) -> str:
 
 
 def limit(d: Drawn, record: Record) -> str:
-    """Of the load or of the way, or of where a tool can rest; or an element that gave way."""
-    return next((found for look in (turning_back, tipping, folded) if (found := look(d, record))), "")
+    """Of the load or of the way, or of where a tool can rest; a support that is gone, or an element that gave way."""
+    return next((found for look in (turning_back, tipping, unheld, folded) if (found := look(d, record))), "")
 
 
 def ends(record: Record) -> Ends | None:
@@ -123,6 +125,56 @@ def within(points: Array, x: Array) -> float:
     angle = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
     way = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     return float((((points - x) @ way.T).max(axis=0)).min())
+
+
+def unheld(d: Drawn, record: Record) -> str:
+    """A rigid motion of a body that no support, pressed or sticking node resists, now or at the end of the refused attempt.
+
+    Of bodies that are not tied, before anything is released: the solver holds what has been.
+    """
+    done = record.problem.steps[: [s.name for s in record.problem.steps].index(record.steps[-1]) + 1]
+    if record.problem.ties or any(s.remove_tools or any(f.free for f in s.fixed.values()) for s in done):
+        return ""
+    number, states = max(record.bodies), [(row, c, t) for row, c, t in touchings(d, record) if row >= len(record.steps) - 2]
+    dt = float(np.diff(record.history["time"][-2:])[0])
+    for name, s in record.bodies[number].items():
+        rows = [_resists(s.x[nodes], ways) for nodes, ways in _supports(record, name, s.X)]
+        for c in record.problem.contacts:
+            own = [t for _, other, t in states if other.name == c.name]
+            if c.surface[0].partition(".")[0] != name or not own:
+                continue
+            t, before = own[-1], own[0].force if len(own) > 1 else own[-1].force
+            if before.shape == t.force.shape:
+                t = t._replace(force=t.force + (t.force - before) * record.refused / dt)
+            pressed = (across := (t.force * t.normal).sum(axis=1)) > 0.0
+            along = np.linalg.norm(t.force - across[:, None] * t.normal, axis=1)
+            sticks = pressed & (along < d.mu[c.name] * across * (1.0 - BEYOND_CONE))
+            rows += [_resists(t.x[pressed], t.normal[pressed, None]), _resists(t.x[sticks], np.eye(3))]
+        all_rows = np.concatenate([np.zeros((1, 6)), *rows])
+        scale = np.append(np.ones(3), np.full(3, 1.0 / float(np.ptp(s.x, axis=0).max())))
+        if (held := int(np.linalg.matrix_rank(all_rows * scale, tol=ROUND_OFF))) < 6:
+            return f"nothing resists {6 - held} of the rigid motions of {name}"
+    return ""
+
+
+def _resists(x: Array, ways: Array) -> Array:
+    """Rows (k, 6) of rigid motions, shift and turn, that nodes x (n, 3) held along ways (n | 1, w, 3) or (w, 3) resist."""
+    ways = np.broadcast_to(ways, (len(x), *np.shape(ways)[-2:]))
+    return np.concatenate([ways, np.cross(x[:, None], ways)], axis=2).reshape(-1, 6)
+
+
+def _supports(record: Record, body: str, X: Array) -> Iterator[tuple[Index, Array]]:
+    """Nodes of a body that are held in the last step, and the directions (w, 3) along which they are."""
+    p, mesh = record.problem, mesh_of(record.problem.bodies[body].mesh)
+    done = p.steps[: [s.name for s in p.steps].index(record.steps[-1]) + 1]
+    for name, given in (pair for supports in (p.fixed, *(s.fixed for s in done)) for pair in supports.items()):
+        if name.partition(".")[0] != body:
+            continue
+        nodes = mesh.nodes(name.partition(".")[2])
+        ways = [way for axis, way in zip(XYZ, np.eye(3)) if getattr(given, axis) is not None]
+        if given.normal is not None:  # of a flat side
+            ways.append(np.linalg.svd(X[nodes] - X[nodes].mean(axis=0))[2][2])
+        yield nodes, np.array(ways).reshape(-1, 3)
 
 
 def folded(d: Drawn, record: Record) -> str:
