@@ -18,7 +18,7 @@ from prensa_bench.robustness.checks_in_space import BEYOND_CONE, XYZ, touchings
 from prensa_bench.robustness.drawn import Drawn
 from prensa_bench.robustness.files import Record
 
-ROUND_OFF = 1e-9  # of the largest: corners of undeformed wedges that span no volume
+AS_GOOD_AS_NONE = 1e-9  # of the largest: what corners of undeformed wedges span, and rigid motions that nothing resists
 
 
 class Ends(NamedTuple):
@@ -152,7 +152,7 @@ def unheld(d: Drawn, record: Record) -> str:
             rows += [_resists(t.x[pressed], t.normal[pressed, None]), _resists(t.x[sticks], np.eye(3))]
         all_rows = np.concatenate([np.zeros((1, 6)), *rows])
         scale = np.append(np.ones(3), np.full(3, 1.0 / float(np.ptp(s.x, axis=0).max())))
-        if (held := int(np.linalg.matrix_rank(all_rows * scale, tol=ROUND_OFF))) < 6:
+        if (held := int(np.linalg.matrix_rank(all_rows * scale, tol=AS_GOOD_AS_NONE))) < 6:
             return f"nothing resists {6 - held} of the rigid motions of {name}"
     return ""
 
@@ -186,7 +186,7 @@ def folded(d: Drawn, record: Record) -> str:
             before = record.bodies[int(record.history["increment"][-2])][name].x
             places["at the end of the refused attempt"] = s.x + e.share * (s.x - before)
         first = jacobians(s.cells, s.X)
-        spanned = first > ROUND_OFF * first.max()  # corners of wedges are none
+        spanned = first > AS_GOOD_AS_NONE * first.max()  # corners of wedges are none
         for when, x in places.items():
             at = np.where(spanned, jacobians(s.cells, x) / np.where(spanned, first, 1.0), np.inf).min(axis=1)
             if at.min() <= 0.0:
