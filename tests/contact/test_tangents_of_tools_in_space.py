@@ -77,8 +77,8 @@ TOOLS = {
     "cube": (pr.Polyhedron(points=CUBE, radius=0.4), ((0.3, 0.2), (0.9, 0.25), (0.25, 0.85), (0.85, 0.9))),
     "stl": (None, ((-0.5, -0.5), (0.6, -0.4), (-0.4, 0.5), (0.5, 0.6))),
 }  # fmt: skip
-MODES = [("small", "reference"), ("finite", "current")]
-GROUPS = [*product(TOOLS, MODES), ("cylinder", ("small", "current")), ("revolved die", ("small", "current"))]
+MODES = [("small", "reference"), ("small", "current"), ("finite", "current")]
+GROUPS = [*product(TOOLS, MODES)]
 STEP = 5e-7
 DEPTH = 0.003
 STICK, SLIDE = np.array([2e-5, -1e-5]), np.array([0.07, 0.04])
@@ -217,9 +217,12 @@ def test_the_tangent_is_the_derivative(tool, mode, ball):
     worst, largest = np.zeros((2, len(COMBINATIONS)))
     np.maximum.at(largest, blocks.owner[mine], abs(K).max(axis=1).toarray()[mine, 0])
     h, rng = STEP, np.random.default_rng(5)
-    for k in range(6):
+    motions = np.eye(6)
+    if mode == ("small", "current"):  # parts of which the other two have already been tried: two motions at once
+        motions = motions[:3] + motions[3:]
+    for motion in motions:
         v = np.where(mine, 0.3 * rng.normal(size=system.ndof), 0.0)
-        v[blocks.tools] = np.eye(6)[k]
+        v[blocks.tools] = motion
         a, b = (system.evaluate(c, u + s * h * v, lam, stiffness=False) for s in (1, -1))
         assert (states_of(a) == states).all() and (states_of(b) == states).all()
         np.maximum.at(worst, blocks.owner[mine], np.abs((a.r - b.r) / (2.0 * h) - K @ v)[mine])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import re
+import time
 from dataclasses import replace
 from functools import cache
 
@@ -18,7 +19,8 @@ from prensa_bench.robustness import checks_in_space as checks
 from prensa_bench.robustness.claims import released, sprung_back
 from prensa_bench.robustness.drawn import Drawn
 from prensa_bench.robustness.families import drawn
-from prensa_bench.robustness.files import Record, Shape
+from prensa_bench.robustness.files import Record, Shape, read, solve_into
+from prensa_bench.robustness.increments import reason_of
 from prensa_bench.robustness.split_in_space import split
 
 RIB = ((-20.0, 3.0), (-6.0, 3.0), (-3.0, 0.0), (3.0, 0.0), (6.0, 3.0), (20.0, 3.0))
@@ -202,27 +204,120 @@ def test_what_forces_do_that_turn_round_is_left_open():
     assert np.array_equal(now[:-4], before[:-4])
 
 
-def test_reasons_of_stops_are_those_of_the_files():
-    """A force that no longer rises, one beside what a tool rests on, a brick that is flat: seen where they are, else not."""
+def test_a_run_that_stopped_in_a_release_is_not_at_its_end():
+    """Supports bear more than tools there; at the end of the step it would be wrong."""
     d, record = solved()
-    before = copy.deepcopy(record)
-    for rows in (before.steps, *before.history.values()):  # as if the run had stopped in its first step
-        if isinstance(rows, list):
-            del rows[3:]
-    before = Record(before.problem, {k: v[:3] for k, v in before.history.items()}, before.steps, before.contacts, before.bodies)
-    before.history["tool.fy"][:], before.history["tool.uy"][:] = (100.0, 200.0, 300.0), (-1.0, -2.1, -3.3)
-    assert stops.limit_load(d, before) == ""
-    before.history["tool.uy"][2] = -20.0
-    assert "stiffness of tool has fallen" in stops.limit_load(d, before)
-    assert stops.confirmed(d, before, "LimitPoint.Unstable") and not stops.confirmed(d, before, "Stagnated")
-    assert stops.tipping(d, before) == ""
-    before.history["tool.mz"][2] += 3.0 * before.history["tool.fy"][2]
-    assert "acts" in stops.tipping(d, before)
-    assert stops.folded(d, record) == ""
-    flat = copy.deepcopy(record)
-    cell = body(flat, -1).cells[1]
-    body(flat, -1).x[cell[4:]] = body(flat, -1).x[cell[:4]]
-    assert "corner of an element" in stops.folded(d, flat)
+    rows = slice(0, -1)
+    history = {k: v[rows].copy() for k, v in record.history.items()}
+    numbers = set(history["increment"].astype(int))
+    bodies = {k: v for k, v in record.bodies.items() if k in numbers}
+    cut = Record(record.problem, history, record.steps[rows], record.contacts, bodies)
+    assert np.abs(history["fixed.body.bottom.fy"][-1]) > 0.1 * np.abs(history["tool.fy"]).max()
+    assert checks.until_it_stopped(d, cut) == ""
+    history["time"][-1] = len(record.problem.steps)
+    assert "out of balance" in checks.balance(d, cut)
+
+
+def stopped(times, ways, refused=1e-3) -> Record:
+    """The answer as if the run had stopped in its first step, with three states whose nodes go down by ways of one mode."""
+    record = solved()[1]
+    p = replace(record.problem, steps=record.problem.steps[:1])
+    s = body(record, 0)
+    mode = np.where(s.X[:, 1:2] > 2.9, [[0.0, -1.0, 0.0]], 0.0)
+    bodies = {k: {"body": replace(s, x=s.X + way * mode)} for k, way in enumerate(ways, 1)}
+    history = {k: v[:3].copy() for k, v in record.history.items()} | {"time": np.array(times)}
+    return Record(p, history, record.steps[:3], record.contacts, bodies, refused=refused)
+
+
+def test_a_limit_of_the_way_is_where_its_parabola_ends():
+    """Time = 1 − (1 − way)²: confirmed where less is left than what was refused; not on a straight path, a stiffer one, kinks."""
+    d, _ = solved()
+    for last, refused, found in ((0.9, 1.01e-2, True), (0.9, 0.99e-2, False), (0.99, 1e-3, True), (1.1, 0.99e-2, False)):
+        ways = np.array([last - 0.2, last - 0.1, last])
+        record = stopped(1.0 - (1.0 - ways) ** 2, ways, refused)
+        assert ("vanishes" in stops.turning_back(d, record)) == found
+        assert bool(stops.confirmed(d, record, "LimitPoint.Unstable")) == found
+        assert not stops.confirmed(d, record, "Stagnated")
+    for times in ((0.1, 0.2, 0.3), (0.1, 0.12, 0.15), (0.1, 0.2, 0.21)):  # a slope of a tenth of the one before is no limit
+        assert stops.turning_back(d, stopped(times, (0.1, 0.2, 0.3))) == ""
+    gap = stopped(1.0 - (1.0 - ways) ** 2, ways)
+    del gap.bodies[2]
+    assert stops.turning_back(d, gap) == ""
+
+
+def test_a_folded_element_has_a_negative_volume_there_or_would_have():
+    """A brick that is flat to 1 % is none; one that turns inside out within the refused attempt is."""
+    d, _ = solved()
+    for ways, refused, found in (
+        ((0.0, 1.0, 1.48), 1e-3, ""), ((0.0, 1.0, 1.48), 0.1, "at the end"), ((0.0, 1.0, 1.6), 1e-3, "now"),
+    ):  # fmt: skip
+        record = stopped((0.1, 0.2, 0.3), ways, refused)
+        assert (found in stops.folded(d, record)) if found else stops.folded(d, record) == ""
+        assert bool(stops.confirmed(d, record, "Distorted")) == bool(found)
+    assert stops.folded(*solved()) == "" == stops.folded(*solved(tetrahedra=True))
+    spoilt = copy.deepcopy(solved(tetrahedra=True)[1])
+    mirror(body(spoilt, -1), 9)
+    assert "now" in stops.folded(d, spoilt)
+
+
+def test_a_tool_tips_where_its_force_acts_beside_what_it_rests_on():
+    """Of a tool that is free to turn: at the last state, or at the end of the refused attempt; of one that is held never."""
+    d, record = solved()
+    free = replace(record.problem.steps[0], push={"tool": pr.Push(y=-500.0, mx=0.0, mz=0.0)})
+    rows = slice(0, 3)
+    history = {k: v[rows].copy() for k, v in record.history.items()}
+    t = next(t for row, _, t in checks.touchings(d, record) if row == 2)
+    reach = t.x[np.linalg.norm(t.force, axis=1) > 0.0][:, 0].max()
+    for step in (free, record.problem.steps[0]):
+        p = replace(record.problem, steps=(step, *record.problem.steps[1:]))
+        for beside, refused, found in (
+            ((0.0, 0.0), 1e-3, False), ((0.0, 0.95), 1e-3, False), ((0.0, 0.95), 0.1, True), ((1.0, 1.1), 1e-3, True),
+        ):  # fmt: skip
+            h = copy.deepcopy(history)
+            for k, share in zip((1, 2), beside):
+                h["tool.mz"][k] += share * reach * h["tool.fy"][k]
+            r = Record(p, h, record.steps[rows], record.contacts, {3: record.bodies[3]}, refused=refused)
+            assert bool(stops.tipping(d, r)) == (found and step is free), (beside, refused, stops.tipping(d, r))
+
+
+def test_a_body_that_nothing_holds_has_a_rigid_motion():
+    """A frictionless ball leaves three turns about its centre, on a smooth ground one, a contact that opens more."""
+    d, record = solved()
+    smooth = replace(d, mu={"body.top-tool": 0.0})
+    rows = slice(0, 3)
+    history = {k: v[rows].copy() for k, v in record.history.items()}
+    given = dict(record.problem.fixed)
+    level = {name: replace(f, x=None, z=None) for name, f in given.items()}
+    for fixed, refused, words in (
+        (given, 0.1, ""), ({}, 0.1, "resists 3"), (level, 0.1, "resists 1 "), (level, -10.0, "resists 3"),
+    ):  # fmt: skip
+        p = replace(record.problem, fixed=fixed)
+        r = Record(p, history, record.steps[rows], record.contacts, {3: record.bodies[3]}, refused=refused)
+        assert words in stops.unheld(smooth, r) and bool(words) == bool(stops.unheld(smooth, r)), stops.unheld(smooth, r)
+        assert bool(stops.confirmed(smooth, r, "LostSupport")) == bool(words)
+        freed = replace(p.steps[0], fixed={"body.bottom": pr.Fixed(free=True)})
+        assert stops.unheld(smooth, replace(r, problem=replace(p, steps=(freed, *p.steps[1:])))) == ""
+
+
+def test_a_bar_that_is_pulled_to_its_limit_load_is_confirmed(tmp_path):
+    """Considère: σ₀ + H ε over the first area is H exp(σ₀/H − 1) at most; three states and what was refused are in the files."""
+    s0, H = 100.0, 300.0
+    bar = pr.Body(pr.Box(size=(1.0, 1.0, 1.0), n=(1, 1, 1)), pr.J2(2e5, 0.3, pr.Linear(s0, H)))
+    p = pr.Problem(
+        "bar", space="solid", bodies={"body": bar},
+        fixed={"body.bottom": "y", "body.left": "x", "body.back": "z"},
+        steps=(pr.Step("pull", loads={"body.top": pr.Load(traction=(0.0, 200.0, 0.0))}),),
+    )  # fmt: skip
+    with pytest.raises(pr.PrensaError) as stop:
+        solve_into(tmp_path, p, time.process_time() + 60.0)
+    record = read(tmp_path, p)
+    last = float(record.history["time"][-1])
+    assert set(record.history["increment"].astype(int)[-3:]) <= set(record.bodies)
+    assert 0.0 < record.refused < 1e-3
+    assert 200.0 * last == pytest.approx(H * np.exp(s0 / H - 1.0), rel=2e-3)
+    d = Drawn((p,), {}, {})
+    assert "vanishes" in stops.confirmed(d, record, reason_of(stop.value)), (reason_of(stop.value), last, record.refused)
+    assert solved()[1].refused == 0.0
 
 
 def test_a_free_elastic_body_may_lie_turned_and_no_body_squeezed():

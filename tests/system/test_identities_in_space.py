@@ -104,7 +104,7 @@ def test_a_quarter_is_a_quarter_of_the_whole():
     assert 4.0 * quarter.force("t").y == pytest.approx(f.y, rel=1e-9)
     assert np.abs([f.x, f.z, f.mx, f.my, f.mz]).max() < 1e-9 * abs(f.y)
     for name in ("elastic", "plastic", "friction"):
-        assert 4.0 * quarter.energy[name] == pytest.approx(whole.energy[name], rel=1e-8)
+        assert 4.0 * quarter.energy[name] == pytest.approx(whole.energy[name], rel=1e-9)
     assert whole.energy["plastic"] > 0.0 and whole.energy["friction"] > 0.0
 
 

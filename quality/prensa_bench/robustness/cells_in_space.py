@@ -101,6 +101,19 @@ def corners(cells: Index, x: Array) -> Array:
     return np.stack([_corner(cells, x, k) for k in range(8)], axis=1)
 
 
+def jacobians(cells: Index, x: Array) -> Array:
+    """Volumes (m, k) that elements have for a unit of their own coordinates: at their corners, then at points of Gauss."""
+    if cells.shape[1] == 10:
+        inside = np.stack([np.linalg.det(_slopes(cells, x, at)) for _, at in FOUR], axis=1)
+        return np.concatenate([corners(cells, x), inside], axis=1)
+    inner = []
+    for at in BRICK_SIGNS / np.sqrt(3.0):
+        one = 1.0 + BRICK_SIGNS * at
+        by = np.stack([BRICK_SIGNS[:, k] * one[:, (k + 1) % 3] * one[:, (k + 2) % 3] / 8.0 for k in range(3)], axis=1)
+        inner.append(np.linalg.det(np.einsum("mai,aj->mij", x[cells], by)))
+    return np.concatenate([corners(cells, x) / 8.0, np.stack(inner, axis=1)], axis=1)
+
+
 def _corner(cells: Index, x: Array, k: int) -> Array:
     along = []
     for axis in range(3):

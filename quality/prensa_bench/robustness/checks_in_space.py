@@ -250,9 +250,9 @@ def _loads(record: Record) -> Array:
 
 def _released(record: Record) -> Flags:
     """Rows (k,) in which what tools bore is being released, and is said nowhere: at the end of that step nothing is left."""
-    away = gone(record)
-    ends = [k + 1 == len(away) or record.steps[k] != record.steps[k + 1] for k in range(len(away))]
-    return away & ~np.array(ends, dtype=bool)
+    names = [s.name for s in record.problem.steps]
+    ends = np.array([1.0 + names.index(step) for step in record.steps])
+    return gone(record) & (record.history["time"] < ends - REACHED)
 
 
 def moments(d: Drawn, record: Record) -> str:

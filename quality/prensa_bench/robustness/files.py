@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import logging
 import time
+from collections import deque
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
@@ -20,13 +21,15 @@ import prensa as pr
 from prensa.output import checkpoint
 from prensa.output.history import History, write_contact
 from prensa.output.vtk import Fields
-from prensa.result.increment import Monitor, Progress
+from prensa.result.increment import Increment, Monitor, Progress
 from prensa.system.discretise import discretise
 from prensa.types import Array, Index
 
+ENDS = 3  # increments before a stop whose fields are written
 FIELDS_EVERY = 10  # increments between two files of fields, beside those at the ends of steps; all on meshes made anew
 
 SAID = "said.txt"
+SHORTEST = "shortest.txt"
 STRESS_AND_STRAIN = ("stress_at_points", "plastic_strain_at_points")
 
 
@@ -53,7 +56,7 @@ class Shape:
 class Record:
     """Files of one run: ``problem``; columns of ``history``; contact tables by name and number; bodies by number.
 
-    ``said``: its warnings.
+    ``said``: its warnings. ``refused``: time after the last increment of the shortest attempt that failed there; 0 if none did.
     """
 
     problem: pr.Problem
@@ -62,6 +65,7 @@ class Record:
     contacts: dict[str, dict[int, dict[str, Array]]]
     bodies: dict[int, dict[str, Shape]]
     said: tuple[str, ...] = ()
+    refused: float = 0.0
 
 
 class _Words(logging.Handler):
@@ -98,6 +102,20 @@ def ending(until: float) -> Monitor:
     return watch
 
 
+class _Refused:
+    """A monitor that keeps the time of the shortest attempt that was rejected since the last increment, inf if none was."""
+
+    def __init__(self, until: float) -> None:
+        self._watch, self.time = ending(until), np.inf
+
+    def __call__(self, progress: Progress) -> None:
+        self._watch(progress)
+        if progress.event == "accepted":
+            self.time = np.inf
+        elif progress.event == "rejected":
+            self.time = min(self.time, progress.time)
+
+
 def solve_into(folder: Path, problem: pr.Problem, until: float, numerics: pr.Numerics | None = None) -> None:
     """Solve a problem and leave its tables, fields and checkpoint in a folder; ``until``: processor time to stop at.
 
@@ -111,26 +129,30 @@ def solve_into(folder: Path, problem: pr.Problem, until: float, numerics: pr.Num
     """
     folder.mkdir(parents=True, exist_ok=True)
     system = discretise(problem)
-    last = None
+    ends: deque[Increment] = deque(maxlen=ENDS)
+    refused = _Refused(until)
     with closing(History(folder, problem)) as tables, _heard(folder / SAID):
         fields = Fields(folder, points=problem.space == "solid")
         # forces at the middles of sides need the corners beside them, which the tables of contacts have not; work of loads all
         whole = any(body.mesh.type == "tetrahedra" for body in problem.bodies.values()) or any(s.loads for s in problem.steps)
         every = 1 if whole else FIELDS_EVERY
         try:
-            for last in pr.solve(system, numerics, monitor=ending(until)):
+            for last in pr.solve(system, numerics, monitor=refused):
+                ends.append(last)
                 for name, contact in last.contacts.items():
                     write_contact(folder, name, last.number, contact)
                 tables.append(last)
                 if last.end_of_step or last.number % every == 0 or problem.remesh != "off":
                     fields.append(last)
         except pr.PrensaError:
-            if last is not None:  # where it ended
+            for last in ends:  # how it came to where it ended
                 fields.append(last)
+            if ends and np.isfinite(refused.time):
+                (folder / SHORTEST).write_text(repr(float(refused.time - ends[-1].time)), encoding="utf-8")
             raise
-    if last is not None:
+    if ends:
         text = checkpoint.case_text(pr.Case(problem))
-        checkpoint.write_checkpoint(folder / checkpoint.CHECKPOINT, text, last.state)
+        checkpoint.write_checkpoint(folder / checkpoint.CHECKPOINT, text, ends[-1].state)
 
 
 def solve_stages(
@@ -158,7 +180,8 @@ def read(folder: Path, problem: pr.Problem) -> Record:
     d = 3 if problem.space == "solid" else 2
     bodies = {int(f.stem): _shapes(f, names, d) for f in sorted((folder / "fields").glob("*.vtu"))}
     said = tuple((folder / SAID).read_text(encoding="utf-8").splitlines())
-    return Record(problem, history, [r["step"] for r in rows], contacts, bodies, said)
+    refused = float(path.read_text(encoding="utf-8")) if (path := folder / SHORTEST).is_file() else 0.0
+    return Record(problem, history, [r["step"] for r in rows], contacts, bodies, said, refused)
 
 
 def totals(folder: Path) -> tuple[int, int]:

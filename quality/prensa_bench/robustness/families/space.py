@@ -14,7 +14,7 @@ from prensa_bench.robustness.bodies_in_space import Body, body_drawn, box
 from prensa_bench.robustness.claims import released, sprung_back
 from prensa_bench.robustness.drawn import AT_UNIT_STRAIN, Claim, Drawn, Metal, Placed, Twin, friction, metal, number
 from prensa_bench.robustness.split_in_space import contact_nodes, well_shaped
-from prensa_bench.robustness.stops import NEARLY, within
+from prensa_bench.robustness.stops import within
 from prensa_bench.robustness.tools_in_space import Place
 from prensa_bench.robustness.tools_over_bodies import BROUGHT_TOGETHER, hovering, over_nodes, plate_drawn, tool_drawn
 
@@ -22,6 +22,7 @@ FINER_BY = 1.5  # bricks of the second mesh for each of the first along an axis
 SAME_ON_FINER = 0.06  # of the two, under a plate
 SAME_TURNED = 1e-5  # of a problem that is turned about the upright axis
 OF_TETRAHEDRA = 0.25  # of the bodies, the rest are of bricks
+FROM_EDGE = 0.1  # of the width of what a tool rests on: how far from its edge the tool is pushed at least
 FORCES_XYZ = ("fx", "fy", "fz")
 
 
@@ -173,7 +174,7 @@ def _stands(body: Body, tool: Placed) -> bool:
     rest = top[np.abs(tool.outline(top - np.asarray(tool.at))[0]) < 1e-9 * body.high][:, [0, 2]]
     if len(rest) < 3 or (narrow := float(np.ptp(rest, axis=0).min())) < BROUGHT_TOGETHER * body.high:
         return False  # on a line, but for round-off: there it may turn
-    return within(rest, np.zeros(2)) > NEARLY * narrow
+    return within(rest, np.zeros(2)) > FROM_EDGE * narrow
 
 
 def _force(rng: np.random.Generator, m: Metal, body: Body, name: str) -> float:
