@@ -25,7 +25,7 @@ from prensa.result.increment import Increment, Monitor, Progress
 from prensa.system.discretise import discretise
 from prensa.types import Array, Index
 
-ENDS = 3  # increments before a stop whose fields are written
+LAST_STATES = 3  # increments before a stop whose fields are written
 FIELDS_EVERY = 10  # increments between two files of fields, beside those at the ends of steps; all on meshes made anew
 
 SAID = "said.txt"
@@ -129,7 +129,7 @@ def solve_into(folder: Path, problem: pr.Problem, until: float, numerics: pr.Num
     """
     folder.mkdir(parents=True, exist_ok=True)
     system = discretise(problem)
-    ends: deque[Increment] = deque(maxlen=ENDS)
+    ends: deque[Increment] = deque(maxlen=LAST_STATES)
     refused = _Refused(until)
     with closing(History(folder, problem)) as tables, _heard(folder / SAID):
         fields = Fields(folder, points=problem.space == "solid")

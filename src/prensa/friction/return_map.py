@@ -17,13 +17,13 @@ from prensa.friction.point import Form, arrays, arrays_of, read, values_of
 from prensa.kernels.differentiate import forward, units
 from prensa.kernels.emit import Kind, Marks, Program, Rows, generated, puts
 from prensa.kernels.record import NO_ROOT, Node, absolute, answered, differs, given, many, root, sqrt, where
+from prensa.precision import ROUND_OFF
 from prensa.types import Array, Bytes, Flags
 
 OPEN, STUCK, SLIDING, DECIDE = 0, 1, 2, 3
 """Branches of contact and friction that a point may be made to take; `DECIDE`: its pressure and trial traction say which."""
 BRANCH = 3  # the bits that tell these apart
 HOLD = 4  # a flag besides: where it touches, the point sticks
-ON_BOUND = 1e-12  # a point that slid and has not moved yet is on the bound: it sticks, whatever the round-off says
 
 
 class Tangential(NamedTuple):
@@ -103,7 +103,8 @@ def decide(size: Node, tau: Node, p: Node, touching: Node, want: Node) -> Sides:
     branch = where(hold, rest - 1.0 * HOLD, rest)
     held, sticks = ~differs(branch, SLIDING), hold | ~differs(branch, STUCK)
     # Without the margin a point that slid and rests would flip between stick and slip by round-off, a factorisation each time.
-    beyond = size > (1.0 + ON_BOUND) * tau
+    # a point that slid and has not moved yet is on the bound: it sticks
+    beyond = size > (1.0 + ROUND_OFF) * tau
     slip = touching & (held | (beyond & ~sticks))
     return Sides(slip, slip & ((held & (size > 0.0)) | (~held & (p > 0.0))), held)
 

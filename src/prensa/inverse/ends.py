@@ -13,7 +13,8 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from prensa.errors import PrensaError
-from prensa.inverse.objective import CONFIDENCE, IDLE, IDLE_STEP, Objective, Parameter, Residuals
+from prensa.inverse.flow_laws import CONFIDENCE
+from prensa.inverse.objective import IDLE, IDLE_STEP, Objective, Parameter, Residuals
 from prensa.inverse.profile import CLOSE, MOST_PLACES
 from prensa.precision import SMALLEST
 from prensa.sensitivity.parameters import with_values

@@ -83,7 +83,7 @@ FLOW_LAWS: Mapping[str, _Law] = {
 
 
 CONFIDENCE = 0.95
-"""Of tests and bands."""
+"""Of tests, bands and intervals."""
 
 
 @dataclass(frozen=True)

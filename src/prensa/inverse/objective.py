@@ -31,7 +31,6 @@ IDLE_STEP = 1e-3  # χ² that the next step would gain below which it is not wor
 MOST_RUNS = 60  # of a fit
 ROUGH = 50.0  # times that gain: what a step that did not come true may have promised without being tried again
 TRUSTED = 1.0  # of what is varied, mostly logarithms: way along which a linearised problem predicts at most, a factor of e
-CONFIDENCE = 0.95  # of intervals
 IDLE = 1e-3  # change of a channel over its error when a parameter doubles, below which that does not move it
 NO_ANSWER = 10.0  # residual, over its standard error, of all readings where the case has no answer
 

@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prensa.inverse.ends import End
-from prensa.inverse.objective import CONFIDENCE, IDLE, SMALL_STEP, Objective, Residuals, grown
+from prensa.inverse.flow_laws import CONFIDENCE
+from prensa.inverse.objective import IDLE, SMALL_STEP, Objective, Residuals, grown
 from prensa.inverse.profile import Profile
 from prensa.inverse.rivals import Rival
 from prensa.materials.flow_curve import FlowCurve, stress_at

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from prensa.precision import DRAWN
 from prensa.system.rigid import displacements, seen_along
 from prensa.system.schedule import Prescribed
 from prensa.system.system import System
 from prensa.types import Array, Index
-
-LEFT = 1e-8  # singular value over the largest, of the motions that supports hold, below which one is left
 
 
 def found_supports(system: System, groups: list[Prescribed], step_start: Array) -> list[Prescribed]:
@@ -49,9 +48,10 @@ def _chosen(system: System, body: str, held: Index, slaves: Index, u: Array) -> 
         own = place[inclined.nodes] >= 0
         rows = np.vstack([rows, seen_along(arm[place[inclined.nodes[own]]], inclined.normals[own])])
     _, values, ways = np.linalg.svd(np.vstack([rows, np.zeros((seen.shape[1],) * 2)]), full_matrices=False)
-    left = ways[values <= LEFT * max(float(values[0]), 1.0)]
+    # what an arm shorter than digits of files holds is left
+    left = ways[values <= DRAWN * max(float(values[0]), 1.0)]
     if system.axisymmetric:
-        left = left[np.abs(left[:, 1]) > LEFT]
+        left = left[np.abs(left[:, 1]) > DRAWN]
     can = np.flatnonzero(~np.isin(dofs, held) & ~np.isin(dofs, slaves))
     sight = seen[can] @ left.T
     if not len(left):

@@ -17,10 +17,8 @@ from prensa.system.planning import plan_step
 from prensa.system.schedule import StepPlan
 from prensa.system.self_equilibrated import self_equilibrated_forces, self_equilibrated_stiffness
 from prensa.system.state import State
-from prensa.system.system import System
+from prensa.system.system import NOTHING, System
 from prensa.types import Array, Index
-
-NOTHING = 1e-8  # share of the outer forces below which there is nothing to release: the residual of a converged state
 
 
 def release_forces(system: System, state: State, plan: StepPlan) -> Array | None:

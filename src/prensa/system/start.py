@@ -23,10 +23,9 @@ from prensa.system.inclined import held_along_normals
 from prensa.system.interaction import Context
 from prensa.system.mesh_state import Remeshed
 from prensa.system.planning import plan_step
-from prensa.system.release import NOTHING
 from prensa.system.schedule import StepPlan
 from prensa.system.state import Energy, State
-from prensa.system.system import Evaluation, System
+from prensa.system.system import NOTHING, Evaluation, System
 from prensa.tools.place import PlacedTool
 from prensa.tools.tool import ToolShape
 from prensa.types import Array, Index

@@ -47,7 +47,7 @@ log = logging.getLogger("prensa")
 
 
 FORCE_ROUND_OFF = 0.25  # share of ε M size, per node, that the forces of a body at rest miss: all the strain there is then
-NOTHING = 1e-8  # forces of strains below this need no relative accuracy: an unloaded body has no force to compare with
+NOTHING = 1e-8  # strains, and shares of forces, below which there is no force to compare with, and none to release
 AT_ONCE = 1 << 14  # elements whose energies are found together: temporaries of all would be a tenth of what a run takes
 
 

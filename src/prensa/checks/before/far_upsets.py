@@ -19,6 +19,7 @@ from prensa.mesh.quality import POOR
 from prensa.model.problem import Push, Step
 from prensa.model.until import ToolForce
 from prensa.policy import Policy
+from prensa.precision import NEGLIGIBLE
 from prensa.system.bending import Thickness, gaps_across
 from prensa.system.contact_surfaces import always_held
 from prensa.system.moments import Moment, moments
@@ -86,8 +87,6 @@ def _together(body: str, u: Upset) -> str:
 
 _WORN = float(np.sqrt(1.0 / POOR**2 - 1.0))
 """Shear at which the scaled Jacobian of a rectangle, 1/√(1 + γ²), is `POOR`."""
-_FARTHEST = 10.0
-"""Logarithmic strain that no element bears; forces beyond press as far."""
 _BY_FRICTION = "where friction holds the metal its elements are sheared"
 _BY_A_FACE = "where it flows past metal that stands before a face across its way its elements are sheared"
 
@@ -141,7 +140,7 @@ def _strains_of_forces(system: System, body: str) -> Array:
     out = np.full((len(system.tool_contacts), system.dofs.dimension), np.nan)
     if flow is None or not isinstance(mesh, BrickMesh):
         return out
-    strains = np.linspace(0.0, _FARTHEST, 1001)
+    strains = np.linspace(0.0, -np.log(NEGLIGIBLE), 1001)  # to where nothing is left; larger forces press as far
     flows = stress_at(flow, strains, np.zeros_like(strains))
     volume = enclosed_volume(mesh.points, mesh.boundary)
     for i, s in enumerate(system.tool_contacts):

@@ -20,10 +20,6 @@ from prensa.types import Array, Index
 
 OFF_LINE = 1e-3
 """Distance of a tool from the plane that it crosses, over its half breadth, that is a rounded coordinate."""
-SURFACE_POINTS = 400
-"""Of the surface of a tool in space, at most, that are held against their mirror images: more than 10 around its section."""
-SOUGHT = 8
-"""Gauss-Newton steps to the middle of a tool in space: it is linear in flats, and near in others."""
 
 
 class Middle(NamedTuple):
@@ -150,7 +146,7 @@ def _across_plane(system: System, master: RigidMaster, plane: Plane, at: Array, 
     d = plane.distance(points + at)
     if d.min() >= -NEGLIGIBLE * system.length or d.max() <= NEGLIGIBLE * system.length:
         return
-    some, half = points[:: 1 + len(points) // SURFACE_POINTS], 0.5 * float(np.ptp(d))
+    some, half = points[:: 1 + len(points) // len(system.X)], 0.5 * float(np.ptp(d))
     place = -float(plane.distance(at))  # of the plane along its normal, in the frame of the tool
     middle = _middle(master, some, n, place + 0.5 * float(d.min() + d.max()), half)
     if middle is None:
@@ -175,22 +171,24 @@ def _middle(master: RigidMaster, x: Array, n: Array, guess: float, half: float) 
 
     From a guess by Gauss-Newton steps on the distances of the images; ``half``: breadth.
     """
-    g, middle = master.shape.closest(x).g, guess
-    for _ in range(SOUGHT):
-        found = master.shape.closest(_image(x, n, middle))
+    g, middle, place, least = master.shape.closest(x).g, guess, guess, np.inf
+    while True:
+        found = master.shape.closest(_image(x, n, place))
         slope, missing = 2.0 * (found.n @ n), found.g - g
-        if np.abs(slope).max() <= NEGLIGIBLE or np.abs(missing).max() <= NEGLIGIBLE * half:
+        if not (left := float(np.abs(missing).max())) < least:
             break
-        middle -= float(slope @ missing / (slope @ slope))
-    same = np.abs(master.shape.closest(_image(x, n, middle)).g - g).max() <= OFF_LINE * half
-    return middle if same else None
+        middle, least = place, left
+        if np.abs(slope).max() <= NEGLIGIBLE:
+            break
+        place -= float(slope @ missing / (slope @ slope))
+    return middle if least <= OFF_LINE * half else None
 
 
 def _straight(master: RigidMaster, points: Array, triangles: Index, d: Array, n: Array) -> bool:
     """Whether a surface goes across a plane at right angles wherever it does; d (k,): distances of its points from it."""
     ends = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     ends = ends[d[ends[:, 0]] * d[ends[:, 1]] < 0.0]
-    a, b = ends[:: 1 + len(ends) // SURFACE_POINTS].T
+    a, b = ends.T
     through = points[a] + (d[a] / (d[a] - d[b]))[:, None] * (points[b] - points[a])
     return len(through) > 0 and bool(np.abs(master.shape.closest(through).n @ n).max() <= OFF_LINE)
 
