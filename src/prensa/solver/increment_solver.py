@@ -214,11 +214,13 @@ class IncrementSolver:
         asked for.
         """
         e = result.evaluation
-        stored = raised_springs(self.system, c, e) if result.converged and e is not None else np.zeros(2)
+        if e is None or not result.converged:
+            return np.zeros(2)
+        stored = result.springs = raised_springs(self.system, c, e)
         before, by = c.state.springs, c.state.stiffening
         most = before[:, 0].max(initial=0.0)
         # the rate over the second half of the work is twice that over all of it at most
-        if e is None or not 2.0 * (stored / by).sum() > SLIGHT * most:
+        if not 2.0 * (stored / by).sum() > SLIGHT * most:
             return np.zeros(2)
         work = self.stabilisation.energies(c, result).external
         # of bodies that nothing resists yet the work is round-off
