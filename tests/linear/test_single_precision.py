@@ -330,7 +330,7 @@ def test_stiff_exact_and_incompressible_ones_have_the_forces_of_double_precision
     """Whether single precision bears them or gives way: no more iterations, and the same force."""
     confined = (1.0 - nu) ** 2 / (1.0 - 2.0 * nu)  # M/E*: springs are as much stiffer, and the round-off of their gaps is
     error *= confined
-    if enforcement.kept.beta > 1e3:
+    if enforcement.beta > 1e3:
         enforcement = pr.Penalty(beta=enforcement.beta / confined)
     base = upsetting((6, 5), 0.1, enforcement=enforcement, reductions=(0.01,), increments=2)
     body = base.bodies["billet"]

@@ -18,7 +18,6 @@ from prensa.solver.approach import Approach
 from prensa.solver.before_folds import Halved
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.finish import Finish
-from prensa.solver.increment_solver import IncrementSolver
 from prensa.solver.newton_state import NewtonState
 from prensa.solver.predictor import Guess
 from prensa.solver.stabilisation import Stabilisation
@@ -135,11 +134,6 @@ def _uncut(system: Any, state: Any, plan: Any, end: float, *_: Any) -> tuple[flo
 
 def _where_they_are(system: Any, c: Any, *_: Any) -> Approach:
     return Approach(c.state.u)
-
-
-def _none_given(*_: Any) -> Any:
-    """Shares of the forces that penalties take: none."""
-    return np.zeros(2)
 
 
 def _unlimited(*_: Any) -> float:
@@ -415,12 +409,6 @@ GUARDS = (
         "Contacts of few nodes are computed once more on finer elements, and forces that are off are reported.",
         (replaced(analysis, analysis.missed_on_finer, _nothing),),
         guard="tests/checks/test_between_nodes.py::test_forces_that_are_too_large_are_reported_too",
-    ),
-    Mechanism(
-        "stiffening",
-        "Penalties that nobody gave are raised by powers of ten until they take less than 1 % of the forces.",
-        (replaced(IncrementSolver, IncrementSolver.given_way, _none_given),),
-        guard="tests/contact/test_confined.py::test_small_strain_and_a_single_increment",
     ),
     Mechanism(
         "before_folds",

@@ -150,7 +150,7 @@ def solve_checked(p: pr.Problem) -> tuple[float, int, int, str]:
 def finer(p: pr.Problem, factor: int = 2) -> pr.Problem:
     """The same problem at 1/``factor`` of the step and ten times the penalty (the default one for other enforcements)."""
     steps = tuple(replace(s, increments=factor * (s.increments or 40)) for s in p.steps)
-    now = [(c.enforcement if isinstance(c.enforcement, pr.Penalty) else pr.Penalty()).kept for c in p.contacts]
+    now = [c.enforcement if isinstance(c.enforcement, pr.Penalty) else pr.Penalty() for c in p.contacts]
     stiff = [pr.Penalty(beta=10 * e.beta, beta_T=10 * e.beta_T) for e in now]
     contacts = tuple(replace(c, enforcement=e) for c, e in zip(p.contacts, stiff))
     return replace(p, steps=steps, contacts=contacts)

@@ -37,15 +37,10 @@ class ForceShare:
     def at_most_work(self) -> float:
         """The share where most work had been done: where a tool has drawn back, forces are not what is asked for."""
         rows = np.array(self.rows[: self.most + 1] if self.rows else [(0.0, 0.0)])
-        return last_rate(rows) if rows[-1, 0] > 0.0 else 0.0
+        return _last_rate(rows) if rows[-1, 0] > 0.0 else 0.0
 
 
-def shares_of_springs(springs: Array, stiffening: Array) -> Array:
-    """Shares (2,) that normal and tangential springs take, whose energies at stiffening 1 are known: `State.springs` (k, 3)."""
-    return np.array([last_rate(springs[:, [0, 1 + k]]) for k in range(2)]) / stiffening
-
-
-def last_rate(rows: Array) -> float:
+def _last_rate(rows: Array) -> float:
     """The change of the second column of rows (k, 2) over that of the first, which ends above 0, from half of its end on."""
     work, stored = rows.T
     below = np.flatnonzero(work <= 0.5 * work[-1])

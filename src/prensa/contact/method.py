@@ -33,16 +33,6 @@ class Enforcement(Member, abstract=True):
         """Stiffnesses per area k_n, k_T (k,) of points whose elements have M/h = unit (k,)."""
         raise NotImplementedError(type(self).__name__)
 
-    @property
-    def stiffens(self) -> tuple[bool, bool]:
-        """Whether k_n, k_T are chosen here, so that a run may raise them where they give way too much."""
-        return False, False
-
-    @property
-    def kept(self) -> Enforcement:
-        """The same with the stiffnesses that it begins with, which no run raises."""
-        return self
-
     def initial_multipliers(self, lam: Array) -> Array:
         """Multipliers (k, 1 + t) with which an increment starts, from the committed tractions lam (k, 1 + t)."""
         return lam

@@ -163,19 +163,12 @@ class Surface:
             return None
         return Supports(at, free[at], None if follows is None else _ways(follows.matrix, self.dofs[at]))
 
-    def raised(self, by: Array) -> Array:
-        """By what k_n, k_T and M/h (3,) are multiplied where a run has raised those that it chooses ``by`` factors (2,)."""
-        return np.where([*self.description.enforcement.stiffens, False], [*by, 1.0], 1.0)
-
-    def scale(self, k_t_least: Array, stiffening: Array) -> Scale:
-        """Penalty stiffnesses of the points: k_n = β M/h, k_T = β_T M/h, not below ``k_t_least`` (k,).
-
-        ``stiffening`` (2,): by what the run has raised those that it chooses.
-        """
+    def scale(self, k_t_least: Array) -> Scale:
+        """Penalty stiffnesses of the points: k_n = β M/h, k_T = β_T M/h, not below ``k_t_least`` (k,)."""
         unit = self.unit
-        (k_n, k_t), (n, t, _) = self.description.enforcement.stiffness(unit), self.raised(stiffening)
+        k_n, k_t = self.description.enforcement.stiffness(unit)
         # A law that falls by more than k_T per slip has no unique slip; the least stiffness comes from `FrictionLaw.softening`.
-        return Scale(n * k_n, np.maximum(t * k_t, k_t_least), self.points.depth, unit)
+        return Scale(k_n, np.maximum(k_t, k_t_least), self.points.depth, unit)
 
 
 def _ways(follows: csr_matrix, dofs: Index) -> Array:

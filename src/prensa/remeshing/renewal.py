@@ -241,7 +241,7 @@ class _Places:
         """Move the nodes of a contact along the normals of its tool: closed ones to where they lie, others out of it."""
         target = np.zeros(len(closed))
         if s.description.enforcement.sinks:
-            target = np.where(closed, -np.maximum(lam[:, 0], 0.0) / s.scale(target, self.state.stiffening).k_n, 0.0)
+            target = np.where(closed, -np.maximum(lam[:, 0], 0.0) / s.scale(target).k_n, 0.0)
         for share in np.unique(s.points.N[:, 0])[::-1]:  # points at nodes first, then those that neighbours carry with theirs
             of = np.flatnonzero(s.points.N[:, 0] == share)
             nodes = s.points.support[of, 0]

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.record import magnitude
-from prensa.contact.redundant import NO_SLOPE
 from prensa.system.interaction import Context
 from prensa.system.state import Energy
 from prensa.system.system import Evaluation, System
@@ -80,31 +78,6 @@ def tool_wear(system: System, c: Context, e: Evaluation) -> Array:
         if s.against in number:
             out[number[s.against]] += float((f.weight * f.p) @ (f.kappa - before.slip))
     return out
-
-
-def given_way(f: ContactForces, scale: Scale) -> tuple[Array, Array]:
-    """Energies (k,), (k,) of normal and tangential springs of a contact on which forces of prescribed travels depend.
-
-    Not of those that slide.
-    """
-    held = np.where(f.slip, 0.0, f.area * magnitude(f.t) ** 2 / scale.k_t)
-    return 0.5 * f.weight * f.p**2 / scale.k_n, 0.5 * held
-
-
-def raised_springs(system: System, c: Context, e: Evaluation) -> Array:
-    """Energies (2,), as they were at stiffening 1, of normal and tangential springs `given_way` that a run may make stiffer.
-
-    Not of points that no free degree of freedom moves: they are pressed in as far as the tool goes, whatever the stiffness.
-    """
-    energy, free = np.zeros(2), np.ones(system.ndof, dtype=bool)
-    free[system.prescribed(c.plan.fixed)] = False
-    for s, f, scale in zip(c.surfaces, e.contacts, c.scales):
-        raised = s.description.enforcement.stiffens
-        if any(raised):
-            own = slice(s.of_master.start)
-            moves = (np.abs(f.stencils.dg[:, own]) > NO_SLOPE) & free[s.dofs[:, own]]
-            energy += [float(part[moves.any(axis=1)].sum()) for part in given_way(f, scale)] * np.array(raised)
-    return energy * c.state.stiffening
 
 
 def _nothing(system: System, shift: Array | None) -> Array:

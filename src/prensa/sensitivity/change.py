@@ -150,7 +150,7 @@ def change_of(a: System, b: System, step: float) -> Change | None:
         laws.append(LawChange(slope(new.p, old.p), slope(new.knots, old.knots), slope(new.coefficients, old.coefficients)))
     scales = []
     for s, t in zip(a.surfaces, b.surfaces):
-        above, below = (v.scale(np.zeros(len(v.points)), np.ones(2)) for v in (s, t))
+        above, below = (v.scale(np.zeros(len(v.points))) for v in (s, t))
         scales.append(np.stack([slope(getattr(above, k), getattr(below, k)) for k in ("k_n", "k_t", "unit")]))
     return Change(
         X if X.any() else None,

@@ -219,8 +219,7 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
         if c.through_air is not None:
             # Where a tool lands depends on the parameter: slip is counted from that place.
             coordinate = np.stack([d.coordinates(at, k) for d in before.directions], axis=-1)
-        scale = s.raised(c.state.stiffening)[:, None, None] * changes.scale[k]
-        place = changes.place[system.tool_masters[s.against].number]
+        scale, place = changes.scale[k], changes.place[system.tool_masters[s.against].number]
         strong = _strengths(system, c, k, before)
         was = Committed(slip, area, area_was, strong, speed, coordinate, traction, scale, given.laws[k], place, changes.X)
         points.append(Points.of(c, k, f, was, carried["lam"][s.rows].copy(), at.u, x_now, r))

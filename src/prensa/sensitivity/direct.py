@@ -333,7 +333,7 @@ class Direction:
         for k, ((sign, system, stabilisation), side) in enumerate(zip(self.sides, moved)):
             # Reactions are those of the matrix, as pressures are: differenced, gaps times penalties would be round-off.
             e = side.e._replace(r=at.e.r + sign * self.step * reaction, contacts=tuple(pair[k] for pair in contacts))
-            result = replace(how, u=side.u, lam=side.lam.copy(), evaluation=e, recover=None, energy=None, springs=None)
+            result = replace(how, u=side.u, lam=side.lam.copy(), evaluation=e, recover=None, energy=None)
             states.append(committed(system, side.c, result, e, dt, stabilisation).moving())
             beyond = self._folded(at, side.c, e)
             states[k]["energy.friction"] -= beyond

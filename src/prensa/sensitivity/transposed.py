@@ -544,9 +544,8 @@ class Points:
         self._areas(weight, c.x_n, x_n)
         stage.laws[self.number] += z["numbers"].sum(axis=1)
         lam += np.concatenate([z["lam_n"], z["lam"]], axis=2)
-        n_raised, t_raised, _ = s.raised(c.state.stiffening)
-        adjoints.scale[self.number][:, 0] += n_raised * flat["k_n"]
-        adjoints.scale[self.number][:, 1] += t_raised * flat["k_t"]
+        adjoints.scale[self.number][:, 0] += flat["k_n"]
+        adjoints.scale[self.number][:, 1] += flat["k_t"]
         P, T = ((F * e).sum(axis=2) for e in self.forces)
         # A normal that turns carries the pressure into the tangent, and the traction into the normal, with the other sign.
         turn = f.weight * f.p * T - f.area * f.t[:, 0] * P

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from prensa.result.energy_balance import nodal_work, raised_springs, tool_wear, tool_work
+from prensa.result.energy_balance import nodal_work, tool_wear, tool_work
 from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.stability import looked
 from prensa.system.damage import damaged
@@ -57,7 +57,6 @@ def committed(
     work = nodal_work(system, c, e)
     ended, du = c.ends_step, result.u - old.u
     energy = stabilisation.energies(c, result)
-    springs = result.springs if result.springs is not None else raised_springs(system, c, e)
     largest = max(float(old.largest_energies[1]), energy.largest)
     stability = stabilisation.after(c, du, energy.external - old.energy.external, result.negative)
     stability, softest = looked(stability, old, result, stabilisation.policy)
@@ -83,5 +82,4 @@ def committed(
         ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched, softest=softest,
         tool_work=tool_work(system, c, result.u, work), tool_wear=tool_wear(system, c, e), remeshed=old.remeshed,
         damage=damage, largest_energies=np.array([largest if ended else old.largest_energies[0], largest]),
-        stiffening=old.stiffening, springs=np.vstack([old.springs, [energy.external, *springs]]),
     )  # fmt: skip

@@ -12,16 +12,13 @@ from functools import partial
 
 import numpy as np
 
-from prensa.checks.force_share import shares_of_springs
 from prensa.checks.run import RunChecks
-from prensa.checks.thresholds import SLIGHT
 from prensa.linear.condensation import Condensation, condensed
 from prensa.linear.reduction import Reduced
 from prensa.linear.rigid_modes import Loose, leaves_free, loose_bodies
 from prensa.linear.threads import threads_of
 from prensa.model import problem as model
 from prensa.policy import Policy
-from prensa.result.energy_balance import raised_springs
 from prensa.solver.approach import Approach, approach_of_bodies, approach_of_tools, first_clamped
 from prensa.solver.attempt import attempt, attempt_from
 from prensa.solver.commit import fresh_mesh
@@ -154,7 +151,6 @@ class IncrementSolver:
             again = self.system.through_air(self.context(state, plan, end), air)
             c = replace(again, brought_into_contact=c.brought_into_contact, floating=c.floating)
             result = self.attempt(c, start, retry)
-        c, result = self.stiff_enough(c, result, start)
         if refusal := self.checks.refusal(c, result):
             result.converged, result.reason = False, refusal
         if self.condensed is None and not c.floating:  # linear bodies are stable, and those that nothing holds are neither
@@ -179,55 +175,12 @@ class IncrementSolver:
         c = replace(c, brought_into_contact=True, floating=to.bodies if to.floating else ())
         assert to.u is not None
         eq = self.equilibrium(c, uncut=not cutbacks)
-        c, result = self.stiff_enough(c, attempt_from(eq, to.u), to.u)
+        result = attempt_from(eq, to.u)
         if refusal := self.checks.refusal(c, result):
             result.converged, result.reason = False, refusal
         if result.converged and not to.floating:
-            result = judged(self.equilibrium(c, uncut=not cutbacks), result, self.checks, self.stabilisation, cutbacks, False)
+            result = judged(eq, result, self.checks, self.stabilisation, cutbacks, False)
         return (c, result) if result.converged else None
-
-    def stiff_enough(self, c: Context, result: NewtonResult, start: Array) -> Outcome:
-        """An outcome with penalties ten times as stiff, and again, for as long as they would lower forces too much.
-
-        Of normal and tangential ones those that take more. The increment is attempted anew: from the softer outcome all points
-        that stick would have more traction than friction bears. Where that has no answer, or does not help, the softer one
-        stands, and the run warns of it.
-        """
-        share = self.given_way(c, result)
-        while share.sum() > SLIGHT:
-            k = int(np.argmax(share))
-            stiffer = self.system.stiffer(c, k)
-            again = self.attempt(stiffer, start, False)
-            again.discarded = result.iterations
-            again.iterations += result.iterations
-            left = self.given_way(stiffer, again)
-            if not again.converged or not left.sum() < share.sum():
-                result.iterations, result.discarded = again.iterations, again.iterations - result.iterations
-                break
-            c, result, share = stiffer, again, left
-        return c, result
-
-    def given_way(self, c: Context, result: NewtonResult) -> Array:
-        """Shares (2,) of the forces of prescribed travels that penalties take which the run may raise (see `PenaltyShare`).
-
-        Of normal and tangential ones; 0 where less work has been done than before: where tools draw back, forces are not what is
-        asked for.
-        """
-        e = result.evaluation
-        if e is None or not result.converged:
-            return np.zeros(2)
-        stored = result.springs = raised_springs(self.system, c, e)
-        before, by = c.state.springs, c.state.stiffening
-        most = before[:, 0].max(initial=0.0)
-        # the rate over the second half of the work is twice that over all of it at most
-        if not 2.0 * (stored / by).sum() > SLIGHT * most:
-            return np.zeros(2)
-        work = self.stabilisation.energies(c, result).external
-        # of bodies that nothing resists yet the work is round-off
-        nothing = self.system.round_off * float(np.abs(self.system.displacement(result.u - c.state.u)).max())
-        if not work > max(nothing, most):
-            return np.zeros(2)
-        return shares_of_springs(np.vstack([before, [work, *stored]]), by)
 
     def equilibrium(self, c: Context, uncut: bool = False) -> Equilibrium:
         """The equations of an increment, condensed where the bodies are; ``uncut``: at the first attempt at it."""

@@ -212,7 +212,7 @@ def _contacts(problem: Problem, factor: float) -> str:
     stiffer = []
     # Contacts by default have no list in the file in which one could be changed: all are written out.
     for contact in problem.contacts:
-        own = contact.enforcement.kept
+        own = contact.enforcement
         values = {k: float(f"{factor * v:.12g}") for k in _STIFFNESSES if (v := getattr(own, k)) is not None}
         stiffer.append(replace(contact, enforcement=replace(own, **values)))
     return brief(stiffer)

@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 
 CHECKPOINT = "checkpoint.h5"
 FORMAT = "prensa checkpoint"
-VERSION = 14
+VERSION = 13
 # 2: second difference of the increments; 3: named fields of contact points, clock and energies; 4: stability; 5: speed of slip;
 # 6: ends of the steps, meshes made during the run; 9: how steadily bodies flow; 10: areas of contact points;
-# 11: third difference of the increments; 12: without it; 13: times and paths of contact points; 14: stiffening of penalties
+# 11: third difference of the increments; 12: without it; 13: times and paths of contact points
 
 SEAL_NAME = b"prensa crc32 "
 SEAL = SEAL_NAME + b"%08x\n"

@@ -27,8 +27,7 @@ class NewtonResult:
     ``active_sets``: those of contact that the iteration has tried, by their signature, the last one last.
     ``krylov``: iterations of GMRES that its linear systems have taken, where these are solved so (in space).
     ``grown``: growth of plastic strain to its evaluation, see `growths`; empty where nobody has asked for it.
-    ``energy``, ``springs``: the energies after it, and those of springs that a run may make stiffer, as in `State`; None before
-    somebody has asked for them, and again where evaluation or dofs are replaced.
+    ``energy``: the energies after it, None before somebody has asked for them, and again where evaluation or dofs are replaced.
     """
 
     converged: bool
@@ -54,7 +53,6 @@ class NewtonResult:
     grown: Sequence[Array | None] = ()
     krylov: int = 0
     energy: Energy | None = None
-    springs: Array | None = None
 
     def contact_changed(self) -> bool:
         """Whether contact points still opened, closed or slipped another way in the last half of the iterations."""

@@ -99,7 +99,7 @@ class Earlier:
                 u[s.multipliers.dofs(here)] = self.state.u[before.multipliers.dofs(there)]
         state = replace(
             new, u=u, step_start=u.copy(), history=tuple(history), contact=contact, lam=lam, damage=tuple(damage),
-            tool_wear=self._worn(system), stiffening=self.state.stiffening, springs=np.zeros((0, 3)),
+            tool_wear=self._worn(system),
         )  # fmt: skip
         return self._balanced(system, state)
 

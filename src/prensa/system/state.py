@@ -114,8 +114,6 @@ class State:
     the matrix whose factors are at hand (of its lower triangle where it is symmetric), which the next increment may begin with;
     None if it makes its own;
     ``largest_energies`` (2,): of the balance in the run before the present step, and so far;
-    ``stiffening`` (2,): by what k_n and k_T of contacts that a run chooses have been raised; ``springs`` (k, 3): work of the
-    loads and the energies in these springs, as they were at stiffening 1, at the beginning and after each increment;
     ``damage``: by block D (elements, points, laws), where some body has damage laws; () where none has;
     ``derivatives``: by the path of a parameter, those of the `moving` arrays by it.
     """
@@ -144,8 +142,6 @@ class State:
     made_from: Single | None = None
     damage: tuple[Array, ...] = ()
     largest_energies: Array = field(default_factory=lambda: np.zeros(2))
-    stiffening: Array = field(default_factory=lambda: np.ones(2))
-    springs: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
     def extrapolated(self, dt: float) -> Array:
         """Change of the degrees of freedom (ndof,) in the next ``dt``, extrapolated from the last increments."""
@@ -192,8 +188,7 @@ class State:
         """Those of `arrays` that change with the parameters of a problem: not the clock, flags, and what a guess is made of."""
         guess = ("clock.", "dt_last", "du", "second_difference")
         looks = ("stability.negative", "stability.since", "stability.rest", "softest", "made_from", "largest_energies")
-        raised = ("stiffening", "springs")
-        fixed = (*guess, *looks, *raised, "contact.closed", "contact.time", "ends", "watched", "remeshed", "derivative")
+        fixed = (*guess, *looks, "contact.closed", "contact.time", "ends", "watched", "remeshed", "derivative")
         return {k: np.asarray(a, dtype=np.float64) for k, a in self.arrays().items() if not k.startswith(fixed)}
 
     def moved(self, directions: Mapping[str, Array], step: float) -> State:

@@ -417,7 +417,7 @@ class System:
             history=self.initial_history,
             contact=contact, lam=np.zeros((n_points, 1 + t)), energy=Energy(), work=np.zeros(self.ndof),
             clock=Clock(), step_start=u.copy(), tool_work=np.zeros(len(self.tools)),
-            tool_wear=np.zeros(len(self.tools)), damage=undamaged(self.problem, self.blocks), springs=np.zeros((1, 3)),
+            tool_wear=np.zeros(len(self.tools)), damage=undamaged(self.problem, self.blocks),
         )  # fmt: skip
 
     @cached_property
@@ -438,37 +438,20 @@ class System:
         history = [rule.begun(b, h) for b, h in zip(self.blocks, state.history)] if self.has_memory else state.history
         now = elapsed(self.problem, time, state.ends)
         laws = [None if self.frictionless(d) else d for d in plan.friction]
-        law_at = []
+        law_at, scales = [], []
         for s, law in zip(self.surfaces, laws):
             k = self.shear_strength(s, state) if law is not None and law.asks_for_k else None
             law_at.append(FrictionAt(k, seconds, now, state.contact.speed[s.rows]))
-        scales = self.scales(state, laws, law_at)
+            least = np.zeros(len(s.X))
+            if law is not None and law.hardens:
+                # a softening law needs k_T > |∂τ_y/∂κ| for a unique root: take twice that at the committed pressures
+                least = 2.0 * law.softening(state.lam[s.rows, 0], state.contact.slip[s.rows], law_at[-1])
+            scales.append(s.scale(least))
         interactions = [*self._contacts, *self.more, *loads_of(self, plan, state)]
         return Context(
             state, plan, time, dt, seconds, now, weights, scales, laws, law_at, x_n, depth, surfaces, committed,
             self.supports(surfaces, plan.fixed), history, rule, interactions,
         )  # fmt: skip
-
-    def scales(self, state: State, laws: Sequence[FrictionLaw | None], law_at: Sequence[FrictionAt]) -> list[Scale]:
-        """Stiffnesses of the contacts in the increment after a committed state, with its friction laws and their bounds."""
-        out = []
-        for s, law, at in zip(self.surfaces, laws, law_at):
-            least = np.zeros(len(s.X))
-            if law is not None and law.hardens:
-                # a softening law needs k_T > |∂τ_y/∂κ| for a unique root: take twice that at the committed pressures
-                least = 2.0 * law.softening(state.lam[s.rows, 0], state.contact.slip[s.rows], at)
-            out.append(s.scale(least, state.stiffening))
-        return out
-
-    def stiffer(self, c: Context, k: int) -> Context:
-        """The increment with the normal (k = 0) or tangential (1) stiffnesses that the run chooses ten times as large."""
-        old, by = c.state, c.state.stiffening.copy()
-        by[k] *= 10.0
-        # Springs that carry the same forces at a tenth of the way push bodies by the rest of it: work that comes from outside.
-        given = 0.9 * old.springs[-1, 1 + k] / old.stiffening[k] if len(old.springs) else 0.0
-        energy = old.energy._replace(external=old.energy.external + given)
-        state = replace(old, stiffening=by, energy=energy)
-        return replace(c, state=state, scales=self.scales(state, c.laws, c.law_at))
 
     def through_air(self, c: Context, way: Array | None) -> Context:
         """An increment of whose motion nothing resists ``way`` (ndof,): what was open slips from where that brings it."""

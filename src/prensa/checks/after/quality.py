@@ -8,13 +8,14 @@ import numpy as np
 
 from prensa.checks.after.between_nodes import BetweenNodes
 from prensa.checks.check import Committed, Failed, Finished, warning
-from prensa.checks.force_share import ForceShare, shares_of_springs
+from prensa.checks.force_share import ForceShare
 from prensa.checks.thresholds import NOTABLE_DEPTH, SLIGHT
+from prensa.contact.forces import ContactForces, Scale
+from prensa.contact.record import magnitude
 from prensa.errors import Finding, coordinates
 from prensa.linear.rigid_modes import CLOSED
 from prensa.model.fields import motions_in
 from prensa.model.problem import Problem, Step
-from prensa.result.energy_balance import given_way
 from prensa.system.system import System
 
 HIDDEN_FORCE_RATIO = 100.0
@@ -42,44 +43,45 @@ class PenaltyShare:
     df/dd: gaps and travels are reciprocal (Betti). Of all springs that is a share Σ f df / (k F dd) = dE/dW of F: what their
     energy gains over what the work does (`ForceShare`). In a linear body that is E/W; a body that stiffens loses more, metal
     that yields at a constant force nothing. Steps of little work, in which a sheet is clamped, have large shares that mean
-    nothing for what is asked of the run. Of springs that a run makes stiffer the state keeps the energies.
+    nothing for what is asked of the run.
     """
 
     def __init__(self, system: System) -> None:
-        self.system, self.softest, self.of_springs, self.of_raised = system, "", ForceShare(), 0.0
+        self.system, self.softest, self.of_springs = system, "", ForceShare()
 
     def go_on_from(self, before: PenaltyShare) -> None:
         """Take over what was seen of the run on an earlier system."""
-        self.softest, self.of_raised = before.softest, before.of_raised
+        self.softest = before.softest
         self.of_springs.go_on_from(before.of_springs)
 
     def __call__(self, given: Committed) -> tuple[()]:
         """Note an increment; there is nothing to say before the end of the run."""
         stored = self._stored(given)
-        springs, stiffening, work = given.state.springs, given.state.stiffening, given.state.energy.external
-        self.of_springs.note(given, sum(stored.values()) - float((springs[-1, 1:] / stiffening).sum()))
-        if stored and work > 0.0 and self.of_springs.most == len(self.of_springs.rows) - 1:
-            self.of_raised = float(shares_of_springs(springs, stiffening).sum())
+        self.of_springs.note(given, sum(stored.values()))
+        if stored and self.of_springs.most == len(self.of_springs.rows) - 1:
             self.softest = max(stored, key=lambda name: stored[name])
         return ()
 
     def _stored(self, given: Committed) -> dict[str, float]:
         """Energy in the springs of each contact that has some."""
         contacts = zip(self.system.surfaces, given.evaluation.contacts, given.context.scales)
-        return {
-            s.name: float(sum(part.sum() for part in given_way(f, scale)))
-            for s, f, scale in contacts if s.description.enforcement.sinks
-        }  # fmt: skip
+        return {s.name: _gives_way(f, scale) for s, f, scale in contacts if s.description.enforcement.sinks}
 
     def warnings(self, _: Finished | Failed) -> Iterator[Finding]:
         """The share, where it shows."""
-        share = self.of_springs.at_most_work() + self.of_raised
+        share = self.of_springs.at_most_work()
         if share > SLIGHT:
             yield warning(
                 f"the penalties of the contacts give way, that of {self.softest!r} most, and forces of prescribed travels are "
                 f"too low by an estimated {100.0 * share:.2g} %; raise 'beta' and 'beta_T', or use "
                 "'enforcement: {type: exact}'"
             )
+
+
+def _gives_way(f: ContactForces, scale: Scale) -> float:
+    """Energy in the springs of a contact through which forces of prescribed travels depend on them: not of those that slide."""
+    held = np.where(f.slip, 0.0, f.area * magnitude(f.t) ** 2 / scale.k_t)
+    return float(0.5 * (f.weight * f.p**2 / scale.k_n + held).sum())
 
 
 def hidden_forces(system: System, given: Committed) -> Iterator[Finding]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
@@ -16,25 +15,21 @@ from prensa.types import Array
 if TYPE_CHECKING:
     from prensa.contact.forces import ContactForces, Scale
 
-# Penetration is 1 % of what a layer of elements gives under a uniform pressure. Forces of forming change by 0.03 % at most for β
-# from 20 to 1000; point pressures of over-constrained rules (2 or 3 Gauss points, Simpson) get worse with every power of ten.
-BETA = 100.0
-BETA_T = 3.0
-
 
 class Penalty(Enforcement):
     """Penalty enforcement; k_n = beta M/h and k_T = beta_T M/h with M = E (1 − ν)/((1 + ν)(1 − 2ν)), in plane stress E/(1 − ν²).
 
     M is the stiffness of material that cannot spread, h the depth of the elements behind, or two of their edges where these are
-    shorter. ``beta`` = 100 and ``beta_T`` = 3 where they are not given, and ten times as much as often as it takes for the
-    penalties to lower forces by less than 1 %.
+    shorter.
 
     ``k_n`` and ``k_T`` set absolute stiffnesses (pressure per length) instead, to reproduce published work. ``continuation`` has
     no effect any more; it is accepted, for older case files, and reported.
     """
 
-    beta: Annotated[Number, Field(gt=0)] | None = None
-    beta_T: Annotated[Number, Field(gt=0)] | None = None
+    # Penetration is 1 % of what a layer of elements gives under a uniform pressure. Forces change by 0.03 % at most for β from
+    # 20 to 1000; point pressures of over-constrained rules (2 or 3 Gauss points, Simpson) get worse with every power of ten.
+    beta: Annotated[Number, Field(gt=0)] = 100.0
+    beta_T: Annotated[Number, Field(gt=0)] = 3.0
     k_n: Annotated[Stiffness, Field(gt=0)] | None = None
     k_T: Annotated[Stiffness, Field(gt=0)] | None = None
     continuation: Annotated[Number, Field(ge=1, le=1000)] | None = None
@@ -44,17 +39,7 @@ class Penalty(Enforcement):
 
     def stiffness(self, unit: Array) -> tuple[Array, Array]:
         """k_n, k_T (k,)."""
-        return given_or(self.k_n, self.beta or BETA, unit), given_or(self.k_T, self.beta_T or BETA_T, unit)
-
-    @property
-    def stiffens(self) -> tuple[bool, bool]:
-        """Where neither an absolute stiffness nor a factor is given."""
-        return self.k_n is None and self.beta is None, self.k_T is None and self.beta_T is None
-
-    @property
-    def kept(self) -> Penalty:
-        """The same with the factors that it begins with."""
-        return replace(self, beta=self.beta or BETA, beta_T=self.beta_T or BETA_T)
+        return given_or(self.k_n, self.beta, unit), given_or(self.k_T, self.beta_T, unit)
 
     def initial_multipliers(self, lam: Array) -> Array:
         """λ_n = 0; λ_T is the committed traction, from which the return map starts."""
