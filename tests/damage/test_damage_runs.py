@@ -12,7 +12,7 @@ import pytest
 
 import prensa as pr
 from damaged import STEEL, billet, largest, upset
-from prensa.materials.hill import Hill
+from prensa.materials.solids.hill import Hill
 from prensa.output.checkpoint import write_checkpoint
 from prensa.remeshing.renewal import renewed
 from prensa.system.checkpoint import read_checkpoint
@@ -79,7 +79,7 @@ def test_plane_strain_tension_and_shear() -> None:
 
 def test_equivalent_stress_of_an_anisotropic_metal() -> None:
     """Pulled across the rolling direction σ̄ is Hill's: Freudenthal's damage is the plastic work, von Mises' is 5 % off."""
-    hill = Hill(200e3, 0.3, pr.Ludwik(250.0, 500.0, 0.3), **Hill.coefficients(0.8, 0.3, 0.5), angle=0.0)
+    hill = Hill(200e3, 0.3, pr.Ludwik(250.0, 500.0, 0.3), r=(0.8, 0.3, 0.5))
     body = pr.Body(pr.Rectangle((1.0, 1.0), (1, 1)), hill, damage=LAWS)
     problem = pr.Problem("one", space="plane stress", bodies={"b": body}, fixed=PULLED, steps=[pr.Step("s", increments=50)])
     *_, last = pr.solve(problem)

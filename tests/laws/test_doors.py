@@ -241,7 +241,7 @@ MATERIALS = {
     "neo_hooke": pr.NeoHooke(200e3, 0.3),
     "svk": pr.StVenantKirchhoff(200e3, 0.3),
     "j2": pr.J2(200e3, 0.3, pr.Voce(60.0, 120.0, 8.0)),
-    "hill": pr.Hill(200e3, 0.3, pr.Voce(60.0, 120.0, 8.0), r=(1.9, 1.2, 2.3), angle=20.0),
+    "hill": pr.Hill(200e3, 0.3, pr.Voce(60.0, 120.0, 8.0), r=(1.9, 1.2, 2.3), angle=0.35),
     "a user's energy": Ogden(1000.0, 0.4, 3.0),
     "a user's stress": HenckyStress(1000.0, 0.3),
     "a user's energy of real numbers": RealEnergy(400.0, 900.0),

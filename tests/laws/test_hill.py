@@ -14,6 +14,8 @@ import prensa as pr
 from prensa.errors import PrensaError
 from prensa.materials.protocol import At, Out
 from prensa.model.problem import Problem
+from prensa.model.schema import loads
+from prensa.output.whole import mirror_findings
 from prensa.sensitivity.change import known
 from prensa.sensitivity.parameters import value_of, with_values
 from prensa.testing import check_material
@@ -26,7 +28,7 @@ Y, HARDENING = 120.0, 1000.0
 
 def test_it_keeps_what_every_material_keeps() -> None:
     """Tangent, objectivity, positive work."""
-    check_material(pr.Hill(E, NU, FLOW, angle=20.0, **SHEET))
+    check_material(pr.Hill(E, NU, FLOW, angle=0.35, **SHEET))
 
 
 def pressed(material: pr.Material, element: str, space: str) -> Problem:
@@ -52,7 +54,7 @@ def pressed(material: pr.Material, element: str, space: str) -> Problem:
 def test_equal_numbers_are_von_mises(element: str, space: str) -> None:
     """F = G = H = 1/2, N = 3/2, whatever the direction of the axes: the answer of J2 by backward Euler."""
     rule = pr.Numerics(time_rule="backward_euler")
-    materials = pr.Hill(E, NU, FLOW, angle=25.0), pr.J2(E, NU, FLOW)
+    materials = pr.Hill(E, NU, FLOW, angle=0.44), pr.J2(E, NU, FLOW)
     hill, mises = (list(pr.solve(pressed(m, element, space), rule)) for m in materials)
     assert hill[-1].force("die").y == pytest.approx(mises[-1].force("die").y, rel=1e-8)
     a, b = hill[-1].bodies["billet"], mises[-1].bodies["billet"]
@@ -66,7 +68,7 @@ def pulled(angle: float, tractions: tuple[float, ...]) -> list[pr.Increment]:
     def pull(t: float) -> dict[str, pr.Load]:
         return {f"sheet.{side}": pr.Load(traction=(sign * t, 0.0)) for side, sign in (("left", -1), ("right", 1))}
 
-    material = pr.Hill(E, NU, pr.Linear(Y, HARDENING), angle=angle, **SHEET)
+    material = pr.Hill(E, NU, pr.Linear(Y, HARDENING), angle=np.radians(angle), **SHEET)
     problem = pr.Problem(
         "tension",
         space="plane stress",
@@ -138,7 +140,7 @@ def turned(by: float, space: str) -> pr.Increment:
     problem = pr.Problem(
         "clamped",
         space=space,
-        bodies={"sheet": pr.Body(mesh, pr.Hill(E, NU, FLOW, angle=35.0 + by, **SHEET))},
+        bodies={"sheet": pr.Body(mesh, pr.Hill(E, NU, FLOW, angle=np.radians(35.0 + by), **SHEET))},
         fixed={"sheet.left": "xy"},
         steps=[pr.Step("pull", fixed={"sheet.right": {"x": pull[0], "y": pull[1]}}, increments=4)],
     )
@@ -167,7 +169,7 @@ TABLED = pr.FlowTable(((0.0, 120.0), (0.1, 250.0), (1.0, 400.0)))
 @pytest.mark.parametrize(("flow", "order"), [(FLOW, "bdf2"), (FLOW, "backward_euler"), (TABLED, "bdf2")])
 def test_derivatives_are_those_of_runs(flow: pr.FlowCurve, order: Any) -> None:
     """By a coefficient, the angle, Young's modulus and a number of the flow curve: closed forms against runs beside."""
-    material = pr.Hill(E, NU, flow, angle=25.0, **SHEET)
+    material = pr.Hill(E, NU, flow, angle=0.44, **SHEET)
     names = ["r.0", "angle", "E", "flow.K" if flow is FLOW else "flow.points.1.1"]
     rule = pr.Numerics(time_rule=order)
     paths = [f"bodies.billet.material.{name}" for name in names]
@@ -217,7 +219,7 @@ def test_equal_numbers_are_von_mises_in_space(element: str) -> None:
 
 def sheared(space: str) -> pr.Increment:
     """A sheet that is held at its left, pulled and sheared at its right, in plane strain or one layer of bricks."""
-    material, pull = pr.Hill(E, NU, FLOW, angle=35.0, **SHEET, **SHEARS), {"x": 0.3, "y": 0.25}
+    material, pull = pr.Hill(E, NU, FLOW, angle=0.61, **SHEET, **SHEARS), {"x": 0.3, "y": 0.25}
     if space == "solid":
         mesh: Any = pr.Box((4, 2, 1), (4, 2, 1))
         fixed, more = {"sheet.left": "xy", "sheet.front": "z", "sheet.back": "z"}, {"element": "h8"}
@@ -347,7 +349,7 @@ def test_case_files_name_it(tmp_path: Path) -> None:
     solid = f"name: sheet\nspace: solid\nbodies: {{sheet: {{mesh: {box}, material: {{type: hill, %s}}}}}}\n"
     step = "fixed: {sheet.left: x, sheet.bottom: y, sheet.back: z}\n"
     step += "steps: [{name: pull, fixed: {sheet.right: {x: 0.1}}, increments: 1}]\n"
-    good = "of: AA6061-T6, r: [1.9, 1.4, 2.2], angle: 30"
+    good = "of: AA6061-T6, r: [1.9, 1.4, 2.2], angle: 30 deg"
     (tmp_path / "sheet.yaml").write_text(solid % good + step)
     material = pr.load(str(tmp_path / "sheet.yaml")).problem.bodies["sheet"].material
     assert isinstance(material, pr.Hill)
@@ -366,3 +368,38 @@ def test_case_files_name_it(tmp_path: Path) -> None:
         with pytest.raises(PrensaError, match=words) as error:
             pr.load(str(tmp_path / "sheet.yaml"))
         assert "sheet.yaml:3" in str(error.value)
+
+
+def test_directions_in_space_are_refused_in_the_plane(tmp_path: Path) -> None:
+    """There the normal of the sheet is z."""
+    hill = "{type: hill, of: IF-steel, rolling: [1, 0, 0], normal: [0, 1, 0]}"
+    body = f"{{mesh: {{type: rectangle, size: [1, 1], n: [1, 1]}}, material: {hill}}}"
+    case = f"name: sheet\nbodies: {{sheet: {body}}}\nfixed: {{sheet.left: xy}}\n"
+    case += "steps: [{name: pull, fixed: {sheet.right: {x: 0.1}}}]\n"
+    (tmp_path / "sheet.yaml").write_text(case)
+    with pytest.raises(PrensaError, match=r"sheet.yaml:2:\d+: 'rolling'|is a direction in space"):
+        pr.load(str(tmp_path / "sheet.yaml"))
+
+
+def test_a_plane_across_its_axes_is_no_plane_of_symmetry(tmp_path: Path) -> None:
+    """Its mirror image is another material: forces of the whole would be wrong."""
+    case = (
+        "name: sheet\nspace: solid\nbodies: {{sheet: {{mesh: {{type: box, size: [1, 1, 1], n: [1, 1, 1]}}, "
+        "material: {{type: hill, of: IF-steel, r: [2, 1, 3], {}}}}}}}\nfixed: {{sheet.left: x, sheet.bottom: y, sheet.back: z}}\n"
+        "steps: [{{name: pull, fixed: {{sheet.right: {{x: 0.1}}}}, increments: 1}}]\noutput: {{mirror: [left]}}\n"
+    )
+    along = "rolling: [0, 1, 1], normal: [1, 0, 0]"
+    for directions, refused in (("angle: 25 deg", True), ("angle: 90 deg", False), (along, False)):
+        given = loads(case.format(directions), "sheet.yaml")
+        said = [str(f) for f in mirror_findings(pr.discretise(given.problem), given)]
+        assert [("axes of the material of 'sheet' lie across" in words) for words in said] == [True] * refused
+
+
+def test_shear_strength_is_that_of_its_yield_function() -> None:
+    """All coefficients four times those of von Mises: half the strength; and friction by the metal's strength is that of J2."""
+    history = np.zeros((1, 40))
+    own, mises = pr.Hill(E, NU, FLOW, 2.0, 2.0, 2.0, 6.0, 6.0, 6.0), pr.J2(E, NU, FLOW)
+    for space in ("plane strain", "solid"):
+        hill, j2 = (m.law("finite", space) for m in (own, mises))
+        strength = [law.shear_strength(history[:, : law.size]) for law in (hill, j2)]
+        assert strength[0] == pytest.approx(0.5 * strength[1])

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from prensa.kernels.record import Node, differs, root, sqrt, where
+from prensa.layout import PLANE, TensorLayout
 from prensa.materials.corotational import Tensor
 from prensa.materials.hencky_j2 import NO_STRAIN, ON_SURFACE
 from prensa.materials.point_material import PointAt, PointMaterial
@@ -79,11 +80,16 @@ class HillMetal(PointMaterial):
 
     def axes(self, X: Array) -> Array:
         """The angle everywhere."""
-        return np.full(len(X), np.radians(self.angle))
+        return np.full(len(X), self.angle)
 
     def directions(self, X: Array) -> Array:
         """The same everywhere."""
         return np.broadcast_to(np.array([self.first, self.second]), (len(X), 2, 3))
+
+    def shear_strength(self, flow_stress: Array, layout: TensorLayout) -> Array:
+        """The least one along its axes: σ_y/√(2N), in space of the largest of N, M, L."""
+        most = self.N if layout is PLANE else max(self.N, self.M, self.L)
+        return np.asarray(flow_stress / np.sqrt(2.0 * most))
 
     def _coefficients(self) -> Coefficients:
         return Coefficients(self.F, self.G, self.H, self.N, self.M, self.L)  # type: ignore[arg-type]

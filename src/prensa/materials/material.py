@@ -46,6 +46,10 @@ class Material(Member, abstract=True):
     in_space: ClassVar[bool] = True
     """Whether there is a law in three dimensions."""
 
+    def is_mirrored(self, normal: Array) -> bool:
+        """Whether it is its own mirror image across planes of a unit normal (d,); True unless it has directions."""
+        return True
+
     @property
     def modulus(self) -> float:
         """Young's modulus in the undeformed state; the scale of contact. ``E``, unless a material says otherwise."""

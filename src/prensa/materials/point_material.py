@@ -101,6 +101,10 @@ class PointMaterial(Material, abstract=True):
             raise NotImplementedError(f"{type(self).__name__} states no flow stress: define flow_stress(self, strain)")
         return stress_at(curve, strain, np.zeros_like(strain))
 
+    def shear_strength(self, flow_stress: Array, layout: TensorLayout) -> Array:
+        """Shear stress at which it yields at flow stresses (k,): σ_y/√3, von Mises', unless a material states another."""
+        return flow_stress / np.sqrt(3.0)
+
     def equivalent(self, stress: Tensor) -> Any:
         """Equivalent stress of its yield function, von Mises' unless a material states another."""
         d = stress.deviator
@@ -497,6 +501,6 @@ class PointMaterialLaw:
         return np.asarray(self.material.equivalent(stress))
 
     def shear_strength(self, history: Array) -> Array:
-        """Shear yield stress σ_y/√3 (n,) of committed histories (n, h)."""
+        """Shear yield stress (n,) of committed histories (n, h)."""
         k = self._form.first_variable + self.material.variables.index("plastic_strain")
-        return self.flow_stress(np.ascontiguousarray(history[:, k])) / np.sqrt(3.0)
+        return self.material.shear_strength(self.flow_stress(np.ascontiguousarray(history[:, k])), self.layout)

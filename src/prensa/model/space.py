@@ -93,6 +93,12 @@ def _bodies(p: Any, dimension: int) -> Iterator[Finding]:
             kinds = ", ".join(map(repr, (*BRICKS, "file")))
             words = words_of("mesh", kinds=kinds, type=body.mesh.type) if dimension == 3 else "bricks need 'space: solid'"
             yield Finding(("bodies", name, "mesh"), words)
+        if dimension == 2 and getattr(body.material, "rolling", None) is not None:
+            words = (
+                "is a direction in space; in the plane the sheet's normal is z, and 'angle' says where its rolling direction is; "
+                "compute a section of a sheet in space, in one layer"
+            )
+            yield Finding(("bodies", name, "material", "rolling"), words)
         if dimension == 3 and not getattr(body.material, "in_space", True):
             words = words_of("material", type=type(body.material).__name__)
             yield Finding(("bodies", name, "material"), words)

@@ -90,6 +90,9 @@ def _no_plane(system: System, plane: Plane) -> str:
     beyond = -float(plane.distance(system.X).min())
     if beyond > DRAWN * system.length:
         return f"the bodies go on beyond the plane of {side}, by {beyond:.3g}: their images would overlap; leave it out"
+    for s in found:
+        if not system.problem.bodies[s.body].material.is_mirrored(np.asarray(plane.normal)):
+            return f"the axes of the material of {s.body!r} lie across {side}, so that it is no plane of symmetry; leave it out"
     loose = [s for s in found if not held_along(system, s.body, plane)[s.faces].all()]
     if not loose or _guided(system, plane, loose):
         return ""
@@ -129,14 +132,14 @@ def held_along(system: System, body: str, plane: Plane) -> Flags:
 
 
 def _pressing(system: System, plane: Plane, side: _Side) -> list[str]:
-    """Tools with a contact on faces of a side whose normals point along that of its plane."""
+    """Tools that touch faces of a side, their normals along that of its plane."""
     nodes, u = np.unique(side.faces) + system.offsets[side.body], system.initial().u
     found = []
     for s in system.tool_contacts:
         there = s.points.nodes[np.isin(s.points.nodes, nodes)] if s.body == side.body else nodes[:0]
         if len(there):
             seen = system.tool_masters[s.against].seen(system.positions(u)[there], u)
-            if (np.abs(seen.n @ np.asarray(plane.normal)) >= 1.0 - DRAWN).any():
+            if ((np.abs(seen.n @ np.asarray(plane.normal)) >= 1.0 - DRAWN) & (seen.g <= DRAWN * system.length)).any():
                 found.append(s.against)
     return found
 
@@ -179,7 +182,12 @@ def part_of_whole(system: System, case: Case) -> str:
         n = np.asarray(plane.normal)
         if any(abs(n @ w) <= DRAWN for w in ways) or any(abs(n @ w) >= 1.0 - DRAWN for w in turns):
             planes.append(plane)
-    names = [p.name for p in distinct(planes, DRAWN * system.length)]
+    planes = distinct(planes, DRAWN * system.length)
+    try:
+        chamber(planes)
+    except NoWhole:
+        return ""
+    names = [p.name for p in planes]
     if not names:
         return ""
     several = len(names) > 1
@@ -204,6 +212,7 @@ def _held_sides(system: System) -> Iterator[Plane]:
         nodes = np.unique(mesh.edges[side])
         along = _held(system)[system.span(body)][nodes].all()
         beside = plane.distance(system.X).min() >= -DRAWN * system.length
+        beside &= system.problem.bodies[body].material.is_mirrored(np.asarray(plane.normal))
         if beside and not along and held_along(system, body, plane)[nodes].all():
             yield plane
 

@@ -18,6 +18,9 @@ from prensa.types import Array, Flags, Index
 STRAIGHT = 0.999  # cosine from which an edge's normal is along x or y
 ON_TIE = 0.05  # distance over the length of an edge below which it lies on the other side of a tie
 
+STILL = ("held", 0.0)
+"""What a support says of a component that stays where it is."""
+
 
 def contact_edges(problem: model.Problem, contact: model.Contact, meshes: dict[str, Mesh]) -> Index:
     """Edges (k, 2|3) of a contact in node numbers of its body, body on the left; in space faces (k, 4).
@@ -184,17 +187,21 @@ def held_along(problem: model.Problem, body: str, mesh: Mesh, normal: Array) -> 
 
 
 def always_held(problem: model.Problem, body: str, mesh: Mesh) -> Flags:
-    """Components (n, d) of the nodes that supports hold where they are in all steps: none moves, releases or feeds them."""
+    """Components (n, d) of the nodes that supports hold where they are in all steps: none moves, releases or feeds them.
+
+    Those of the first step hold as those of the problem do.
+    """
     held, axes = np.zeros(mesh.points.shape, dtype=bool), model.SPATIAL_AXES[: mesh.points.shape[1]]
-    for name, support in problem.fixed.items():
+    first = problem.steps[0].fixed if problem.steps else {}
+    for name, support in (*problem.fixed.items(), *first.items()):
         for nodes in _own_nodes(name, body, mesh):
             for axis, key in enumerate(axes):
-                held[nodes, axis] |= getattr(support, key) == "held"
+                held[nodes, axis] |= getattr(support, key) in STILL
     for step in problem.steps:
         for name, support in step.fixed.items():
             for nodes in _own_nodes(name, body, mesh):
                 for axis, key in enumerate(axes):
-                    if support.free or getattr(support, key) not in (None, "held"):
+                    if support.free or getattr(support, key) not in (None, *STILL):
                         held[nodes, axis] = False
         for name, driven in problem.driven(step).items():
             for nodes in _own_nodes(name, body, mesh):

@@ -71,7 +71,7 @@ class Nearing(Exception):
 
 
 class Watched(NamedTuple):
-    """Free sides off a ``mirror``: nodes (k, 2), in space (k, 4 | 6), of their ``faces``.
+    """Free sides of a body off a ``mirror``: nodes (k, 2), in space (k, 4 | 6), of their ``faces``.
 
     ``room`` (n,): distances of their nodes, before they moved, from where they are close to it, ``dofs`` (n, d) what
     changes these.
@@ -106,7 +106,7 @@ class Guard:
     @property
     def mirrors(self) -> list[Mirror]:
         """The planes."""
-        return [w.mirror for w in self.watched]
+        return list(dict.fromkeys(w.mirror for w in self.watched))
 
     def near(self, u: Array) -> list[Close]:
         """Planes to which a free node has come near in degrees of freedom u (ndof,), with the nearest one."""
@@ -168,8 +168,7 @@ def _watched(system: System, mirrors: Sequence[Mirror], u: Array) -> list[Watche
     """What to look at off some planes, on a mesh that begins with degrees of freedom u (ndof,)."""
     x, watched = system.positions(u), []
     for mirror in mirrors:
-        faces = np.concatenate([_free(system, mirror, body, x) for body in mirror.bodies])
-        if len(faces):
+        for faces in filter(len, (_free(system, mirror, body, x) for body in mirror.bodies)):
             nodes, place = np.unique(faces, return_inverse=True)
             size = np.full(len(nodes), np.inf)
             np.minimum.at(size, place.reshape(faces.shape), _sizes(x[faces])[:, None])

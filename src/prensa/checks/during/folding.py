@@ -58,12 +58,15 @@ class Folding:
 
     def note(self, given: Committed) -> tuple[()]:
         """Note what the elements that are folded at the end of an increment have gained in it."""
-        if given.complete:
-            for block, before, after in zip(self.system.blocks, given.context.state.history, given.state.history):
-                own = np.array([e for b, e in self._folded if b is block and self.coarse], dtype=np.int64)
-                if len(own):
-                    self.gained += float((block.work(after, own) - block.work(before, own)).sum())
-            self.carry.note(given, self.gained)
+        if not given.complete:
+            return ()
+        # histories of condensed bodies are recovered where somebody looks
+        histories = zip(given.context.state.history, given.state.history) if self.coarse else ()
+        for block, (before, after) in zip(self.system.blocks, histories):
+            own = np.array([e for b, e in self._folded if b is block], dtype=np.int64)
+            if len(own):
+                self.gained += float((block.work(after, own) - block.work(before, own)).sum())
+        self.carry.note(given, self.gained)
         return ()
 
     def warnings(self, _: Finished | Failed) -> Iterator[Finding]:

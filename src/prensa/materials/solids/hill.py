@@ -10,8 +10,8 @@ from pydantic import Field, ValidationInfo, model_validator
 from prensa.materials.material import Material, PoissonRatio
 from prensa.materials.metals import Flow, of_a_metal
 from prensa.model.metals import Metal
-from prensa.model.units import Number, Pressure
-from prensa.precision import NEGLIGIBLE
+from prensa.model.units import Angle, Number, Pressure
+from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.types import Array
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ class Hill(Material):
     tension along the rolling direction. ``r``: ratios of width to thickness strain in tension at 0, 45 and 90° to the rolling
     direction; or ``F``, ``G``, ``H``, ``N``, and in space ``M`` and ``L``, of σ̄² = F (σ22 − σ33)² + G (σ33 − σ11)² +
     H (σ11 − σ22)² + 2 N σ12² + 2 M σ13² + 2 L σ23² (Hill 1948, Proc. R. Soc. Lond. A 193, 281-297); 0.5 and, of the shears, 1.5
-    is von Mises. ``angle``: of the rolling direction to x, in degrees, where the sheet's normal is z; ``rolling``, ``normal``:
+    is von Mises. ``angle``: of the rolling direction to x, where the sheet's normal is z; ``rolling``, ``normal``:
     these directions in space where they lie otherwise. ``of``: a metal that gives E, nu and flow, see J2.
     """
 
@@ -44,7 +44,7 @@ class Hill(Material):
     N: Positive | None = None
     M: Positive = 1.5
     L: Positive = 1.5
-    angle: Number = 0.0
+    angle: Angle = 0.0
     r: Strains | None = None
     rolling: Direction | None = None
     normal: Direction | None = None
@@ -87,7 +87,7 @@ class Hill(Material):
     def _directions(self) -> Array:
         """First and second axis (2, 3) in space."""
         if self.rolling is None or self.normal is None:
-            c, s = np.cos(np.radians(self.angle)), np.sin(np.radians(self.angle))
+            c, s = np.cos(self.angle), np.sin(self.angle)
             return np.array([[c, s, 0.0], [-s, c, 0.0]])
         first, third = np.array(self.rolling), np.array(self.normal)
         size = np.linalg.norm(first) * np.linalg.norm(third)
@@ -95,6 +95,12 @@ class Hill(Material):
             raise ValueError(f"'rolling' {list(self.rolling)} and 'normal' {list(self.normal)} are not at right angles")
         second = np.cross(third, first)
         return np.array([a / np.linalg.norm(a) for a in (first, second)])
+
+    def is_mirrored(self, normal: Array) -> bool:
+        """Across planes at right angles to one of its axes."""
+        first, second = self._directions()
+        n = np.append(normal, np.zeros(3 - len(normal)))
+        return bool(np.abs(np.stack([first, second, np.cross(first, second)]) @ n).max() >= 1.0 - DRAWN)
 
     def bulk_law(self, finite: bool, **tensors: Any) -> Law:
         """The law at a point, with all that follows from it generated."""
