@@ -94,6 +94,15 @@ def test_planes_of_symmetry_are_flat_and_held_all_over_in_every_step(old: str, n
     assert words in said
 
 
+@pytest.mark.parametrize("text", [SPACE, PLANE])
+def test_a_support_of_no_motion_and_one_of_the_first_step_hold(text: str) -> None:
+    """As one of the problem does."""
+    still = text.replace("b.left: x", "b.left: {x: 0}")
+    first = text.replace(", b.left: x", "").replace("move: {die", "fixed: {b.left: x}, move: {die")
+    for changed in (text, still, first):
+        assert found(changed) == []
+
+
 def test_a_smooth_flat_tool_at_rest_guides_a_plane_of_symmetry() -> None:
     """With friction, or moved, it does not."""
     text = PLANE.replace("die: {type: plane, touching: b.top}", "die: {type: plane, touching: b.top}, wall: WALL")

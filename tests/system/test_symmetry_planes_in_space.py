@@ -54,6 +54,17 @@ def test_an_extruded_tube_is_that_of_the_plane(upright):
     assert min(i.bodies["t"].x[:, 1].min() for i in upright) > -1e-3
 
 
+def test_supports_of_the_first_step_and_of_no_motion_make_planes_too():
+    """They hold in all steps, as those of the problem do."""
+    problem = tube()
+    step = replace(problem.steps[0], fixed=problem.fixed)
+    still = {name: pr.Fixed(**{k: 0.0 for k in "xyz" if getattr(one, k) == "held"}) for name, one in problem.fixed.items()}
+    given = [m.plane for m in guard_of(pr.discretise(problem)).mirrors]
+    assert given
+    for other in (replace(problem, fixed={}, steps=(step,)), replace(problem, fixed={}, steps=(replace(step, fixed=still),))):
+        assert [m.plane for m in guard_of(pr.discretise(other)).mirrors] == given
+
+
 def test_inclined_planes_act_as_those_across_the_axes(upright, caplog):
     """The tube turned by 30° about its axis, its sides held along their normals: the same scalars in every increment."""
     angle = math.radians(30.0)

@@ -111,7 +111,7 @@ def _held(system: System) -> Flags:
     """Components (n, d) of all nodes that supports hold where they are at first in all steps."""
     held = np.ones(system.ndof, dtype=bool)
     for plan, *_ in stages(system):
-        groups = [g for g in plan.groups if g.amplitude is None]
+        groups = [g for g in plan.groups if g.amplitude is None or not np.any(g.amplitude.values)]
         still = [g.dofs[np.broadcast_to(g.start, g.dofs.shape) == 0.0] for g in groups]
         held &= np.isin(np.arange(system.ndof), np.concatenate([np.zeros(0, dtype=np.int64), *still]))
     return np.asarray(held[system.dofs.displacement.dofs(np.arange(len(system.X)))])
