@@ -166,7 +166,9 @@ def test_a_turned_problem_has_the_turned_answer(space: str) -> None:
 TABLED = pr.FlowTable(((0.0, 120.0), (0.1, 250.0), (1.0, 400.0)))
 
 
-@pytest.mark.parametrize(("flow", "order"), [(FLOW, "bdf2"), (FLOW, "backward_euler"), (TABLED, "bdf2")])
+@pytest.mark.parametrize(
+    ("flow", "order"), [(FLOW, "bdf2"), pytest.param(FLOW, "backward_euler", marks=pytest.mark.slow), (TABLED, "bdf2")]
+)
 def test_derivatives_are_those_of_runs(flow: pr.FlowCurve, order: Any) -> None:
     """By a coefficient, the angle, Young's modulus and a number of the flow curve: closed forms against runs beside."""
     material = pr.Hill(E, NU, flow, angle=0.44, **SHEET)

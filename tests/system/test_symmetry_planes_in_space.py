@@ -140,6 +140,7 @@ def test_forces_balance_with_the_plane(upright):
     assert borne == pytest.approx(0.0, abs=1e-7 * abs(last.force("punch").y))
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_bit_for_bit(tmp_path):
     """Stopped before and after a free side came to the plane, its tables are those of a run that went through."""
     case = pr.Case(tube(), output=pr.Output(1, False, False))
