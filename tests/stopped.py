@@ -29,6 +29,19 @@ def stopped_after(case: pr.Case, folder: Path, number: int) -> None:
         module._Run = original
 
 
+def goes_on_bit_for_bit(case: pr.Case, folder: Path, first: int) -> None:
+    """Interrupt a run in its increment ``first`` and in the last but one, and go on: its tables are those without a stop.
+
+    A plane of symmetry, which comes on the way, has no column in them.
+    """
+    whole = module.run(case, folder / "whole", quiet=True)
+    assert "symmetry_y.fy" not in whole.history
+    for stop in (first, len(whole.history["time"]) - 1):
+        stopped_after(case, folder / f"{stop}", stop)
+        module.resume(folder / f"{stop}", quiet=True)
+        assert (folder / f"{stop}" / "history.csv").read_bytes() == (folder / "whole" / "history.csv").read_bytes()
+
+
 def stop_at(monkeypatch, number: int, error: BaseException) -> None:
     """Raise *error* at the first iteration of increment *number*."""
     call = ProgressBar.__call__

@@ -11,9 +11,8 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
-from prensa.output.run import resume, run
 from problems import flattened_tube, pointed_disc, single_block
-from stopped import stopped_after
+from stopped import goes_on_bit_for_bit
 
 PLASTIC = pr.J2(1000.0, 0.3, pr.Linear(10.0, 20.0))
 FLATTEN = pr.Step("flatten", by={"punch": pr.Motion(y=-3.98)}, increments=16)
@@ -77,13 +76,7 @@ def test_a_run_with_planes_goes_on_bit_for_bit(tmp_path):
     """Stopped before and after a free side came to the line, its tables are those of a run that went through."""
     case = pr.Case(tube(FLATTEN, replace(FLATTEN, name="open", by={"punch": pr.Motion(y=0.3)}, increments=3)),
                    output=pr.Output(1, False, False))  # fmt: skip
-    whole = run(case, tmp_path / "whole", quiet=True)
-    last = len(whole.history["time"])
-    assert "symmetry_y.fy" not in whole.history
-    for stop in (8, last - 1):
-        stopped_after(case, tmp_path / f"{stop}", stop)
-        resume(tmp_path / f"{stop}", quiet=True)
-        assert (tmp_path / f"{stop}" / "history.csv").read_bytes() == (tmp_path / "whole" / "history.csv").read_bytes()
+    goes_on_bit_for_bit(case, tmp_path, 8)
     following = replace(tube(FLATTEN), start=pr.Start(run=str(tmp_path / "whole")))
     with pytest.raises(PrensaError, match="reached lines or planes of symmetry"):
         pr.discretise(following)

@@ -12,10 +12,9 @@ import pytest
 import prensa as pr
 from blocks_of_bricks import tetrahedra
 from prensa.measures import parse
-from prensa.output.run import resume, run
 from prensa.system.symmetry_planes import guard_of, unguarded
 from problems import flattened_tube, one_side_beyond, tube_quarter
-from stopped import stopped_after
+from stopped import goes_on_bit_for_bit
 
 PLASTIC = pr.J2(1000.0, 0.3, pr.Linear(10.0, 20.0))
 STROKE = -3.98
@@ -144,13 +143,7 @@ def test_forces_balance_with_the_plane(upright):
 def test_a_run_goes_on_bit_for_bit(tmp_path):
     """Stopped before and after a free side came to the plane, its tables are those of a run that went through."""
     case = pr.Case(tube(), output=pr.Output(1, False, False))
-    whole = run(case, tmp_path / "whole", quiet=True)
-    last = len(whole.history["time"])
-    assert "symmetry_y.fy" not in whole.history
-    for stop in (8, last - 1):
-        stopped_after(case, tmp_path / f"{stop}", stop)
-        resume(tmp_path / f"{stop}", quiet=True)
-        assert (tmp_path / f"{stop}" / "history.csv").read_bytes() == (tmp_path / "whole" / "history.csv").read_bytes()
+    goes_on_bit_for_bit(case, tmp_path, 8)
 
 
 def test_planes_of_symmetry_of_a_block():

@@ -83,11 +83,17 @@ def cofactors(m: Tensor) -> Tensor:
     )  # fmt: skip
 
 
-def det_less_one(h: Tensor) -> Node:
-    """Det(I + h) − 1 without cancellation, by the invariants of h."""
+def invariants(h: Tensor) -> tuple[Node, Node, Node]:
+    """Trace, second invariant and determinant of a tensor."""
     second = h[0] * h[4] - h[1] * h[3] + (h[0] * h[8] - h[2] * h[6]) + (h[4] * h[8] - h[5] * h[7])
     c = cofactors(h)
-    return trace(h) + second + (h[0] * c[0] + h[1] * c[3] + h[2] * c[6])
+    return trace(h), second, h[0] * c[0] + h[1] * c[3] + h[2] * c[6]
+
+
+def det_less_one(h: Tensor) -> Node:
+    """Det(I + h) − 1 without cancellation, by the invariants of h."""
+    first, second, third = invariants(h)
+    return first + second + third
 
 
 def push_forward(h: Tensor, b: Tensor) -> Tensor:

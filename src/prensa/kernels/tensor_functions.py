@@ -14,7 +14,7 @@ from math import factorial
 
 import numpy as np
 
-from prensa.kernels.algebra import SPACE_AXES, Tensor, det_less_one, kept, product, symmetric, total, trace
+from prensa.kernels.algebra import SPACE_AXES, Tensor, det_less_one, invariants, kept, product, symmetric, total, trace
 from prensa.kernels.functions import expm1, half_log1p
 from prensa.kernels.record import Node, absolute, local, one_like, where
 from prensa.precision import NEGLIGIBLE
@@ -23,18 +23,6 @@ TENSOR_TERMS = 40
 """Places of Gauss's rule for logarithms, terms of the series: right to the last digit up to stretches of 4.5, and to ten digits
 up to 7. With 10 terms, enough for elastic strains of metals, a point of Hill's law takes 450 ns for 530.
 """
-
-
-def square(m: Tensor) -> Tensor:
-    """M m of a symmetric tensor of nine components."""
-    return product(m, m)
-
-
-def invariants(m: Tensor) -> tuple[Node, Node, Node]:
-    """Of a tensor of nine components: its trace, the second one, its determinant."""
-    a, b, c, d, e, f, g, h, i = m
-    second = a * e - b * d + (a * i - c * g) + (e * i - f * h)
-    return trace(m), second, a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
 
 
 def _means(first: Node, second: Node, third: Node) -> list[Node]:
@@ -52,7 +40,7 @@ def logarithm(b: Sequence[Node]) -> tuple[Node, ...]:
     grown = expm1(2.0 * middle)
     y = tuple((x - grown * one) / (1.0 + grown) for x, one in zip(full, _unit(full)))
     first, second, third = invariants(y)
-    q, yy = local(_means(first, second, third), (first, second, third)), square(y)
+    q, yy = local(_means(first, second, third), (first, second, third)), product(y, y)
     out = [
         0.5 * (q[0] * a + q[1] * (first * a - aa) + q[2] * third * one) + middle * one
         for a, aa, one in zip(y, yy, _unit(full))
@@ -77,7 +65,7 @@ def exponential(e: Sequence[Node]) -> tuple[Node, ...]:
     second, third = 0.5 * total(x * x for x in A), invariants(A)[2]
     p = local(_series(second, third), (second, third))
     grown = expm1(2.0 * middle)
-    AA = square(A)
+    AA = product(A, A)
     out = [(p[0] * one + p[1] * a + p[2] * aa) * (1.0 + grown) + grown * one for a, aa, one in zip(A, AA, _unit(full))]
     return kept(out, e)
 
