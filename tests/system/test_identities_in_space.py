@@ -1,4 +1,4 @@
-"""Identities in space: F-bar of plane and space, one layer of a wedge, mirror images, other numbers, rigid turns."""
+"""Identities in space: F-bar of plane and space, a layer of a wedge, mirror images, other numbers, turned models, rigid turns."""
 
 from __future__ import annotations
 
@@ -157,6 +157,64 @@ def test_numbers_of_nodes_and_elements_do_not_matter(element):
         ]))  # fmt: skip
     plain = runs[0]
     assert plain[-1, 0] ** 2 + plain[-1, 2] ** 2 > (0.1 * plain[-1, 1]) ** 2  # it slides
+    for other in runs[1:]:
+        assert other.shape == plain.shape
+        assert np.abs((other - plain) / np.abs(plain).max(axis=0)).max() < 1e-9
+
+
+# ------------------------------------------------------------------------------------------------------------ models turned
+def turned(element, tool, turn, way):
+    """A skew block, pressed, twisted and dragged by a tool; all of it turned by the matrix ``turn`` and moved by ``way`` (3,)."""
+    if element == "t10":
+        (X, cells, _), kind = tetrahedra((2, 2, 2), (4.0, 3.0, 4.0), skew=0.1), pr.Tetrahedra
+    else:
+        (X, cells, _), kind = bricks((3, 2, 3), (4.0, 3.0, 4.0), skew=0.1), pr.Bricks
+    sides = {"bottom": np.flatnonzero(X[:, 1] < 1e-9), "top": np.flatnonzero(X[:, 1] > 3.0 - 1e-9)}
+    named = {name: tuple(nodes.tolist()) for name, nodes in sides.items()}
+
+    def along(*v):
+        return tuple((turn @ np.array(v)).tolist())
+
+    def at(*x):
+        return tuple((turn @ np.array(x) + way).tolist())
+
+    def motion(by, about):
+        return pr.Motion(**dict(zip("xyz", along(*by))), **dict(zip(("rx", "ry", "rz"), along(*about))))
+
+    tools = {
+        "plane": pr.Plane(normal=along(0.1, -1.0, 0.05), at=at(4.0, 3.4, 0.0)),
+        "torus": pr.Revolved(pr.Circle(1.5, at=(1.0, 0.0)), axis=along(0.0, 1.0, 0.0), at=at(2.0, 4.55, 2.0)),
+        "sphere": pr.Sphere(6.0, at=at(2.0, 9.0, 2.0)),
+    }
+    mesh = kind(tuple(map(tuple, (X @ turn.T + way).tolist())), tuple(map(tuple, cells.tolist())), named)
+    return pr.Problem(
+        "turned", space="solid", bodies={"b": pr.Body(mesh, STEEL, element)}, friction=pr.Coulomb(0.2),
+        tools={"t": tools[tool]}, contacts=(pr.Contact("b.top", "t"),), fixed={"b.bottom": "xyz"},
+        steps=(
+            pr.Step("press", move={"t": motion((0.05, -0.3, 0.02), (0.0, 0.03, 0.0))}, increments=6),
+            pr.Step("drag", by={"t": motion((0.1, 0.0, -0.05), (0.0, 0.03, 0.0))}, increments=2),
+        ),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("element", "tool"), [("h8", "plane"), ("h8_fbar", "torus"), ("h8_enhanced", "sphere"), ("t10", "plane")]
+)
+def test_a_model_turned_and_moved_has_the_same_answer(element, tool):
+    """Forces and moments turn along; they, energies and the largest stress to 1e-9 of the largest, at every increment."""
+    rng, runs = np.random.default_rng(7), []
+    for k in range(3):
+        turn = rotation(1.3 * rng.normal(size=3)) if k else np.eye(3)
+        way = 5.0 * rng.normal(size=3) if k else np.zeros(3)
+        runs.append(np.array([
+            np.concatenate([
+                (np.reshape(i.force("t"), (2, 3)) @ turn).ravel(),
+                [*(i.energy[name] for name in ("elastic", "plastic", "friction")), i.bodies["b"].mises.max()],
+            ])
+            for i in pr.solve(turned(element, tool, turn, way), TIGHT)
+        ]))  # fmt: skip
+    plain = runs[0]
+    assert plain[-1, 8] > 0.0  # it slides
     for other in runs[1:]:
         assert other.shape == plain.shape
         assert np.abs((other - plain) / np.abs(plain).max(axis=0)).max() < 1e-9
