@@ -96,12 +96,13 @@ def _no_plane(system: System, plane: Plane) -> str:
     loose = [s for s in found if not held_along(system, s.body, plane)[s.faces].all()]
     if not loose or _guided(system, plane, loose):
         return ""
-    way = "xyz"[plane.axis] if plane.axis >= 0 else "its normal"
+    way = "xyz"[plane.axis] if plane.axis is not None else "its normal"
     bodies = " and ".join(repr(s.body) for s in loose)
     effect = "it is no plane of symmetry, but forces of the whole part would count what is modelled twice for it"
     if pressing := [t for s in loose for t in _pressing(system, plane, s)]:
         return f"tool {pressing[0]!r} presses {bodies} at {side}, so that {effect}; leave {plane.name!r} out"
-    hold = f"give 'fixed' '{plane.name}: {way if plane.axis >= 0 else 'normal'}'" if "." in plane.name else "hold it in 'fixed'"
+    support = f"{plane.name}: {way if plane.axis is not None else 'normal'}"
+    hold = f"give 'fixed' '{support}'" if "." in plane.name else "hold it in 'fixed'"
     what = f"nothing holds {bodies} along {way} all over {side} in every step"
     return f"{what}, so that {effect}; {hold}, or leave {plane.name!r} out"
 

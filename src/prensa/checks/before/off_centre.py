@@ -10,10 +10,11 @@ import numpy as np
 from prensa.checks.thresholds import NO_DIFFERENCE, SLIGHT
 from prensa.contact.masters import RigidMaster
 from prensa.errors import Finding
+from prensa.geometry.reflections import Plane, axis_plane
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
 from prensa.precision import NEGLIGIBLE
-from prensa.system.contact_surfaces import Plane, axis_plane, symmetry_planes
+from prensa.system.contact_surfaces import symmetry_planes
 from prensa.system.moments import Moment, moments
 from prensa.system.system import System
 from prensa.types import Array, Index
