@@ -100,7 +100,7 @@ def images(planes: Sequence[Plane]) -> list[Image]:
     if not planes:
         return [Image()]
     normals = chamber(planes)
-    place = np.linalg.lstsq(normals, np.array([p.at for p in planes]), rcond=None)[0]
+    place = np.linalg.lstsq(normals, np.array([p.place for p in planes]), rcond=None)[0]
     made = [Image(turn, place - turn @ place) for turn in group(normals)]
     return [Image(), *made[1:]]
 

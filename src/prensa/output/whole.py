@@ -1,25 +1,30 @@
 """The whole of which a part was modelled: whether sides are planes of symmetry, and forces of the whole.
 
 The whole is the part times the order of the group that the reflections across its planes generate. A tool is one with its images
-across the planes along which it moves; with the group H of these and the force f on what is modelled, the whole has Σ R f over H:
-the part of f along all of these planes, as often as H has elements. Across the others stand other tools.
+across the planes that it reaches, and along which it moves; with the group H of these and the force f on what is modelled, the
+whole has Σ R f over H: the part of f along all of these planes, as often as H has elements. Across the others stand other tools;
+those across planes along its way go the same way.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from prensa.checks.before.mirrored_tools import Wall, meetings
+from prensa.checks.before.off_centre import Overlap, overlaps
+from prensa.checks.before.preflight import preflight
+from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding, PrensaError, Severity
-from prensa.geometry.reflections import NoWhole, Plane, chamber, distinct, group, kept_by
+from prensa.geometry.reflections import NoWhole, Plane, chamber, distinct, group
 from prensa.mesh.mesh import Mesh
 from prensa.model.press import drives
 from prensa.model.problem import Case, Problem
 from prensa.output.mirrors import ENDS, plane_of
-from prensa.precision import DRAWN, NEGLIGIBLE
-from prensa.system.moments import stages
+from prensa.precision import DRAWN
+from prensa.system.moments import Moment, moments, stages
 from prensa.system.once import once
 from prensa.system.system import System
 from prensa.types import Array, Flags, Index
@@ -33,10 +38,29 @@ def mirror_findings(system: System, case: Case) -> Iterator[Finding]:
         if tool.press is not None and tool.press.mirror:
             given[f"tools.{name}.press.mirror"] = tool.press.mirror
     reported: set[str] = set()
+    tools: set[str] = set()
     for path, sides in given.items():
-        for words in no_planes(system, [side for side in sides if side not in reported]):
-            yield Finding(path, words, Severity.REFUSE)
+        wrong = list(no_planes(system, [side for side in sides if side not in reported]))
+        yield from (Finding(path, words, Severity.REFUSE) for words in wrong)
         reported |= set(sides)
+        if not wrong and system.dofs.dimension == 3:
+            named = system.problem.tools if path == "output.mirror" else [path.split(".")[1]]
+            found = list(overlaps(system, walls_of(system, sides), [tool for tool in named if tool not in tools], named=True))
+            tools |= {f.tool for f in found}
+            yield from found
+
+
+def findings(system: System, case: Case) -> list[Finding]:
+    """All findings on a case before it runs; tools that are refused at planes that ``mirror`` names are not warned of as well."""
+    of_whole = list(mirror_findings(system, case))
+    refused = {f.tool for f in of_whole if isinstance(f, Overlap)}
+    return [f for f in preflight(system) if not (isinstance(f, Overlap) and f.tool in refused)] + of_whole
+
+
+def walls_of(system: System, sides: Sequence[str]) -> list[Wall]:
+    """Planes of symmetry in space by the names of their sides, each once."""
+    planes = [plane_of(system.problem, side, system.X, system.meshes) for side in sides]
+    return [Wall(plane) for plane in distinct(planes, DRAWN * system.length)]
 
 
 def no_planes(system: System, sides: Sequence[str]) -> Iterator[str]:
@@ -96,12 +120,13 @@ def _no_plane(system: System, plane: Plane) -> str:
     loose = [s for s in found if not held_along(system, s.body, plane)[s.faces].all()]
     if not loose or _guided(system, plane, loose):
         return ""
-    way = "xyz"[plane.axis] if plane.axis >= 0 else "its normal"
+    way = "xyz"[plane.axis] if plane.axis is not None else "its normal"
     bodies = " and ".join(repr(s.body) for s in loose)
     effect = "it is no plane of symmetry, but forces of the whole part would count what is modelled twice for it"
     if pressing := [t for s in loose for t in _pressing(system, plane, s)]:
         return f"tool {pressing[0]!r} presses {bodies} at {side}, so that {effect}; leave {plane.name!r} out"
-    hold = f"give 'fixed' '{plane.name}: {way if plane.axis >= 0 else 'normal'}'" if "." in plane.name else "hold it in 'fixed'"
+    support = f"{plane.name}: {way if plane.axis is not None else 'normal'}"
+    hold = f"give 'fixed' '{support}'" if "." in plane.name else "hold it in 'fixed'"
     what = f"nothing holds {bodies} along {way} all over {side} in every step"
     return f"{what}, so that {effect}; {hold}, or leave {plane.name!r} out"
 
@@ -218,36 +243,79 @@ def _held_sides(system: System) -> Iterator[Plane]:
 
 
 # ------------------------------------------------------------------------------------------------- forces of the whole
-def reflections_of(case: Case, tool: str) -> Array:
-    """Matrices (g, d, d) of the group of a case's planes of symmetry, of its output and of the press of a tool."""
+class Share(NamedTuple):
+    """What a tool of the model is in the whole: one with its images across ``sides``, of ``alike`` tools that go the same way."""
+
+    sides: tuple[str, ...] = ()
+    alike: int = 1
+
+
+def shares_of(system: System, case: Case) -> dict[str, Share]:
+    """What each tool is in the whole, by all its motions in a run: check, answer and report ask for it here.
+
+    In space a tool that does not reach a plane is another one than its image. In the plane it is taken for a section of one tool.
+    """
+    return {tool: _share(system, case, tool) for tool in case.problem.tools}
+
+
+def _share(system: System, case: Case, tool: str) -> Share:
+    planes = _planes(case, tool, system)
+    if not planes:
+        return Share()
+    if system.dofs.dimension == 2:
+        return Share(tuple(plane.name for plane in planes if not _goes_across(system, tool, plane)))
+    met = {m.wall.plane.name: m for m in meetings(system, [Wall(plane) for plane in planes], [tool])}
+    own = tuple(name for name, m in met.items() if m.reaches and m.across is None)
+    more = tuple(name for name, m in met.items() if m.alike)
+    return Share(own, len(images_of(case, tool, (*own, *more))) // len(images_of(case, tool, own)))
+
+
+def _planes(case: Case, tool: str, system: System | None = None) -> list[Plane]:
+    """Planes of symmetry of a case, those of its output and of the press of a tool; places of ends are those of a system."""
     press = case.problem.tools[tool].press
     sides = [*case.output.mirror, *(press.mirror or () if press is not None else ())]
+    sides = [side for side in sides if case.problem.space == "solid" or ENDS.get(side, (0, 0))[0] < 2]
+    X, meshes = (system.X, system.meshes) if system is not None else (None, None)
+    planes = [plane_of(case.problem, side, X, meshes) for side in sides]
+    return distinct(planes, np.inf if system is None else DRAWN * system.length)
+
+
+def _goes_across(system: System, tool: str, line: Plane) -> bool:
+    """Whether a tool in the plane moves across a line in a run, or is free to."""
+    number = list(system.problem.tools).index(tool)
+    dofs, n = system.dofs.tool.dofs(number)[:2], np.asarray(line.normal)
+    before: Moment | None = None
+    for now in moments(system):
+        way = now.u[dofs] - before.u[dofs] if before is not None and before.plan is now.plan else np.zeros(2)
+        if abs(way @ n) > NO_DIFFERENCE * np.linalg.norm(way) or (~np.isin(dofs, now.plan.fixed) & (np.abs(n) > DRAWN)).any():
+            return True
+        before = now
+    return False
+
+
+def images_of(case: Case, tool: str, sides: Collection[str]) -> Array:
+    """Matrices (h, d, d) of the group that the reflections across some of a case's planes of symmetry generate."""
     d = 3 if case.problem.space == "solid" else 2
-    planes = distinct([plane_of(case.problem, side) for side in sides if d == 3 or ENDS.get(side, (0, 0))[0] < 2], np.inf)
+    planes = [plane for plane in _planes(case, tool) if plane.name in sides]
     try:
         return group(chamber(planes)) if planes else np.eye(d)[None]
     except NoWhole:  # of a run of an earlier version
         return np.eye(d)[None]
 
 
-def one_with(case: Case, tool: str, ways: Array, turns: Array) -> Array:
-    """Matrices (h, d, d) of the images of a part with which a tool is one.
-
-    It moves along ``ways`` (n, d) and turns about ``turns`` (n, 3).
-    """
-    turned = np.where(np.abs(turns) <= NEGLIGIBLE, 0.0, turns)
-    return kept_by(reflections_of(case, tool), ways, turned)
-
-
-def images_along(case: Case, tool: str, key: str) -> int:
-    """How many parts of the whole share what presses a tool along an axis (``y``), or turns it about one (``my``)."""
-    d = 3 if case.problem.space == "solid" else 2
-    axis = np.eye(d)["xyz".index(key[-1])][None]
-    none = axis[:0]
-    return len(one_with(case, tool, *((none, axis) if "m" in key else (axis, none))))
-
-
 def of_whole(images: Array, force: Array) -> Array:
     """Force (d,) of the whole on a tool that is one with its images, by that of what is modelled."""
     return np.asarray(images.sum(axis=0) @ force)
 
+
+def moment_of_whole(images: Array, moment: Array) -> Array:
+    """Moment (3,) of the whole on such a tool, about an axis through its reference point across the planes."""
+    return np.asarray(np.einsum("hij,h->ij", images, np.linalg.det(images)) @ moment)
+
+
+def parts_along(images: Array, key: str) -> int:
+    """How many parts of the whole share what presses a tool along an axis (``y``), or turns it about one (``my``)."""
+    d = images.shape[1]
+    axis = np.eye(d)["xyz".index(key[-1])]
+    shared = moment_of_whole(images, axis) if "m" in key else of_whole(images, axis)
+    return round(float(axis @ shared))

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from prensa.geometry.reflections import Plane, axis_plane, plane_through
 from prensa.mesh.bricks import BrickMesh, corner_keys
 from prensa.mesh.faces import area_vectors
 from prensa.mesh.mesh import Mesh, MeshError, keys
 from prensa.model import problem as model
-from prensa.precision import NEGLIGIBLE, ROUND_OFF
+from prensa.precision import NEGLIGIBLE
 from prensa.system.inclined import held_along_normals, side_normal
 from prensa.types import Array, Flags, Index
 
@@ -93,41 +94,6 @@ def _rest_of_outline(problem: model.Problem, contact: model.Contact, body: str, 
     return np.unique(left if len(left) else outline, axis=0)
 
 
-class Plane(NamedTuple):
-    """A plane in space, in the plane a line: its unit ``normal`` (d,) and its ``place`` along that.
-
-    Of the two normals it has the one whose largest component is positive.
-    """
-
-    normal: tuple[float, ...]
-    place: float
-
-    def __str__(self) -> str:
-        if self.axis is not None:
-            return f"{'xyz'[self.axis]} = {self.place:g}"
-        return f"({', '.join(f'{n:.4g}' for n in self.normal)}) · x = {self.place:.4g}"
-
-    @property
-    def axis(self) -> int | None:
-        """The axis that is its normal; None if it is inclined."""
-        return self.normal.index(1.0) if 1.0 in self.normal else None
-
-    def distance(self, x: Array) -> Array:
-        """Distance (...) of places (..., d) from it, positive on the side to which its normal points."""
-        return np.asarray(x @ np.array(self.normal) - self.place)
-
-    def same(self, other: Plane, near: float) -> bool:
-        """Whether it is another one but for round-off; ``near``: length that is none."""
-        return abs(self.place - other.place) <= near and bool(
-            np.abs(np.subtract(self.normal, other.normal)).max() <= NEGLIGIBLE
-        )
-
-
-def axis_plane(axis: int, place: float, dimension: int) -> Plane:
-    """The plane across an axis."""
-    return Plane(tuple(1.0 if k == axis else 0.0 for k in range(dimension)), place)
-
-
 def symmetry_planes(problem: model.Problem, body: str, mesh: Mesh) -> list[Plane]:
     """Planes, in the plane lines, all boundary on which is held along the normal in all steps, and not along itself.
 
@@ -142,7 +108,7 @@ def symmetry_planes(problem: model.Problem, body: str, mesh: Mesh) -> list[Plane
         itself[faces[across], axis] = False
         candidates += [axis_plane(axis, at, held.shape[1]) for at in np.unique(x[across, 0, axis]).tolist()]
     candidates += [
-        _plane_through(normal, mesh.points[nodes]) for nodes, normal in _held_along_normals(problem, body, mesh)
+        plane_through(normal, mesh.points[nodes]) for nodes, normal in _held_along_normals(problem, body, mesh)
     ]
     out: list[Plane] = []
     for plane in sorted(candidates, key=lambda p: ([-n for n in p.normal], p.place)):
@@ -159,14 +125,6 @@ def symmetry_planes(problem: model.Problem, body: str, mesh: Mesh) -> list[Plane
 def _straight_corners(mesh: Mesh) -> Index:
     """Faces (k, 4 | 6) of a mesh in space; in the plane the ends (k, 2) of its edges."""
     return mesh.boundary if isinstance(mesh, BrickMesh) else mesh.boundary[:, :2]
-
-
-def _plane_through(normal: Array, points: Array) -> Plane:
-    """The plane with a normal (d,) through points (n, d), without what round-off leaves of components and places that are 0."""
-    normal = np.where(np.abs(normal) <= ROUND_OFF, 0.0, normal)
-    normal = normal / (np.linalg.norm(normal) * np.sign(normal[np.argmax(np.abs(normal))]))
-    place = float((points @ normal).mean())
-    return Plane(tuple((normal + 0.0).tolist()), 0.0 if abs(place) <= ROUND_OFF * float(np.abs(points).max()) else place)
 
 
 def _held_along_normals(problem: model.Problem, body: str, mesh: Mesh) -> Iterator[tuple[Index, Array]]:

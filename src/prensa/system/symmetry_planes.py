@@ -13,13 +13,14 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from prensa.contact.record import ContactRecord
+from prensa.geometry.reflections import Plane, axis_plane
 from prensa.mesh.bricks import BrickMesh
 from prensa.mesh.mesh import segments
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
 from prensa.precision import NEGLIGIBLE
 from prensa.registry import DOORS
-from prensa.system.contact_surfaces import Plane, axis_plane, symmetric, symmetry_planes
+from prensa.system.contact_surfaces import symmetric, symmetry_planes
 from prensa.system.discretise import discretise, on_meshes
 from prensa.system.mesh_state import Remeshed
 from prensa.system.state import State

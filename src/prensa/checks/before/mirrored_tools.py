@@ -17,34 +17,33 @@ from prensa.checks.thresholds import NO_DIFFERENCE, SLIGHT
 from prensa.contact.masters import RigidMaster
 from prensa.contact.pairing import rotation
 from prensa.friction.fading import Fading
+from prensa.geometry.reflections import Plane
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.system.moments import Moment, moments
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
-from prensa.types import Array
+from prensa.types import Array, Flags
 
 OFF_LINE = 1e-3
 """Distance of a tool from the plane that it crosses, over its half breadth, that is a rounded coordinate."""
 
 
 class Wall(NamedTuple):
-    """A plane of symmetry in space: unit ``normal`` (3,) into the part, ``at`` along it, ``words`` that name it.
+    """A plane of symmetry in space, its normal into the part; ``body``: the one whose contacts meet tools there, None: all."""
 
-    ``body``: the one whose contacts meet tools there; None: all.
-    """
-
-    normal: Array
-    at: float
-    words: str
+    plane: Plane
     body: str | None = None
 
-    def distance(self, x: Array) -> Array:
-        """Distance (k,) of places (k, 3), positive on the side of the part."""
-        return np.asarray(x @ self.normal - self.at)
+    @classmethod
+    def of(cls, plane: Plane, system: System, body: str) -> Wall:
+        """Of a body, by a plane with either normal."""
+        if plane.distance(system.X[system.span(body)]).sum() >= 0.0:
+            return cls(plane, body)
+        return cls(plane._replace(normal=tuple(-n for n in plane.normal), place=-plane.place), body)
 
     def image(self, x: Array) -> Array:
         """Mirror images (k, 3) of places (k, 3)."""
-        return np.asarray(x - 2.0 * self.distance(x)[:, None] * self.normal)
+        return np.asarray(x - 2.0 * self.plane.distance(x)[:, None] * np.asarray(self.plane.normal))
 
 
 class Sight(NamedTuple):
@@ -77,7 +76,8 @@ class Meeting:
     ``crosses``: whether it is drawn on both sides of the plane at the start; ``reaches``: whether it comes up to the plane (what
     ends: on both sides; what has no end: where the bodies see it). ``unlike``: how it differs from its image, first in the step
     ``since`` (None: at the start). ``moved``, ``free``: first step that moves it across the plane, or turns it about another axis
-    than the normal, or leaves it free to, while it touches.
+    than the normal, or leaves it free to, while it touches. ``ways`` (2, 3): whether it goes anywhere, goes across the plane, turns
+    about another axis than the normal, or is free to: while it touches nothing, and while it touches, if it ever is ``touched``.
     """
 
     master: RigidMaster
@@ -88,13 +88,20 @@ class Meeting:
     since: int | None = None
     moved: int | None = None
     free: int | None = None
-    _stale: bool = field(default=False, repr=False)
+    touched: bool = False
+    ways: Flags = field(default_factory=lambda: np.zeros((2, 3), dtype=bool))
+    _gone: bool = field(default=False, repr=False)  # across the plane since it was compared with its image
 
     @property
     def across(self) -> int | None:
         """The first step in which it does not stay its own image."""
-        steps = [step for step in (self.moved, self.free) if step is not None]
-        return min(steps, default=None)
+        return min((step for step in (self.moved, self.free) if step is not None), default=None)
+
+    @property
+    def alike(self) -> bool:
+        """Whether the image of a tool that does not reach the plane is another one that goes the same way, or turns so."""
+        goes, beside, turns = self.ways[int(self.touched)]
+        return not self.reaches and not beside and bool(goes or not turns)
 
 
 def meetings(system: System, walls: Sequence[Wall], tools: Sequence[str] | None = None) -> list[Meeting]:
@@ -143,43 +150,50 @@ def _follow(
     m: Meeting, system: System, before: Moment | None, now: Moment, then: Callable[[], Sight], seen: Callable[[], Sight]
 ) -> None:
     """Add to a meeting what a moment shows; ``before``: the moment before it, in this step or another."""
-    dofs, n = m.master.dofs, m.wall.normal
+    dofs, n = m.master.dofs, np.asarray(m.wall.plane.normal)
     same = before is not None and before.plan is now.plan
-    ways = (now.u[dofs] - before.u[dofs])[None] if same and before is not None else np.zeros((0, 6))
-    ways = ways[[_goes_across(way, n) for way in ways]]
+    way = now.u[dofs] - before.u[dofs] if same and before is not None else np.zeros(6)
     free = np.eye(6)[~np.isin(dofs, now.plan.fixed)]
-    free = free[[_goes_across(way, n) for way in free]]
+    goes, loose = _goes_across(way, n), np.array([w for w in free if _goes_across(w, n)]).reshape(-1, 6)
     if before is None:
         m.crosses = _both_sides(m, system, now.u)
         m.reaches = (m.crosses and ends(m)) or _sees_plane(m.wall, seen(), system)
         m.unlike = unlike(m, system, now.u, seen()) if m.crosses or m.reaches else None
-    m._stale |= bool(len(ways))
-    if m.reaches and not m._stale and not len(free):
+    m._gone |= goes
+    if m.reaches and not m._gone and not len(loose):
         return
-    unknown = not now.known[m.master.number]
-    touches = unknown or seen().touches or (bool(len(ways)) and then().touches)
-    there = touches and _reaches_at(m, system, now.u, seen())
-    if touches and not there and len(ways) and before is not None:
+    touches = not now.known[m.master.number] or seen().touches or (goes and then().touches)
+    m.touched |= touches
+    for w in (way, *free):
+        m.ways[int(touches)] |= _kinds(w, n)
+    if not touches:
+        return
+    there = _reaches_at(m, system, now.u, seen())
+    if goes and not there and before is not None:
         there = _reaches_at(m, system, before.u, then())
     m.reaches |= there
     if not there:
         return
-    if m.moved is None and len(ways) and _drags(m, now.plan, system, now.u, ways, seen()):
+    if m.moved is None and goes and _drags(m, now.plan, system, now.u, way[None], seen()):
         m.moved = now.plan.number
-    if m.free is None and len(free) and _drags(m, now.plan, system, now.u, free, seen()):
+    if m.free is None and len(loose) and _drags(m, now.plan, system, now.u, loose, seen()):
         m.free = now.plan.number
-    if m.unlike is None and m._stale:
+    if m.unlike is None and m._gone:
         m.unlike = unlike(m, system, now.u, seen())
         m.since = None if m.unlike is None else now.plan.number
+    m._gone = False
+
+
+def _kinds(way: Array, n: Array) -> Flags:
+    """Whether a motion (6,) of a tool, its turns last, goes anywhere, has a part along a normal (3,), turns about another axis."""
+    size, turn = np.linalg.norm(way[:3]), np.linalg.norm(way[3:])
+    across, beside = abs(way[:3] @ n), np.linalg.norm(way[3:] - (way[3:] @ n) * n)
+    return np.array([size > 0.0, across > NO_DIFFERENCE * size, beside > NO_DIFFERENCE * turn])
 
 
 def _goes_across(way: Array, n: Array) -> bool:
-    """Whether a motion (6,) of a tool, its turns last, has a part along a normal (3,), or turns about another axis."""
-    turns = way[3:] - (way[3:] @ n) * n
-    return bool(
-        abs(way[:3] @ n) > NO_DIFFERENCE * np.linalg.norm(way[:3])
-        or np.linalg.norm(turns) > NO_DIFFERENCE * np.linalg.norm(way[3:])
-    )
+    """Whether the motion is not its own mirror image."""
+    return bool(_kinds(way, n)[1:].any())
 
 
 def _drags(m: Meeting, plan: StepPlan, system: System, u: Array, ways: Array, sight: Sight) -> bool:
@@ -190,9 +204,9 @@ def _drags(m: Meeting, plan: StepPlan, system: System, u: Array, ways: Array, si
     """
     if rough(system, plan, m.master.name, m.wall.body):
         return True
-    n = m.wall.normal
+    n = np.asarray(m.wall.plane.normal)
     centre = m.master.at + m.master.place(u)[:3]
-    arm = -m.wall.distance(centre[None])[0] * n
+    arm = -m.wall.plane.distance(centre[None])[0] * n
     for way in ways:
         v, w = way[:3], way[3:]
         beside = v + np.cross(w, arm)  # on the plane
@@ -218,7 +232,7 @@ def ends(m: Meeting) -> bool:
     """Whether a tool has ends across the plane, so that what is drawn of it is all of it."""
     shape, own = m.master.shape, m.master.tool.description
     axis = np.asarray(getattr(own, "axis", np.zeros(3)), dtype=float)
-    endless = own.type == "extruded" and abs(axis @ m.wall.normal) > NEGLIGIBLE * np.linalg.norm(axis)
+    endless = own.type == "extruded" and abs(axis @ np.asarray(m.wall.plane.normal)) > NEGLIGIBLE * np.linalg.norm(axis)
     return bool(0.0 < shape.extent < np.inf) and not shape.cavity and not endless
 
 
@@ -233,14 +247,14 @@ def _both_sides(m: Meeting, system: System, u: Array) -> bool:
     """Whether a tool is drawn on both sides of the plane; neither half-spaces nor what encloses the bodies are."""
     if m.master.shape.half_space or m.master.shape.cavity:
         return False
-    d = m.wall.distance(drawn(m.master, system, u))
+    d = m.wall.plane.distance(drawn(m.master, system, u))
     return bool(d.min() < -NEGLIGIBLE * system.length and d.max() > NEGLIGIBLE * system.length)
 
 
 def _sees_plane(wall: Wall, sight: Sight, system: System) -> bool:
     """Whether what is seen of a tool comes up to the plane; what lies along the plane presses it, and is left out."""
-    beside = np.abs(sight.n @ wall.normal) < 1.0 - DRAWN
-    return bool((wall.distance(sight.feet)[beside] <= DRAWN * system.length).any())
+    beside = np.abs(sight.n @ np.asarray(wall.plane.normal)) < 1.0 - DRAWN
+    return bool((wall.plane.distance(sight.feet)[beside] <= DRAWN * system.length).any())
 
 
 def _reaches_at(m: Meeting, system: System, u: Array, sight: Sight) -> bool:
@@ -254,15 +268,8 @@ def unlike(m: Meeting, system: System, u: Array, sight: Sight) -> Unlike | None:
     """
     wall = m.wall
     g = m.master.seen(wall.image(sight.feet), u).g
-    least = max(OFF_LINE * float(np.abs(wall.distance(sight.feet)).max()), 2.0 * sight.chord)
+    least = max(OFF_LINE * float(np.abs(wall.plane.distance(sight.feet)).max()), 2.0 * sight.chord)
     off, adds = float(np.abs(g).max()), bool(g.min() < -least)
-    on = np.abs(wall.distance(sight.x)) <= DRAWN * system.length
-    straight = bool((np.abs(sight.n[on] @ wall.normal) <= OFF_LINE).all())
+    on = np.abs(wall.plane.distance(sight.x)) <= DRAWN * system.length
+    straight = bool((np.abs(sight.n[on] @ np.asarray(wall.plane.normal)) <= OFF_LINE).all())
     return None if off <= least or (straight and not adds) else Unlike(off, adds)
-
-
-def wall_of(system: System, normal: Array, at: float, words: str, body: str | None = None) -> Wall:
-    """A plane of symmetry by its unit normal (3,), either way, and the place ``at`` along that; see `Wall`."""
-    own = system.X if body is None else system.X[system.span(body)]
-    side = 1.0 if float((own @ normal - at).sum()) >= 0.0 else -1.0
-    return Wall(side * np.asarray(normal), side * at, words, body)

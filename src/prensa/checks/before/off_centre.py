@@ -9,14 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.before.mirrored_tools import OFF_LINE, Meeting, Wall, ends, meetings, wall_of
+from prensa.checks.before.mirrored_tools import OFF_LINE, Meeting, Wall, ends, meetings
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.contact.masters import RigidMaster
 from prensa.errors import Finding, Severity, along
+from prensa.geometry.reflections import Plane, axis_plane
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
 from prensa.precision import NEGLIGIBLE
-from prensa.system.contact_surfaces import Plane, axis_plane, symmetry_planes
+from prensa.system.contact_surfaces import symmetry_planes
 from prensa.system.system import System
 from prensa.tools.convex import Convex
 from prensa.tools.shapes.pyramid import Pyramid
@@ -70,7 +71,7 @@ def off_centre(system: System) -> Iterator[Finding]:
     walls = {s.partition(".")[0] for n in p.no_contact if n.against == SYMMETRY for s in n.surface}
     if system.dofs.dimension == 3:
         planes = [
-            wall_of(system, np.array(plane.normal), plane.place, str(plane), body)
+            Wall.of(plane, system, body)
             for body, mesh in system.meshes.items() if body not in walls for plane in symmetry_planes(p, body, mesh)
         ]  # fmt: skip
         yield from overlaps(system, planes)
@@ -105,24 +106,24 @@ def _no_symmetry(body: str, kind: str) -> str:
 
 # ---------------------------------------------------------------------------------------------------------------- in space
 def overlaps(
-    system: System, walls: Sequence[Wall], tools: Sequence[str] | None = None, side: str = ""
+    system: System, walls: Sequence[Wall], tools: Sequence[str] | None = None, named: bool = False
 ) -> Iterator[Overlap]:  # fmt: skip
     """Tools in space that are not their own images across planes of symmetry, or do not stay so, one finding for each tool.
 
-    ``side``: key of the case that says that all of these are planes of symmetry: then what is surely no symmetric whole is
-    refused, and nothing else reported.
+    ``named``: whether the case says that these are planes of symmetry: then what is surely no symmetric whole is refused, and
+    nothing else reported.
     """
     reported: set[str] = set()
     for m in meetings(system, walls, tools):
         if m.master.name in reported:
             continue
-        found = _moves(m, side) if m.across is not None else _stands(system, m, side)
-        if found is not None and (not side or found.severity is Severity.REFUSE):
+        found = _moves(m, named) if m.across is not None else _stands(system, m, named)
+        if found is not None and (not named or found.severity is Severity.REFUSE):
             reported.add(m.master.name)
             yield found
 
 
-def _moves(m: Meeting, side: str) -> Overlap:
+def _moves(m: Meeting, named: bool) -> Overlap:
     """What to say of a tool that a step moves across a plane, or leaves free to go."""
     moves = m.across == m.moved
     how = "moves or turns across it" if moves else "is free to move or turn across it"
@@ -131,15 +132,15 @@ def _moves(m: Meeting, side: str) -> Overlap:
     return Overlap(
         f"steps.{m.across}",
         f"tool {m.master.name!r} reaches across {_plane(m)}, and {how}, while its mirror image {image}: there would be two tools "
-        f"that overlap; {hold}, or {_otherwise(m, side)}",
-        Severity.REFUSE if side else Severity.WARN,
+        f"that overlap; {hold}, or {_otherwise(m, named)}",
+        Severity.REFUSE if named else Severity.WARN,
         tool=m.master.name,
     )
 
 
-def _stands(system: System, m: Meeting, side: str) -> Overlap | None:
+def _stands(system: System, m: Meeting, named: bool) -> Overlap | None:
     """What to say of a tool that is not its own image where it stands; None of one that is."""
-    name, n = m.master.name, m.wall.normal
+    name, n = m.master.name, np.asarray(m.wall.plane.normal)
     if m.since is None and _loose(system.problem, name, n):
         return None  # on its way
     middle = _across_plane(system, m) if m.crosses and m.since is None else None
@@ -147,12 +148,12 @@ def _stands(system: System, m: Meeting, side: str) -> Overlap | None:
         return None
     if middle is None and m.unlike is None:
         return None
-    severity = Severity.REFUSE if side and m.reaches and (ends(m) or (m.unlike is not None and m.unlike.adds)) else Severity.WARN
+    severity = Severity.REFUSE if named and m.reaches and (ends(m) or (m.unlike is not None and m.unlike.adds)) else Severity.WARN
     if middle is not None:
         across, axis = middle.half - abs(middle.off), int(np.argmax(np.abs(n)))
-        place = float(n[axis]) * (m.wall.at + middle.off)
+        place = float(n[axis]) * (m.wall.plane.place + middle.off)
         centre = f"at {'xyz'[axis]} = {place:.4g}" if abs(n[axis]) == 1.0 else f"{abs(middle.off):.4g} beside it"
-        rest = _no_symmetry(m.wall.body, "plane") if m.wall.body else f", or {_otherwise(m, side)}"
+        rest = _no_symmetry(m.wall.body, "plane") if m.wall.body else f", or {_otherwise(m, named)}"
         return Overlap(
             _place(m.master),
             f"it reaches across {_plane(m)}, by {across:.4g} and is centred {centre}: {TWO}; centre it there, or keep it on one "
@@ -166,7 +167,7 @@ def _stands(system: System, m: Meeting, side: str) -> Overlap | None:
     return Overlap(
         f"tools.{name}" if m.since is None else f"steps.{m.since}",
         f"{'it' if m.since is None else f'tool {name!r}'} reaches across {_plane(m)}, and is not its own mirror image there (off "
-        f"by {m.unlike.off:.3g} near the bodies): {TWO}; {remedy}{_otherwise(m, side)}",
+        f"by {m.unlike.off:.3g} near the bodies): {TWO}; {remedy}{_otherwise(m, named)}",
         severity,
         tool=name,
     )
@@ -174,14 +175,15 @@ def _stands(system: System, m: Meeting, side: str) -> Overlap | None:
 
 def _plane(m: Meeting) -> str:
     """A plane in words."""
-    return f"the plane of symmetry{f' of {m.wall.body!r},' if m.wall.body else ''} {m.wall.words}"
+    plane = m.wall.plane
+    return f"the plane of symmetry {f'of {m.wall.body!r}' if m.wall.body else repr(plane.name)}, {plane}"
 
 
-def _otherwise(m: Meeting, side: str) -> str:
+def _otherwise(m: Meeting, named: bool) -> str:
     """What to do where a tool is to be as it is."""
-    if not side:
+    if not named:
         return f"model the whole{_no_symmetry(m.wall.body or '', 'plane')}"
-    return f"model the whole and leave this side out of {side!r}"
+    return f"model the whole, without {m.wall.plane.name!r} in 'mirror'"
 
 
 def _turn(master: RigidMaster, n: Array) -> str:
@@ -232,13 +234,13 @@ def _beside_line(system: System, master: RigidMaster, line: Plane, at: Array) ->
 
 def _across_plane(system: System, m: Meeting) -> Middle | None:
     """The middle of a tool in space that is drawn on both sides of a plane; None if it is its own image about none."""
-    master, n = m.master, m.wall.normal
+    master, n = m.master, np.asarray(m.wall.plane.normal)
     own, shape = master.tool.description, master.shape
     points, triangles = own.facets(master.tool.direction, system.length)
     at = master.at + master.place(system.initial().u)[:3]
-    d = m.wall.distance(points + at)
+    d = m.wall.plane.distance(points + at)
     some, half = points[:: 1 + len(points) // len(system.X)], 0.5 * float(np.ptp(d))
-    place = -float(m.wall.distance(at))  # of the plane along its normal, in the frame of the tool
+    place = -float(m.wall.plane.distance(at))  # of the plane along its normal, in the frame of the tool
     middle = _middle(master, some, n, place + 0.5 * float(d.min() + d.max()), half)
     if middle is None:
         return None
