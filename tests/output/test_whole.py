@@ -16,7 +16,9 @@ from prensa.geometry.reflections import NoWhole, Plane, chamber, distinct, group
 from prensa.model.schema import loads
 from prensa.output import answer
 from prensa.output.scene import scene
-from prensa.output.whole import mirror_findings, of_whole, one_with, part_of_whole
+from prensa.model.problem import Case
+from prensa.model.press import use_of
+from prensa.output.whole import Share, images_of, mirror_findings, of_whole, part_of_whole, shares_of
 
 SPACE = """
 name: quarter
@@ -50,6 +52,16 @@ fixed: {ring.bottom: y, ring.base: z, ring.cap: normal}
 steps: [{name: press, move: {die: {y: -0.3}}, increments: 2}]
 output: {mirror: [ring.base, ring.cap], pictures: false, report: false}
 """
+
+
+def share(case: Case, tool: str = "die") -> Share:
+    """What a tool is in the whole."""
+    return shares_of(pr.discretise(case.problem), case)[tool]
+
+
+def own_images(case: Case) -> np.ndarray:
+    """Matrices (h, 3, 3) of the images with which the die is one."""
+    return images_of(case, "die", share(case).sides)
 
 
 def found(text: str) -> list[str]:
@@ -228,11 +240,10 @@ def test_a_sector_has_its_share_of_half_a_ring(angle: int, n: int, order: int) -
     half = RING.replace("n: [2, 2, 4]", f"n: [2, 2, {n * order // 2}]").replace("60 deg", "180 deg")
     half = half.replace("ring.cap: normal", "ring.cap: z")
     part, more, case = last_force(text), last_force(half), loads(text)
-    y = np.array([[0.0, 1.0, 0.0]])
-    images = one_with(case, "die", y, y[:0])
+    images = own_images(case)
     assert len(images) == order
     whole = of_whole(images, part)
-    of_half = of_whole(one_with(loads(half.replace("ring.base, ring.cap", "back")), "die", y, y[:0]), more)
+    of_half = of_whole(own_images(loads(half.replace("ring.base, ring.cap", "back"))), more)
     assert abs(whole[1] - of_half[1]) < 1e-9 * abs(of_half[1])
     assert np.abs(whole[[0, 2]]).max() < 1e-12 * abs(whole[1]) and np.hypot(part[0], part[2]) > 1e-6 * abs(part[1])
     assert abs(of_half[2]) < 1e-12 * abs(whole[1])
@@ -267,8 +278,7 @@ def test_a_quarter_and_an_eighth_have_their_share_of_the_box(size: str, fixed: s
         part = part.replace("- {surface: b.bottom, against: table, friction: {mu: 0.2}}\n", "")
     whole = BOX.replace("fixed: {b.middle: xz}\n", "")
     a, b, case = last_force(part), last_force(whole), loads(part)
-    y = np.array([[0.0, 1.0, 0.0]])
-    images = one_with(case, "die", y, y[:0])
+    images = own_images(case)
     assert len(images) == order
     assert abs(of_whole(images, a)[1] - b[1]) < 1e-9 * abs(b[1])
 
@@ -332,19 +342,27 @@ def test_tools_that_move_along_several_axes(
     mirror: str, values: dict[str, list[float]], whole: int | None, of_whole: float | None
 ) -> None:
     """Those planes count along which all their ways lie, and the forces between the images do not."""
-    peak = answer.peaks(columns("die", **values), loads(SPACE.replace("[left]", mirror)))[0]
+    case = loads(moving(SPACE.replace("[left]", mirror), values))
+    peak = answer.peaks(columns("die", **values), case, {"die": share(case)._asdict()})[0]
     assert (peak.whole, peak.of_whole) == (whole, of_whole)
     assert ("whole part" in answer.sentence(peak)) == bool(whole and whole > 1)
 
 
+def moving(text: str, values: dict[str, list[float]]) -> str:
+    """A case whose die, with friction, moves and turns as the last rows of its columns say."""
+    ways = {c.removeprefix("u"): v[-1] for c, v in values.items() if c[0] in "ur"}
+    by = ", ".join(f"{axis}: {way}" for axis, way in ways.items())
+    return text.replace("move: {die: {y: -0.01}}", f"by: {{die: {{{by}}}}}").replace("against: die}", "against: die, friction: {mu: 0.1}}")
+
+
 def test_a_tool_of_a_sector_that_moves_outwards_is_one_with_an_image() -> None:
     """Of three tools about the axis, each in the middle of two parts; forces along the plane between these are doubled."""
-    case = loads(RING)
-    x = np.array([[1.0, 0.0, 0.0]])
-    images = one_with(case, "die", x, x[:0])
+    x, half = {"ux": [1.0]}, math.pi / 6
+    case = loads(moving(RING.replace("move: {die: {y: -0.3}}", "move: {die: {y: -0.01}}"), x))
+    images = own_images(case)
     assert len(images) == 2 and np.allclose(of_whole(images, np.array([3.0, 1.0, 5.0])), [6.0, 2.0, 0.0])
-    middle = np.array([[math.cos(math.pi / 6), 0.0, math.sin(math.pi / 6)]])
-    assert len(one_with(case, "die", middle, x[:0])) == 1
+    middle = {"ux": [math.cos(half)], "uz": [math.sin(half)]}
+    assert len(own_images(loads(moving(RING.replace("move: {die: {y: -0.3}}", "move: {die: {y: -0.01}}"), middle)))) == 1
 
 
 # ---------------------------------------------------------------------------------------------------- pictures of the whole

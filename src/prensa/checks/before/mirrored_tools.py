@@ -76,8 +76,8 @@ class Meeting:
     ``crosses``: whether it is drawn on both sides of the plane at the start; ``reaches``: whether it comes up to the plane (what
     ends: on both sides; what has no end: where the bodies see it). ``unlike``: how it differs from its image, first in the step
     ``since`` (None: at the start). ``moved``, ``free``: first step that moves it across the plane, or turns it about another axis
-    than the normal, or leaves it free to, while it touches. ``ways`` (2, 3): whether it goes anywhere, goes across the plane, turns
-    about another axis than the normal, or is free to: while it touches nothing, and while it touches, if it ever is ``touched``.
+    than the normal, or leaves it free to, while it touches. ``ways`` (2, 3): whether it goes anywhere, goes across the plane,
+    turns about another axis than the normal, or is free to: while it touches nothing, and while it touches, if ever (``touched``).
     """
 
     master: RigidMaster
@@ -185,7 +185,7 @@ def _follow(
 
 
 def _kinds(way: Array, n: Array) -> Flags:
-    """Whether a motion (6,) of a tool, its turns last, goes anywhere, has a part along a normal (3,), turns about another axis."""
+    """Whether a motion (6,) of a tool, its turns last, goes anywhere, goes along a normal (3,), turns about another axis."""
     size, turn = np.linalg.norm(way[:3]), np.linalg.norm(way[3:])
     across, beside = abs(way[:3] @ n), np.linalg.norm(way[3:] - (way[3:] @ n) * n)
     return np.array([size > 0.0, across > NO_DIFFERENCE * size, beside > NO_DIFFERENCE * turn])
