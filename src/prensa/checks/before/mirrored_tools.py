@@ -77,7 +77,7 @@ class Meeting:
     ends: on both sides; what has no end: where the bodies see it). ``unlike``: how it differs from its image, first in the step
     ``since`` (None: at the start). ``moved``, ``free``: first step that moves it across the plane, or turns it about another axis
     than the normal, or leaves it free to, while it touches. ``ways`` (2, 3): whether it goes anywhere, goes across the plane,
-    turns about another axis than the normal, or is free to: while it touches nothing, and while it touches, if ever (``touched``).
+    turns about another axis than the normal, or is free to: while it touches nothing, and while it touches, if it ``touched``.
     """
 
     master: RigidMaster
@@ -90,7 +90,7 @@ class Meeting:
     free: int | None = None
     touched: bool = False
     ways: Flags = field(default_factory=lambda: np.zeros((2, 3), dtype=bool))
-    _gone: bool = field(default=False, repr=False)  # across the plane since it was compared with its image
+    _gone: bool = field(default=False, repr=False)  # across the plane, or up to it, since it was compared with its image
 
     @property
     def across(self) -> int | None:
@@ -159,7 +159,7 @@ def _follow(
         m.crosses = _both_sides(m, system, now.u)
         m.reaches = (m.crosses and ends(m)) or _sees_plane(m.wall, seen(), system)
         m.unlike = unlike(m, system, now.u, seen()) if m.crosses or m.reaches else None
-    m._gone |= goes
+    m._gone |= goes or (before is not None and not m.reaches)
     if m.reaches and not m._gone and not len(loose):
         return
     touches = not now.known[m.master.number] or seen().touches or (goes and then().touches)

@@ -114,10 +114,12 @@ def overlaps(
     nothing else reported.
     """
     reported: set[str] = set()
-    for m in meetings(system, walls, tools):
+    met = meetings(system, walls, tools)
+    for m in met:
         if m.master.name in reported:
             continue
-        found = _moves(m, named) if m.across is not None else _stands(system, m, named)
+        normals = [np.asarray(o.wall.plane.normal) for o in met if o.master is m.master and o.reaches]
+        found = _moves(m, named) if m.across is not None else _stands(system, m, named, normals)
         if found is not None and (not named or found.severity is Severity.REFUSE):
             reported.add(m.master.name)
             yield found
@@ -138,8 +140,11 @@ def _moves(m: Meeting, named: bool) -> Overlap:
     )
 
 
-def _stands(system: System, m: Meeting, named: bool) -> Overlap | None:
-    """What to say of a tool that is not its own image where it stands; None of one that is."""
+def _stands(system: System, m: Meeting, named: bool, normals: Sequence[Array]) -> Overlap | None:
+    """What to say of a tool that is not its own image where it stands; None of one that is.
+
+    ``normals`` (3,): of all planes that it reaches.
+    """
     name, n = m.master.name, np.asarray(m.wall.plane.normal)
     if m.since is None and _loose(system.problem, name, n):
         return None  # on its way
@@ -162,8 +167,10 @@ def _stands(system: System, m: Meeting, named: bool) -> Overlap | None:
             tool=name,
         )
     assert m.unlike is not None
-    turn = _turn(m.master, n)
+    turn = _turn(m.master, normals)
     remedy = f"turn it by {turn}, or " if turn else ""
+    if m.master.shape.half_space:
+        remedy = "let its 'normal' lie along the plane, draw both of its faces as one tool, or "
     return Overlap(
         f"tools.{name}" if m.since is None else f"steps.{m.since}",
         f"{'it' if m.since is None else f'tool {name!r}'} reaches across {_plane(m)}, and is not its own mirror image there (off "
@@ -186,21 +193,24 @@ def _otherwise(m: Meeting, named: bool) -> str:
     return f"model the whole, without {m.wall.plane.name!r} in 'mirror'"
 
 
-def _turn(master: RigidMaster, n: Array) -> str:
-    """The least angle about its axis by which a regular pyramid becomes its own image across planes with a normal (3,)."""
+def _turn(master: RigidMaster, normals: Sequence[Array]) -> str:
+    """The least angle about its axis by which a regular pyramid becomes its own image across planes with normals (3,)."""
     own = master.tool.description
     if not isinstance(own, Pyramid) or not isinstance(master.shape, Convex):
         return ""
     axis = rotation_of(own.turn) @ np.array([0.0, 1.0, 0.0])
-    if abs(axis @ n) > OFF_LINE:
+    faces = len(master.shape.normals)
+    face, part, angles = master.shape.normals[0], math.pi / faces, []
+    for n in normals:
+        if abs(axis @ n) > OFF_LINE:
+            return ""
+        flat = face - (face @ axis) * axis
+        angle = math.atan2(float(axis @ np.cross(flat, n)), float(flat @ n))  # from the face to the plane's normal
+        angle += 0.5 * math.pi * (faces % 2)  # opposite a face is an edge: planes of symmetry go through faces
+        angles.append(angle - part * round(angle / part))
+    if not angles or max(abs(math.remainder(angle - angles[0], part)) for angle in angles) > OFF_LINE:
         return ""
-    face = master.shape.normals[0] - (master.shape.normals[0] @ axis) * axis
-    angle = math.atan2(float(axis @ np.cross(face, n)), float(face @ n))  # from the face to the plane's normal
-    part = math.pi / len(master.shape.normals)
-    if len(master.shape.normals) % 2:  # faces and edges are opposite one another: a mirror is a quarter turn off those of faces
-        angle += 0.5 * math.pi
-    by = angle - part * round(angle / part)
-    return f"{math.degrees(by):.4g}° about {along(axis)} ('turn')"
+    return f"{math.degrees(angles[0]):.4g}° about {along(axis)} ('turn')"
 
 
 # ------------------------------------------------------------------------------------------------------ places of the middle
