@@ -14,7 +14,7 @@ from prensa.geometry.reflections import Plane, axis_plane
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
 from prensa.precision import NEGLIGIBLE
-from prensa.system.contact_surfaces import symmetry_planes
+from prensa.system.held import symmetry_planes
 from prensa.system.moments import Moment, moments
 from prensa.system.system import System
 from prensa.types import Array, Index
@@ -121,7 +121,7 @@ def _crossings(system: System) -> Iterator[Crossing]:
         if system.axisymmetric:
             planes: list[tuple[Plane, str | None]] = [(axis_plane(0, 0.0, 2), None)]
         else:
-            planes = [(plane, s.body) for plane in symmetry_planes(p, s.body, system.meshes[s.body])]
+            planes = [(plane, s.body) for plane in symmetry_planes(system, s.body)]
         for plane, body in planes:
             if system.dofs.dimension == 2:
                 middle = _beside_line(system, master, plane, at)
@@ -199,7 +199,7 @@ def _moved_across(system: System) -> Iterator[tuple[str, Plane, int]]:
 
     Only where a tool touches the body at rest meanwhile: those that are lifted off it may go anywhere.
     """
-    planes = [q for body, mesh in system.meshes.items() for q in symmetry_planes(system.problem, body, mesh)]
+    planes = [q for body in system.meshes for q in symmetry_planes(system, body)]
     before: Moment | None = None
     for now in moments(system) if planes else ():
         for t, tool in enumerate(system.tools if before is not None and before.plan is now.plan else ()):
