@@ -24,10 +24,10 @@ from prensa.model.press import drives
 from prensa.model.problem import Case, Problem
 from prensa.output.mirrors import ENDS, plane_of
 from prensa.precision import DRAWN
+from prensa.system.held import held, held_along
 from prensa.system.moments import Moment, moments, stages
-from prensa.system.once import once
 from prensa.system.system import System
-from prensa.types import Array, Flags, Index
+from prensa.types import Array, Index
 
 
 # ---------------------------------------------------------------------------------------------------- planes of symmetry
@@ -117,7 +117,7 @@ def _no_plane(system: System, plane: Plane) -> str:
     for s in found:
         if not system.problem.bodies[s.body].material.is_mirrored(np.asarray(plane.normal)):
             return f"the axes of the material of {s.body!r} lie across {side}, so that it is no plane of symmetry; leave it out"
-    loose = [s for s in found if not held_along(system, s.body, plane)[s.faces].all()]
+    loose = [s for s in found if not held_along(system, s.body, np.asarray(plane.normal))[s.faces].all()]
     if not loose or _guided(system, plane, loose):
         return ""
     way = "xyz"[plane.axis] if plane.axis is not None else "its normal"
@@ -129,31 +129,6 @@ def _no_plane(system: System, plane: Plane) -> str:
     hold = f"give 'fixed' '{support}'" if "." in plane.name else "hold it in 'fixed'"
     what = f"nothing holds {bodies} along {way} all over {side} in every step"
     return f"{what}, so that {effect}; {hold}, or leave {plane.name!r} out"
-
-
-@once
-def _held(system: System) -> Flags:
-    """Components (n, d) of all nodes that supports hold where they are at first in all steps."""
-    held = np.ones(system.ndof, dtype=bool)
-    for plan, *_ in stages(system):
-        groups = [g for g in plan.groups if g.amplitude is None or not np.any(g.amplitude.values)]
-        still = [g.dofs[np.broadcast_to(g.start, g.dofs.shape) == 0.0] for g in groups]
-        held &= np.isin(np.arange(system.ndof), np.concatenate([np.zeros(0, dtype=np.int64), *still]))
-    return np.asarray(held[system.dofs.displacement.dofs(np.arange(len(system.X)))])
-
-
-def held_along(system: System, body: str, plane: Plane) -> Flags:
-    """Nodes (n,) of a body that supports hold along the normal of a plane in all steps."""
-    n, mesh = np.asarray(plane.normal), system.meshes[body]
-    free = np.where(_held(system)[system.span(body)], 0.0, n)
-    held: Flags = np.asarray(np.abs(free).max(axis=1) <= DRAWN)
-    for name, support in system.problem.fixed.items():
-        owner, _, side = name.partition(".")
-        if owner == body and support.normal == "held":
-            own = plane_of(system.problem, name, None, system.meshes)
-            if abs(abs(float(n @ np.asarray(own.normal))) - 1.0) <= DRAWN:
-                held[mesh.nodes(side, name)] = True
-    return held
 
 
 def _pressing(system: System, plane: Plane, side: _Side) -> list[str]:
@@ -235,10 +210,10 @@ def _held_sides(system: System) -> Iterator[Plane]:
         except PrensaError:  # it is not flat
             continue
         nodes = np.unique(mesh.edges[side])
-        along = _held(system)[system.span(body)][nodes].all()
+        along = held(system, body).flags[nodes, : len(plane.normal)].all()
         beside = plane.distance(system.X).min() >= -DRAWN * system.length
         beside &= system.problem.bodies[body].material.is_mirrored(np.asarray(plane.normal))
-        if beside and not along and held_along(system, body, plane)[nodes].all():
+        if beside and not along and held_along(system, body, np.asarray(plane.normal))[nodes].all():
             yield plane
 
 

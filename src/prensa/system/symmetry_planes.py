@@ -20,8 +20,8 @@ from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
 from prensa.precision import NEGLIGIBLE
 from prensa.registry import DOORS
-from prensa.system.contact_surfaces import symmetric, symmetry_planes
 from prensa.system.discretise import discretise, on_meshes
+from prensa.system.held import symmetric, symmetry_planes
 from prensa.system.mesh_state import Remeshed
 from prensa.system.state import State
 from prensa.system.system import System
@@ -184,10 +184,10 @@ def mirrors_of(system: System, body: str, x: Array) -> list[Mirror]:
     Only those on one side of which the body lies, its nodes and all others being at x (n, d), and where no plane of the
     description stands already; none if ``no_contact`` excepts the body.
     """
-    p, mesh = system.problem, system.meshes[body]
+    p = system.problem
     if any(e.against == SYMMETRY and SYMMETRY not in p.tools and body in e.surface for e in p.no_contact):
         return []
-    own, planes = x[system.span(body)], symmetry_planes(p, body, mesh)
+    own, planes = x[system.span(body)], symmetry_planes(system, body)
     if p.space == "axisymmetric":
         axis = axis_plane(0, 0.0, 2)
         planes = [axis, *(plane for plane in planes if plane != axis)]
@@ -237,7 +237,7 @@ def _free(system: System, mirror: Mirror, body: str, x: Array) -> Index:
     All nodes of them are off a mirror.
     """
     mesh = system.meshes[body]
-    faces = mesh.boundary[~symmetric(system.problem, body, mesh, mesh.boundary)]
+    faces = mesh.boundary[~symmetric(system, body, mesh.boundary)]
     faces = (faces if isinstance(mesh, BrickMesh) else segments(faces)) + system.offsets[body]
     off = mirror.distance(x[faces]) > NEGLIGIBLE * system.length
     return np.asarray(faces[off.all(axis=1)])

@@ -12,7 +12,7 @@ from prensa.contact.masters import Seen
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
 from prensa.precision import SMALLEST
-from prensa.system.contact_surfaces import always_held
+from prensa.system.held import held
 from prensa.system.moments import Moment, moments
 from prensa.system.system import System
 from prensa.types import Array
@@ -74,7 +74,7 @@ def opening(system: System, body: str, across: Array, wide: dict[int, Array]) ->
 
     Its section is made smaller as a whole, about what does not move, until no node is inside a tool. ``wide``: its `spread`.
     """
-    if (always_held(system.problem, body, system.meshes[body]) @ across > 0.0).any():
+    if held(system, body).along(across).any():
         return None  # it stands
     reach = np.zeros_like(system.X)
     for axis, places in wide.items():
@@ -156,12 +156,12 @@ def spread(system: System, body: str, across: Array) -> dict[int, Array]:
     From a flat side that supports hold, else from the middle; axes along which they hold two are left out.
     """
     mesh = system.meshes[body]
-    X, held, out = mesh.points, always_held(system.problem, body, mesh), dict[int, Array]()
+    X, holds, out = mesh.points, held(system, body).flags, dict[int, Array]()
     for a in range(X.shape[1]):
         ends = [X[:, a].min(), X[:, a].max()]
         near = [np.abs(X[:, a] - end) <= NO_DIFFERENCE * np.ptp(ends) for end in ends]
         sides = [mesh.boundary[there[mesh.boundary].all(axis=1)] for there in near]
-        fixed = [len(side) > 0 and bool(held[side, a].all()) for side in sides]
+        fixed = [len(side) > 0 and bool(holds[side, a].all()) for side in sides]
         if abs(across[a]) < ALONG and not all(fixed):
             out[a] = X[:, a] - (ends[fixed.index(True)] if any(fixed) else 0.5 * sum(ends))
     return out

@@ -21,10 +21,10 @@ from prensa.model.until import ToolForce
 from prensa.policy import Policy
 from prensa.precision import NEGLIGIBLE
 from prensa.system.bending import Thickness, gaps_across
-from prensa.system.contact_surfaces import always_held
+from prensa.system.held import Held, held
 from prensa.system.moments import Moment, moments
 from prensa.system.system import System
-from prensa.types import Array, Flags, Index
+from prensa.types import Array, Index
 
 
 class Upset(NamedTuple):
@@ -94,9 +94,9 @@ _BY_A_FACE = "where it flows past metal that stands before a face across its way
 def upset(system: System, body: str) -> Upset | None:
     """The strip through a body that tools press together most, by known motions or by force; None if they press none."""
     mesh = system.meshes[body]
-    held, most = always_held(system.problem, body, mesh), None
+    holds, most = held(system, body), None
     strains = _strains_of_forces(system, body)
-    for t in Thickness.all_of(mesh, held):
+    for t in Thickness.all_of(mesh, holds):
         shares = np.exp(-strains)[:, np.abs(t.across).argmax(axis=1)]
         for moment in moments(system) if len(t.size) else ():
             gaps, contacts = _gaps(system, body, t, moment, np.nan_to_num((shares - 1.0) * t.size, nan=np.inf))
@@ -104,7 +104,7 @@ def upset(system: System, body: str) -> Upset | None:
             left = np.where((contacts >= 0).any(axis=1) & (left > 0.0), left, np.inf)
             k = int(np.argmin(left / t.size))
             if left[k] < t.size[k] and (most is None or left[k] * most.height < most.left * t.size[k]):
-                sticking = sum(_sticks(system, held[t.ends[k, end]], t.across[k], int(contacts[k, end])) for end in range(2))
+                sticking = sum(_sticks(system, holds, t.ends[k, end], t.across[k], int(contacts[k, end])) for end in range(2))
                 pressing = [system.tool_contacts[i] for i in contacts[k] if i >= 0]
                 depth = max(float(s.points.depth.max()) for s in pressing)
                 by_force = any(not moment.known[system.tool_masters[s.against].number] for s in pressing)
@@ -163,10 +163,10 @@ def _forces(step: Step) -> tuple[Mapping[str, Push | ToolForce], ...]:
     return (step.push, step.until.force) if step.until is not None else (step.push,)
 
 
-def _sticks(system: System, held: Flags, across: Array, contact: int) -> bool:
-    """Whether friction of a contact, or else a support of nodes with ``held`` (a, d), acts along the end of a strip."""
+def _sticks(system: System, holds: Held, end: Index, across: Array, contact: int) -> bool:
+    """Whether friction of a contact, or else a support of all of its nodes ``end`` (a,), acts along the end of a strip."""
     if contact < 0:
-        return bool((held.all(axis=0) & (np.abs(across) < TOWARDS)).any())
+        return bool((holds.flags[end].all(axis=0) & (np.abs(holds.ways @ across) < TOWARDS)).any())
     law = system.tool_contacts[contact].description.friction or system.problem.friction
     return law is not None and not law.frictionless
 

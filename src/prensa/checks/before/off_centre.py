@@ -17,7 +17,7 @@ from prensa.geometry.reflections import Plane, axis_plane
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
 from prensa.precision import NEGLIGIBLE
-from prensa.system.contact_surfaces import symmetry_planes
+from prensa.system.held import symmetry_planes
 from prensa.system.system import System
 from prensa.tools.convex import Convex
 from prensa.tools.shapes.pyramid import Pyramid
@@ -72,7 +72,7 @@ def off_centre(system: System) -> Iterator[Finding]:
     if system.dofs.dimension == 3:
         planes = [
             Wall.of(plane, system, body)
-            for body, mesh in system.meshes.items() if body not in walls for plane in symmetry_planes(p, body, mesh)
+            for body in system.meshes if body not in walls for plane in symmetry_planes(system, body)
         ]  # fmt: skip
         yield from overlaps(system, planes)
         return
@@ -226,7 +226,7 @@ def _crossings(system: System, walls: set[str]) -> Iterator[Crossing]:
         if system.axisymmetric:
             lines: list[tuple[Plane, str | None]] = [(axis_plane(0, 0.0, 2), None)]
         else:
-            lines = [(line, s.body) for line in symmetry_planes(p, s.body, system.meshes[s.body])]
+            lines = [(line, s.body) for line in symmetry_planes(system, s.body)]
         for line, body in lines:
             middle = _beside_line(system, master, line, at)
             if middle is not None:
