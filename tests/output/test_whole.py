@@ -13,11 +13,10 @@ import pytest
 import prensa as pr
 from prensa.errors import PreflightError
 from prensa.geometry.reflections import NoWhole, Plane, chamber, distinct, group
+from prensa.model.problem import Case
 from prensa.model.schema import loads
 from prensa.output import answer
 from prensa.output.scene import scene
-from prensa.model.problem import Case
-from prensa.model.press import use_of
 from prensa.output.whole import Share, images_of, mirror_findings, of_whole, part_of_whole, shares_of
 
 SPACE = """
@@ -352,7 +351,8 @@ def moving(text: str, values: dict[str, list[float]]) -> str:
     """A case whose die, with friction, moves and turns as the last rows of its columns say."""
     ways = {c.removeprefix("u"): v[-1] for c, v in values.items() if c[0] in "ur"}
     by = ", ".join(f"{axis}: {way}" for axis, way in ways.items())
-    return text.replace("move: {die: {y: -0.01}}", f"by: {{die: {{{by}}}}}").replace("against: die}", "against: die, friction: {mu: 0.1}}")
+    text = text.replace("move: {die: {y: -0.01}}", f"by: {{die: {{{by}}}}}")
+    return text.replace("against: die}", "against: die, friction: {mu: 0.1}}")
 
 
 def test_a_tool_of_a_sector_that_moves_outwards_is_one_with_an_image() -> None:

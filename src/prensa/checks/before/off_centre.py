@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.before.mirrored_tools import OFF_LINE, Meeting, Wall, ends, meetings
+from prensa.checks.before.mirrored_tools import OFF_LINE, Meeting, Wall, goes_on, meetings
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.contact.masters import RigidMaster
 from prensa.errors import Finding, Severity, along
@@ -153,7 +153,8 @@ def _stands(system: System, m: Meeting, named: bool, normals: Sequence[Array]) -
         return None
     if middle is None and m.unlike is None:
         return None
-    severity = Severity.REFUSE if named and m.reaches and (ends(m) or (m.unlike is not None and m.unlike.adds)) else Severity.WARN
+    sure = m.reaches and (m.unlike is None or m.unlike.adds or not goes_on(m.master))
+    severity = Severity.REFUSE if named and sure else Severity.WARN
     if middle is not None:
         across, axis = middle.half - abs(middle.off), int(np.argmax(np.abs(n)))
         place = float(n[axis]) * (m.wall.plane.place + middle.off)
