@@ -236,14 +236,6 @@ def ends(m: Meeting) -> bool:
     return bool(0.0 < shape.extent < np.inf) and not shape.cavity and not endless
 
 
-def goes_on(master: RigidMaster) -> bool:
-    """Whether a surface goes on straight beyond what is drawn of it, so that one face of a groove cannot be drawn otherwise."""
-    shape, own = master.shape, master.tool.description
-    if own.type == "extruded":
-        return shape.half_space or not shape.extent
-    return shape.half_space or not getattr(getattr(shape, "surface", None), "closed", True)
-
-
 def drawn(master: RigidMaster, system: System, u: Array) -> Array:
     """Points (k, 3) of the surface of a tool as it is drawn, where it is at u (ndof,)."""
     points, _ = master.tool.description.facets(master.tool.direction, system.length)

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.before.mirrored_tools import OFF_LINE, Meeting, Wall, goes_on, meetings
+from prensa.checks.before.mirrored_tools import OFF_LINE, Meeting, Wall, meetings
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.contact.masters import RigidMaster
-from prensa.errors import Finding, Severity, along
+from prensa.errors import Finding, Severity
 from prensa.geometry.reflections import Plane, axis_plane
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
 from prensa.precision import NEGLIGIBLE
 from prensa.system.held import symmetry_planes
 from prensa.system.system import System
-from prensa.tools.convex import Convex
-from prensa.tools.shapes.pyramid import Pyramid
-from prensa.tools.tool import rotation_of
 from prensa.types import Array, Index
 
 TWO = "with its mirror image there would be two tools that overlap"
@@ -153,7 +149,7 @@ def _stands(system: System, m: Meeting, named: bool, normals: Sequence[Array]) -
         return None
     if middle is None and m.unlike is None:
         return None
-    sure = m.reaches and (m.unlike is None or m.unlike.adds or not goes_on(m.master))
+    sure = m.reaches and (m.unlike is None or m.unlike.adds or not m.master.tool.description.goes_on(m.master.shape))
     severity = Severity.REFUSE if named and sure else Severity.WARN
     if middle is not None:
         across, axis = middle.half - abs(middle.off), int(np.argmax(np.abs(n)))
@@ -168,14 +164,11 @@ def _stands(system: System, m: Meeting, named: bool, normals: Sequence[Array]) -
             tool=name,
         )
     assert m.unlike is not None
-    turn = _turn(m.master, normals)
-    remedy = f"turn it by {turn}, or " if turn else ""
-    if m.master.shape.half_space:
-        remedy = "let its 'normal' lie along the plane, draw both of its faces as one tool, or "
+    remedy = m.master.tool.description.into_image(m.master.shape, normals, OFF_LINE)
     return Overlap(
         f"tools.{name}" if m.since is None else f"steps.{m.since}",
         f"{'it' if m.since is None else f'tool {name!r}'} reaches across {_plane(m)}, and is not its own mirror image there (off "
-        f"by {m.unlike.off:.3g} near the bodies): {TWO}; {remedy}{_otherwise(m, named)}",
+        f"by {m.unlike.off:.3g} near the bodies): {TWO}; {f'{remedy}, or ' if remedy else ''}{_otherwise(m, named)}",
         severity,
         tool=name,
     )
@@ -192,26 +185,6 @@ def _otherwise(m: Meeting, named: bool) -> str:
     if not named:
         return f"model the whole{_no_symmetry(m.wall.body or '', 'plane')}"
     return f"model the whole, without {m.wall.plane.name!r} in 'mirror'"
-
-
-def _turn(master: RigidMaster, normals: Sequence[Array]) -> str:
-    """The least angle about its axis by which a regular pyramid becomes its own image across planes with normals (3,)."""
-    own = master.tool.description
-    if not isinstance(own, Pyramid) or not isinstance(master.shape, Convex):
-        return ""
-    axis = rotation_of(own.turn) @ np.array([0.0, 1.0, 0.0])
-    faces = len(master.shape.normals)
-    face, part, angles = master.shape.normals[0], math.pi / faces, []
-    for n in normals:
-        if abs(axis @ n) > OFF_LINE:
-            return ""
-        flat = face - (face @ axis) * axis
-        angle = math.atan2(float(axis @ np.cross(flat, n)), float(flat @ n))  # from the face to the plane's normal
-        angle += 0.5 * math.pi * (faces % 2)  # opposite a face is an edge: planes of symmetry go through faces
-        angles.append(angle - part * round(angle / part))
-    if not angles or max(abs(math.remainder(angle - angles[0], part)) for angle in angles) > OFF_LINE:
-        return ""
-    return f"{math.degrees(angles[0]):.4g}° about {along(axis)} ('turn')"
 
 
 # ------------------------------------------------------------------------------------------------------ places of the middle
