@@ -162,7 +162,8 @@ def _follow(
     m._gone |= goes or (before is not None and not m.reaches)
     if m.reaches and not m._gone and not len(loose):
         return
-    touches = not now.known[m.master.number] or seen().touches or (goes and then().touches)
+    lost = not now.known[m.master.number] and bool(free[:, :3].any())  # where forces take it is not known
+    touches = lost or seen().touches or (goes and then().touches)
     m.touched |= touches
     for w in (way, *free):
         m.ways[int(touches)] |= _kinds(w, n)
