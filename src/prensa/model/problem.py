@@ -528,6 +528,8 @@ class Problem:
 
     stated: ClassVar[frozenset[str]] = frozenset()
     """Fields that the script or the file which described it names; the others have their defaults."""
+    mirrored: ClassVar[tuple[str, ...]] = ()
+    """Sides that the output of its case names as planes of symmetry."""
     contacts_filled_in: ClassVar[bool] = False
     """Whether ``contacts`` was left out, and all tools may touch all bodies."""
 
@@ -554,6 +556,12 @@ class Problem:
         made = copy(self)
         bodies = {name: replace(b, element=chosen.get(name, b.element)) for name, b in self.bodies.items()}
         object.__setattr__(made, "bodies", bodies)
+        return made
+
+    def with_mirrored(self, sides: tuple[str, ...]) -> Problem:
+        """The same problem, of whose sides its case names these as planes of symmetry."""
+        made = copy(self)
+        object.__setattr__(made, "mirrored", sides)
         return made
 
     @model_validator(mode="after")
@@ -735,6 +743,8 @@ class Case:
 
         if findings := tuple(self._findings()):
             raise FindingsError(findings)
+        if self.problem.mirrored != self.output.mirror:
+            object.__setattr__(self, "problem", self.problem.with_mirrored(self.output.mirror))
         return self
 
     def _findings(self) -> Iterator[Finding]:
