@@ -322,8 +322,9 @@ SPATIAL_AXES = ("x", "y", "z")
 class Fixed:
     """Support of a boundary along ``x``, ``y`` and in space ``z``: ``held``, a displacement, a table of it, or none.
 
-    ``normal: held`` holds a flat side in space along its normal, whatever the axes, in all steps: a plane of symmetry of a
-    sector. ``free`` releases what earlier entries prescribed there: its force goes linearly to zero over the step.
+    ``normal: held``, of the problem or its first step, holds a flat side in space along its normal, whatever the axes, in all
+    steps: a plane of symmetry of a sector. ``free`` releases what earlier entries prescribed there: its force goes linearly to
+    zero over the step.
     """
 
     x: SupportValue | None = None

@@ -14,7 +14,7 @@ import numpy as np
 from prensa.errors import Finding, PrensaError, Severity
 from prensa.geometry.reflections import NoWhole, Plane, chamber, distinct, group, kept_by
 from prensa.model.press import drives
-from prensa.model.problem import Case, Problem, tools_removed
+from prensa.model.problem import Case, Problem, support_names, tools_removed
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.system.held import held, held_along
 from prensa.system.mirrored_sides import ENDS, Side, named_sides, plane_of, sides_in
@@ -161,7 +161,7 @@ def part_of_whole(system: System, case: Case) -> str:
 
 def _held_sides(system: System) -> Iterator[Plane]:
     """Planes of flat sides that supports hold along the normal in all steps, not all of them along themselves."""
-    for name in system.problem.fixed:
+    for name in support_names(system.problem):
         body, _, side = name.partition(".")
         mesh = system.meshes[body]
         if side not in mesh.edges:
