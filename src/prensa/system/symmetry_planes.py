@@ -177,7 +177,7 @@ def _watched(system: System, mirrors: Sequence[Mirror], u: Array) -> list[Watche
     x, watched = system.positions(u), []
     for mirror in mirrors:
         for body in mirror.bodies:
-            off, on = _free(system, mirror, body, x)
+            off, on = free_faces(system, mirror, body, x)
             for faces, within, least in ((off, WITHIN, NEAR), (on, 0.0, -DRAWN)):
                 if not len(faces):
                     continue
@@ -245,7 +245,7 @@ def _stands(system: System, body: str, mirror: Mirror, tools: int) -> bool:
     return False
 
 
-def _free(system: System, mirror: Mirror, body: str, x: Array) -> tuple[Index, Index]:
+def free_faces(system: System, mirror: Mirror, body: str, x: Array) -> tuple[Index, Index]:
     """Faces (k, 4 | 6) of a body's boundary that no support holds along their normals, in the plane edges (k, 2).
 
     First those all nodes of which are off a mirror, then those which have all of them on it.
