@@ -124,6 +124,8 @@ def test_a_smooth_flat_tool_at_rest_guides_a_plane_of_symmetry() -> None:
     assert "tool 'wall' presses 'b' at their left side" in found(text.replace("WALL", wall).replace("MU", "0.1"))[0]
     moved = text.replace("WALL", wall).replace("MU", "0").replace("-0.01}}", "-0.01}, wall: {x: 0.01}}")
     assert "tool 'wall' presses" in found(moved)[0]
+    gone = text.replace("WALL", wall).replace("MU", "0").replace("y: -0.01}}}]", "y: -0.01}}}, {name: off, remove_tools: true}]")
+    assert "tool 'wall' presses" in found(gone)[0]
 
 
 def test_the_bodies_lie_on_one_side_of_a_plane_of_symmetry() -> None:
@@ -315,8 +317,37 @@ def test_what_may_be_a_part_is_said(fixed: str, moved: str, names: str) -> None:
     case = loads(text.replace("output: {mirror: [left]}\n", ""))
     said = part_of_whole(pr.discretise(case.problem), case)
     assert names in said and bool(said) == bool(names)
-    again = loads(text)
-    assert not part_of_whole(pr.discretise(again.problem), again)
+    again = loads(text)  # which names 'left'
+    beside = part_of_whole(pr.discretise(again.problem), again)
+    others = [name for name in names.split(" and ") if name not in ("", "'b.left'")]
+    assert all(n in beside for n in others) and bool(beside) == bool(others)
+    assert not others or "across 'left' alone" in beside
+
+
+@pytest.mark.parametrize(("mirror", "words"), [("[left]", "mirror: [left, b.back]"), ("[left, back]", ""), ("[]", "")])
+def test_what_may_be_a_part_is_said_beside_a_press(mirror: str, words: str) -> None:
+    """Of planes that the press does not name either; one that says there are none is believed."""
+    text = SPACE.replace("touching: b.top", f"touching: b.top, press: {{capacity: 3 kN, mirror: {mirror}}}")
+    case = loads(text.replace("output: {mirror: [left]}\n", ""))
+    said = part_of_whole(pr.discretise(case.problem), case)
+    assert words in said and bool(said) == bool(words)
+
+
+@pytest.mark.parametrize("text", [SPACE, PLANE])
+def test_other_bodies_in_the_plane_of_a_side_are_held_too(text: str) -> None:
+    """A body that is tied to the one whose side is named, and whose own side in that plane nothing holds."""
+    one, two = ("[2, 1, 2]", "[0, -1, 0]") if "solid" in text else ("[2, 1]", "[0, -1]")
+    mesh = text[text.index("mesh: {type"): text.index(", material")]
+    lower = mesh.replace(f"size: {one}", f"size: {one}, origin: {two}")
+    text = text.replace("{b:", f"{{c: {{{lower}, material: {{type: elastic, E: 1000, nu: 0.3}}}}, b:")
+    text = text.replace("b.bottom: y", "c.bottom: y").replace("[left]", "[b.left]")
+    text = text.replace("tools:", "ties: [{slave: c.top, master: b.bottom}]\ntools:")
+    if "solid" in text:
+        text = text.replace("b.back: z", "b.back: z, c.back: z")
+    (said,) = found(text)
+    assert "nothing holds 'c' along x all over what lies in the plane of 'b.left' in every step" in said
+    assert "hold it in 'fixed', or leave 'b.left' out" in said
+    assert not found(text.replace("b.left: x", "b.left: x, c.left: x"))
 
 
 def columns(tool: str, **values: list[float]) -> dict[str, np.ndarray]:

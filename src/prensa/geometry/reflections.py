@@ -61,6 +61,12 @@ class Plane(NamedTuple):
         return not abs(self.place - other.place) > near and bool(angle <= turned)
 
 
+def upright(plane: Plane) -> Plane:
+    """The same plane with the one of its two normals whose largest component is positive, and without a name."""
+    sign = 1.0 if max(plane.normal, key=abs) > 0.0 else -1.0
+    return Plane(tuple(sign * n + 0.0 for n in plane.normal), sign * plane.place + 0.0)
+
+
 def axis_plane(axis: int, place: float, dimension: int) -> Plane:
     """The plane across an axis at a coordinate, its normal along the axis."""
     return Plane(tuple(1.0 if k == axis else 0.0 for k in range(dimension)), place)

@@ -8,7 +8,7 @@ those across planes along its way go the same way.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,15 +19,14 @@ from prensa.checks.before.preflight import preflight
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding, PrensaError, Severity
 from prensa.geometry.reflections import NoWhole, Plane, chamber, distinct, group
-from prensa.mesh.mesh import Mesh
 from prensa.model.press import drives
-from prensa.model.problem import Case, Problem
-from prensa.output.mirrors import ENDS, plane_of
+from prensa.model.problem import Case, Problem, support_names, tools_removed
 from prensa.precision import DRAWN
 from prensa.system.held import held, held_along
+from prensa.system.mirrored_sides import ENDS, Side, named_sides, plane_of, sides_in
 from prensa.system.moments import Moment, moments, stages
 from prensa.system.system import System
-from prensa.types import Array, Index
+from prensa.types import Array
 
 
 # ---------------------------------------------------------------------------------------------------- planes of symmetry
@@ -84,31 +83,10 @@ def no_planes(system: System, sides: Sequence[str]) -> Iterator[str]:
             yield f"{error}; leave one out, or model another part"
 
 
-class _Side(NamedTuple):
-    """Faces (k, a) of a body's outline that lie in a plane."""
-
-    body: str
-    mesh: Mesh
-    faces: Index
-
-
-def _sides(meshes: Mapping[str, Mesh], plane: Plane) -> list[_Side]:
-    """What lies in a plane: of an end all outlines, of a side it alone."""
-    size = max(float(np.ptp(mesh.points, axis=0).max()) for mesh in meshes.values())
-    body, _, side = plane.name.partition(".")
-    found = []
-    for name, mesh in meshes.items():
-        if not side or name == body:
-            faces = mesh.edges[side] if side else mesh.boundary
-            on = np.abs(plane.distance(mesh.points)) <= DRAWN * size
-            found.append(_Side(name, mesh, faces[on[faces].all(axis=1)]))
-    return [s for s in found if len(s.faces)]
-
-
 def _no_plane(system: System, plane: Plane) -> str:
     """Why a plane through a side is none of symmetry; empty if it is one."""
     side = f"'{plane.name}'" if "." in plane.name else f"their {plane.name} side"
-    found = _sides(system.meshes, plane)
+    found = sides_in(system.meshes, plane)
     if not found:
         return f"the bodies have no flat side at their {plane.name}, so that it is no plane of symmetry; name a flat one, or none"
     beyond = -float(plane.distance(system.X).min())
@@ -122,16 +100,19 @@ def _no_plane(system: System, plane: Plane) -> str:
         return ""
     way = "xyz"[plane.axis] if plane.axis is not None else "its normal"
     bodies = " and ".join(repr(s.body) for s in loose)
+    owner = plane.name.partition(".")[0]
+    if "." in plane.name and all(s.body != owner for s in loose):
+        side = f"what lies in the plane of {side}"
     effect = "it is no plane of symmetry, but forces of the whole part would count what is modelled twice for it"
     if pressing := [t for s in loose for t in _pressing(system, plane, s)]:
         return f"tool {pressing[0]!r} presses {bodies} at {side}, so that {effect}; leave {plane.name!r} out"
     support = f"{plane.name}: {way if plane.axis is not None else 'normal'}"
-    hold = f"give 'fixed' '{support}'" if "." in plane.name else "hold it in 'fixed'"
+    hold = f"give 'fixed' '{support}'" if any(s.body == owner for s in loose) else "hold it in 'fixed'"
     what = f"nothing holds {bodies} along {way} all over {side} in every step"
     return f"{what}, so that {effect}; {hold}, or leave {plane.name!r} out"
 
 
-def _pressing(system: System, plane: Plane, side: _Side) -> list[str]:
+def _pressing(system: System, plane: Plane, side: Side) -> list[str]:
     """Tools that touch faces of a side, their normals along that of its plane."""
     nodes, u = np.unique(side.faces) + system.offsets[side.body], system.initial().u
     found = []
@@ -144,7 +125,7 @@ def _pressing(system: System, plane: Plane, side: _Side) -> list[str]:
     return found
 
 
-def _guided(system: System, plane: Plane, loose: Sequence[_Side]) -> bool:
+def _guided(system: System, plane: Plane, loose: Sequence[Side]) -> bool:
     """Whether flat, smooth tools that stand still in a plane guide all that no support holds there."""
     guides = set()
     for name, master in system.tool_masters.items():
@@ -161,19 +142,21 @@ def _guided(system: System, plane: Plane, loose: Sequence[_Side]) -> bool:
 
 def _still(problem: Problem, tool: str) -> bool:
     ways = ("x", "y", "z", "rx", "ry", "rz", "m", "mx", "my", "mz")
+    if tools_removed(problem, len(problem.steps) - 1):  # after which it guides nothing
+        return False
     return problem.tools[tool].spring is None and not any(drives(step, tool, way) for step in problem.steps for way in ways)
 
 
 # ------------------------------------------------------------------------------------------------- what may be a part
 def part_of_whole(system: System, case: Case) -> str:
-    """A sentence about a part in space whose forces are those of what is modelled, since no plane of symmetry is named.
+    """A sentence about a part in space whose forces are not those of the whole, since not all planes of symmetry are named.
 
-    Flat sides that are held along their normal, and not along themselves, may be planes of symmetry; of one along which a tool
-    moves the whole has other forces. Empty where there is none, or where ``mirror`` says what the whole is.
+    Flat sides that are held along their normal, and not along themselves, may be planes of symmetry beside those that the case
+    names; of one along which a tool moves the whole has other forces. Empty where there is none, where the images across them
+    make no whole, or where a press says that there are none.
     """
     p = system.problem
-    said = case.output.mirror or any(t.press is not None and t.press.mirror is not None for t in p.tools.values())
-    if p.space != "solid" or said:
+    if p.space != "solid" or any(t.press is not None and t.press.mirror == () for t in p.tools.values()):
         return ""
     ways = [np.eye(3)[k] for k in range(3) if any(drives(s, t, "xyz"[k]) for s in p.steps for t in p.tools)]
     turns = [np.eye(3)[k] for k in range(3) if any(drives(s, t, f"r{'xyz'[k]}") for s in p.steps for t in p.tools)]
@@ -182,25 +165,28 @@ def part_of_whole(system: System, case: Case) -> str:
         n = np.asarray(plane.normal)
         if any(abs(n @ w) <= DRAWN for w in ways) or any(abs(n @ w) >= 1.0 - DRAWN for w in turns):
             planes.append(plane)
-    planes = distinct(planes, DRAWN * system.length)
+    given = named_sides(p)
     try:
-        chamber(planes)
-    except NoWhole:
+        known = distinct([plane_of(p, side, system.X, system.meshes) for side in given], DRAWN * system.length)
+        found = distinct([*known, *planes], DRAWN * system.length)
+        chamber(found)
+    except PrensaError:
         return ""
-    names = [p.name for p in planes]
+    names = [plane.name for plane in found[len(known) :]]
     if not names:
         return ""
     several = len(names) > 1
+    what = f"of the whole across {' and '.join(map(repr, given))} alone" if given else "those of what is modelled"
     return (
-        f"forces are those of what is modelled: {' and '.join(map(repr, names))} {'are' if several else 'is'} held along "
+        f"forces are {what}: {' and '.join(map(repr, names))} {'are' if several else 'is'} held along "
         f"{'their normals' if several else 'its normal'}; if {'these are planes' if several else 'that is a plane'} of symmetry, "
-        f"'output: {{mirror: [{', '.join(names)}]}}' states those of the whole"
+        f"'output: {{mirror: [{', '.join([*given, *names])}]}}' states those of the whole"
     )
 
 
 def _held_sides(system: System) -> Iterator[Plane]:
     """Planes of flat sides that supports hold along the normal in all steps, not all of them along themselves."""
-    for name in system.problem.fixed:
+    for name in support_names(system.problem):
         body, _, side = name.partition(".")
         mesh = system.meshes[body]
         if side not in mesh.edges:

@@ -142,8 +142,8 @@ def symmetry_planes(bodies: Bodies, body: str) -> list[Plane]:
         if any(plane.same(known, near) for known in out):
             continue
         there = faces[(np.abs(plane.distance(x)) <= near).all(axis=1)]
-        partly = np.abs(plane.normal) < 1.0 - NEGLIGIBLE  # an axis inclined to it is partly along it
-        along = along_axes[there][..., partly].all(axis=1) & itself[there][..., partly].any(axis=1)
+        beside = np.abs(plane.normal) < 1.0 - NEGLIGIBLE  # an axis inclined to it is partly along it
+        along = along_axes[there][..., beside].all(axis=1) & itself[there][..., beside].any(axis=1)
         if held_along(bodies, body, np.array(plane.normal), axis=False)[there].all() and not along.any():
             out.append(plane)
     return out

@@ -143,6 +143,8 @@ def _strains_of_forces(system: System, body: str) -> Array:
     strains = np.linspace(0.0, -np.log(NEGLIGIBLE), 1001)  # to where nothing is left; larger forces press as far
     flows = stress_at(flow, strains, np.zeros_like(strains))
     volume = enclosed_volume(mesh.points, mesh.boundary)
+    parts = next(b.volume for b in system.blocks if b.body == body).sum(axis=1)
+    parts = parts / parts.sum()
     for i, s in enumerate(system.tool_contacts):
         for a, key in enumerate("xyz") if s.body == body else ():
             given = [getattr(forces[s.against], key) for step in p.steps for forces in _forces(step) if s.against in forces]
@@ -150,8 +152,8 @@ def _strains_of_forces(system: System, body: str) -> Array:
             if tables:
                 most = max(abs(force) for table in tables for _, force in table)
                 height, wide = float(np.ptp(mesh.points[:, a])), spread(system, body, np.eye(3)[a])
-                far = float(np.linalg.norm(list(wide.values()), axis=0).mean()) if wide else 0.0
-                law, m = s.description.friction or p.friction, max(len(wide), 1)
+                far = float(parts @ wide.distances[mesh.cells].mean(axis=1))
+                law, m = s.description.friction or p.friction, max(len(wide.ways), 1)
                 rubs = 0.0 if law is None else bounded(law, flows, np.zeros_like(flows), At(k=flows / np.sqrt(3.0)))[0]
                 rubs = np.minimum(rubs, flows / np.sqrt(3.0)) * far * np.exp((1.0 + 1.0 / m) * strains) / (m * height)
                 out[i, a] = np.interp(most * height / volume, (flows + rubs) * np.exp(strains), strains)
@@ -179,7 +181,7 @@ def sheared(system: System, body: str, u: Upset) -> float:
     is half of the shear at the end: u is parabolic between rough plates.
     """
     out = spread(system, body, u.across)
-    if not out or not u.sticking:
+    if not len(out.ways) or not u.sticking:
         return 0.0
-    wide = float(np.linalg.norm(list(out.values()), axis=0).max()) * ((u.height / u.left) ** (1.0 / len(out)) - 1.0)
+    wide = float(out.distances.max()) * ((u.height / u.left) ** (1.0 / len(out.ways)) - 1.0)
     return 2.0 * wide * u.sticking / u.left

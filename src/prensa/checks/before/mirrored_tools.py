@@ -74,15 +74,17 @@ class Meeting:
     """A tool at a plane of symmetry in a run.
 
     ``crosses``: whether it is drawn on both sides of the plane at the start; ``reaches``: whether it comes up to the plane (what
-    ends: on both sides; what has no end: where the bodies see it). ``unlike``: how it differs from its image, first in the step
-    ``since`` (None: at the start). ``moved``, ``free``: first step that moves it across the plane, or turns it about another axis
-    than the normal, or leaves it free to, while it touches. ``ways`` (2, 3): whether it goes anywhere, goes across the plane,
-    turns about another axis than the normal, or is free to: while it touches nothing, and while it touches, if it ``touched``.
+    ends: on both sides; what has no end: where the bodies see it), ``began``: at the start. ``unlike``: how it differs from its
+    image, first in the step ``since`` (None: at the start). ``moved``, ``free``: first step that moves it across the plane, or
+    turns it about another axis than the normal, or leaves it free to, while it touches. ``ways`` (2, 3): whether it goes anywhere,
+    goes across the plane, turns about another axis than the normal, or is free to: while it touches nothing, and while it touches,
+    if it ``touched``.
     """
 
     master: RigidMaster
     wall: Wall
     crosses: bool = False
+    began: bool = False
     reaches: bool = False
     unlike: Unlike | None = None
     since: int | None = None
@@ -157,7 +159,7 @@ def _follow(
     goes, loose = _goes_across(way, n), np.array([w for w in free if _goes_across(w, n)]).reshape(-1, 6)
     if before is None:
         m.crosses = _both_sides(m, system, now.u)
-        m.reaches = (m.crosses and ends(m)) or _sees_plane(m.wall, seen(), system)
+        m.began = m.reaches = (m.crosses and ends(m)) or _sees_plane(m.wall, seen(), system)
         m.unlike = unlike(m, system, now.u, seen()) if m.crosses or m.reaches else None
     m._gone |= goes or (before is not None and not m.reaches)
     if m.reaches and not m._gone and not len(loose):

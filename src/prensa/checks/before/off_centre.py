@@ -112,7 +112,8 @@ def overlaps(
     reported: set[str] = set()
     met = meetings(system, walls, tools)
     for m in met:
-        if m.master.name in reported:
+        came = m.moved is not None and not m.began  # as a tool that passes a wall does
+        if m.master.name in reported or (came and not named):
             continue
         normals = [np.asarray(o.wall.plane.normal) for o in met if o.master is m.master and o.reaches]
         found = _moves(m, named) if m.across is not None else _stands(system, m, named, normals)
