@@ -76,9 +76,9 @@ class Meeting:
     ``crosses``: whether it is drawn on both sides of the plane at the start; ``reaches``: whether it comes up to the plane (what
     ends: on both sides; what has no end: where the bodies see it), ``began``: at the start. ``unlike``: how it differs from its
     image, first in the step ``since`` (None: at the start). ``moved``, ``free``: first step that moves it across the plane, or
-    turns it about another axis than the normal, or leaves it free to, while it touches. ``ways`` (2, 3): whether it goes anywhere,
-    goes across the plane, turns about another axis than the normal, or is free to: while it touches nothing, and while it touches,
-    if it ``touched``.
+    turns it about another axis than the normal, or leaves it free to, while it touches. ``ways`` (2, 3): whether it goes
+    anywhere, goes across the plane, turns about another axis than the normal, or is free to: while it touches
+    nothing, and while it does, if it ``touched``.
     """
 
     master: RigidMaster
