@@ -64,6 +64,7 @@ PROBLEMS = {
     "one node for two": tied(3, 1, a_bottom="y", a_left="x"),
     "led by others": tied(3, 2, a_top="y", b_left="x"),
     "led by others in the plane": tied(2, 2, a_top="y", b_left="x"),
+    "all of it": tied(3, 1, a_bottom="xyz", a_top="xyz", b_top="xyz", b_left="xyz", b_right="xyz"),
     "sector": sector(),
     "sector, moved where sides meet": sector(pr.Step("one", fixed={"b.top": {"x": 0.1, "z": 0.2}})),
 }  # fmt: skip

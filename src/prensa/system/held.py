@@ -29,12 +29,15 @@ NO_ANGLE = float(np.sqrt(2.0 * NEGLIGIBLE))  # angle whose cosine is 1 but for w
 def _still(bodies: Bodies) -> Flags:
     """Components (n d,) of the nodes that supports prescribe to stay where they were made, in each step."""
     steps = range(len(bodies.problem.steps)) or (-1,)
-    start, field = np.zeros(bodies.dofs.displacement.size), bodies.dofs.displacement
+    field = bodies.dofs.displacement
+    start = np.zeros(field.size)
     out = np.asarray(np.abs(bodies.displaced).ravel() <= NEGLIGIBLE * bodies.length)
     for number in steps:
         groups = [g for g in support_groups(bodies, number, start, Ends(None)) if g.support is not None]
-        still = [g.dofs for g in groups if g.amplitude is None or not np.any(g.amplitude.values)]
-        out &= np.isin(np.arange(field.size), np.concatenate([np.zeros(0, dtype=np.int64), *still]))
+        still = np.zeros(field.size, dtype=bool)
+        for g in groups:
+            still[g.dofs] = g.amplitude is None or not np.any(g.amplitude.values)
+        out &= still
     return out
 
 
@@ -58,7 +61,7 @@ def held_along(bodies: Bodies, body: str, normal: Array, axis: bool = True) -> F
     out = np.ones(own.stop - own.start, dtype=bool)
     for matrix in follows:
         along = sum(float(normal[c]) * matrix[c::d] for c in range(d))
-        out &= np.asarray(abs(along).max(axis=1).todense()).ravel() <= NO_ANGLE
+        out &= np.asarray(abs(along).sum(axis=1)).ravel() <= NO_ANGLE
     return out
 
 
