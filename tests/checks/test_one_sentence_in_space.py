@@ -81,14 +81,19 @@ def test_a_tool_that_slides_where_another_one_presses_is_no_mistake(tmp_path: Pa
 
 
 def test_forces_are_said_for_the_whole_part(tmp_path: Path) -> None:
-    """Of a quarter: what is pushed with 20 kN is a quarter of 80 kN; along the mirrors nothing is multiplied."""
-    text = CASE.replace("move: {ball: {y: -0.3}}", "push: {ball: {y: -20 kN, x: 1 kN}}, until: {force: {ball: {y: 10 kN}}}")
+    """Of a quarter: what is pushed with 20 kN is a quarter of 80 kN; a ball that is pushed along x too has the halves beside."""
+    text = CASE.replace("move: {ball: {y: -0.3}}", "push: {ball: {y: -20 kN}}, until: {force: {ball: {y: 10 kN}}}")
     _, _, out = said(tmp_path, text + "output: {mirror: [left, back]}\n")
     assert "step press: push y of ball is -20 kN on what is modelled, -80 kN on the whole part" in out
     assert "step press: until.force y of ball is 10 kN on what is modelled, 40 kN on the whole part" in out
-    assert "push x of ball is 1 kN on what is modelled, 2 kN on the whole part" in out
+    aside = text.replace("-20 kN}", "-20 kN, x: 1 kN}")
+    _, _, out = said(tmp_path, aside + "output: {mirror: [back]}\n")
+    for words in ("push y of ball is -20 kN on what is modelled, -40 kN", "push x of ball is 1 kN on what is modelled, 2 kN"):
+        assert f"step press: {words} on the whole part" in out
+    code, lines, _ = said(tmp_path, aside + "output: {mirror: [left, back]}\n")
+    assert code and "tool 'ball' reaches across the plane of symmetry 'left', x = 0, and is free to move" in lines[-1]
     assert "whole part" not in said(tmp_path, text)[2]
-    press = text.replace("push: {ball: {y: -20 kN, x: 1 kN}}", "move: {ball: {y: -0.3}}")
+    press = text.replace("push: {ball: {y: -20 kN}}", "move: {ball: {y: -0.3}}")
     press = press.replace("at: [0, 0, 0]}", "at: [0, 0, 0], press: {capacity: 400 kN, mirror: [left, back]}}")
     assert "until.force y of ball is 10 kN on what is modelled, 40 kN on the whole part" in said(tmp_path, press)[2]
 

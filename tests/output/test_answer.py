@@ -20,6 +20,7 @@ from prensa.output.progress import ProgressBar
 from prensa.output.report import read_summary, write_report
 from prensa.output.run import resume, run
 from prensa.output.runlog import Warnings
+from prensa.output.whole import shares_of
 from prensa.result.increment import Force, Place, Progress
 from stopped import stop_at
 
@@ -135,7 +136,7 @@ def test_in_axisymmetry_radial_forces_are_no_force(tmp_path):
     """A sum of radial forces over a ring, however large, is neither the answer nor the force of the progress bar."""
     case = pr.Case(problem("axisymmetric"))
     rows = table(ux=[0, 0], uy=[-1, -2], fx=[9e6, 0], fy=[10, -20])
-    (peak,) = answer.peaks(rows, case)
+    (peak,) = answer.peaks(rows, case, {})
     assert (peak.axis, peak.value, peak.travel) == ("y", -20, 2)
     file = io.StringIO()
     with ProgressBar(console=Console(file=file, width=200)) as bar:
@@ -166,9 +167,15 @@ def test_progress_shows_the_tool_that_moves(tmp_path):
 )  # fmt: skip
 def test_a_mirror_doubles_the_force_that_lies_along_it(mirror, columns, whole):
     """Of a half the press gives twice the force; two dies with a mirror between them press against each other, once."""
-    half = problem(tools={"punch": pr.Plane(touching="block.top", press=pr.Press(energy=1.0, mirror=mirror))})
-    for case in (pr.Case(problem(), output=Output(mirror=mirror)), pr.Case(half)):  # the output says it, or the press
-        (peak,) = answer.peaks(table(**columns), case)
+    way = {c.removeprefix("u"): v[-1] for c, v in columns.items() if c[0] == "u"}
+    steps = (pr.Step("press", by={"punch": pr.Motion(**way)}),)
+    cases = [pr.Case(problem(steps=steps), output=Output(mirror=mirror))]  # the output says it, or a press of one axis
+    if len(way) == 1:
+        punch = pr.Plane(touching="block.top", press=pr.Press(energy=1.0, mirror=mirror))
+        cases.append(pr.Case(problem(tools={"punch": punch}, steps=steps)))
+    for case in cases:
+        shares = shares_of(pr.discretise(case.problem), case)
+        (peak,) = answer.peaks(table(**columns), case, {tool: share._asdict() for tool, share in shares.items()})
         assert peak.whole == whole
         assert ("whole part: twice, 16 N" in answer.sentence(peak)) == (whole == 2)
 
@@ -179,10 +186,10 @@ def test_only_tools_that_move_are_named_and_turning_ones_have_a_moment():
     die |= {f"die.{c}": np.zeros(2) for c in ("ux", "uy", "rz", "mz")}
     tools = {"punch": pr.Plane(touching="block.top"), "die": pr.Plane(normal=(0, 1), at=(0, 0))}
     case = pr.Case(problem(tools=tools))
-    moved = answer.peaks(table(rz=[-0.1, -0.2], fx=[3, 3], fy=[4, 0], mz=[-7, 0]) | die, case)
+    moved = answer.peaks(table(rz=[-0.1, -0.2], fx=[3, 3], fy=[4, 0], mz=[-7, 0]) | die, case, {})
     assert [(p.tool, p.what, p.value, p.travel, p.travel_unit) for p in moved] == [
         ("punch", "force", 5.0, 0.1, "rad"), ("punch", "moment", -7.0, 0.1, "rad")]  # fmt: skip
-    at_rest = answer.peaks(table(fy=[60, 50]) | die, case)
+    at_rest = answer.peaks(table(fy=[60, 50]) | die, case, {})
     said = ["largest force of punch: 60 N at time 0.5", "largest force of die: 60 N at time 1"]
     assert [answer.sentence(p) for p in at_rest] == said
 

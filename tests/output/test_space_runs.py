@@ -32,7 +32,7 @@ fixed: {block.left: x, block.back: z, block.bottom: y}
 steps:
 - {name: press, move: {ball: {y: -0.3}}, increments: 3}
 - {name: drag, by: {ball: {z: 0.1}}, fixed: {block.bottom: xyz}, increments: 2}
-output: {mirror: [left, back]}
+output: {mirror: left}
 """
 
 
@@ -106,7 +106,7 @@ def test_the_stress_is_that_of_the_metal(ran):
 
 
 def test_summary_report_and_pictures(ran):
-    """The answer counts four quarters and is in newtons; three components; the report says the same; pictures are drawn."""
+    """The answer counts both halves and is in newtons; three components; the report says the same; pictures are drawn."""
     folder, _, solved = ran
     made = json.loads((folder / "summary.json").read_text())
     assert made["status"] == "completed"

@@ -13,10 +13,11 @@ import pytest
 import prensa as pr
 from prensa.errors import PreflightError
 from prensa.geometry.reflections import NoWhole, Plane, chamber, distinct, group
+from prensa.model.problem import Case
 from prensa.model.schema import loads
 from prensa.output import answer
 from prensa.output.scene import scene
-from prensa.output.whole import mirror_findings, of_whole, one_with, part_of_whole
+from prensa.output.whole import Share, images_of, mirror_findings, of_whole, part_of_whole, shares_of
 
 SPACE = """
 name: quarter
@@ -50,6 +51,16 @@ fixed: {ring.bottom: y, ring.base: z, ring.cap: normal}
 steps: [{name: press, move: {die: {y: -0.3}}, increments: 2}]
 output: {mirror: [ring.base, ring.cap], pictures: false, report: false}
 """
+
+
+def share(case: Case, tool: str = "die") -> Share:
+    """What a tool is in the whole."""
+    return shares_of(pr.discretise(case.problem), case)[tool]
+
+
+def own_images(case: Case) -> np.ndarray:
+    """Matrices (h, 3, 3) of the images with which the die is one."""
+    return images_of(case, "die", share(case).sides)
 
 
 def found(text: str) -> list[str]:
@@ -113,6 +124,8 @@ def test_a_smooth_flat_tool_at_rest_guides_a_plane_of_symmetry() -> None:
     assert "tool 'wall' presses 'b' at their left side" in found(text.replace("WALL", wall).replace("MU", "0.1"))[0]
     moved = text.replace("WALL", wall).replace("MU", "0").replace("-0.01}}", "-0.01}, wall: {x: 0.01}}")
     assert "tool 'wall' presses" in found(moved)[0]
+    gone = text.replace("WALL", wall).replace("MU", "0").replace("y: -0.01}}}]", "y: -0.01}}}, {name: off, remove_tools: true}]")
+    assert "tool 'wall' presses" in found(gone)[0]
 
 
 def test_the_bodies_lie_on_one_side_of_a_plane_of_symmetry() -> None:
@@ -228,11 +241,10 @@ def test_a_sector_has_its_share_of_half_a_ring(angle: int, n: int, order: int) -
     half = RING.replace("n: [2, 2, 4]", f"n: [2, 2, {n * order // 2}]").replace("60 deg", "180 deg")
     half = half.replace("ring.cap: normal", "ring.cap: z")
     part, more, case = last_force(text), last_force(half), loads(text)
-    y = np.array([[0.0, 1.0, 0.0]])
-    images = one_with(case, "die", y, y[:0])
+    images = own_images(case)
     assert len(images) == order
     whole = of_whole(images, part)
-    of_half = of_whole(one_with(loads(half.replace("ring.base, ring.cap", "back")), "die", y, y[:0]), more)
+    of_half = of_whole(own_images(loads(half.replace("ring.base, ring.cap", "back"))), more)
     assert abs(whole[1] - of_half[1]) < 1e-9 * abs(of_half[1])
     assert np.abs(whole[[0, 2]]).max() < 1e-12 * abs(whole[1]) and np.hypot(part[0], part[2]) > 1e-6 * abs(part[1])
     assert abs(of_half[2]) < 1e-12 * abs(whole[1])
@@ -267,8 +279,7 @@ def test_a_quarter_and_an_eighth_have_their_share_of_the_box(size: str, fixed: s
         part = part.replace("- {surface: b.bottom, against: table, friction: {mu: 0.2}}\n", "")
     whole = BOX.replace("fixed: {b.middle: xz}\n", "")
     a, b, case = last_force(part), last_force(whole), loads(part)
-    y = np.array([[0.0, 1.0, 0.0]])
-    images = one_with(case, "die", y, y[:0])
+    images = own_images(case)
     assert len(images) == order
     assert abs(of_whole(images, a)[1] - b[1]) < 1e-9 * abs(b[1])
 
@@ -306,8 +317,37 @@ def test_what_may_be_a_part_is_said(fixed: str, moved: str, names: str) -> None:
     case = loads(text.replace("output: {mirror: [left]}\n", ""))
     said = part_of_whole(pr.discretise(case.problem), case)
     assert names in said and bool(said) == bool(names)
-    again = loads(text)
-    assert not part_of_whole(pr.discretise(again.problem), again)
+    again = loads(text)  # which names 'left'
+    beside = part_of_whole(pr.discretise(again.problem), again)
+    others = [name for name in names.split(" and ") if name not in ("", "'b.left'")]
+    assert all(n in beside for n in others) and bool(beside) == bool(others)
+    assert not others or "across 'left' alone" in beside
+
+
+@pytest.mark.parametrize(("mirror", "words"), [("[left]", "mirror: [left, b.back]"), ("[left, back]", ""), ("[]", "")])
+def test_what_may_be_a_part_is_said_beside_a_press(mirror: str, words: str) -> None:
+    """Of planes that the press does not name either; one that says there are none is believed."""
+    text = SPACE.replace("touching: b.top", f"touching: b.top, press: {{capacity: 3 kN, mirror: {mirror}}}")
+    case = loads(text.replace("output: {mirror: [left]}\n", ""))
+    said = part_of_whole(pr.discretise(case.problem), case)
+    assert words in said and bool(said) == bool(words)
+
+
+@pytest.mark.parametrize("text", [SPACE, PLANE])
+def test_other_bodies_in_the_plane_of_a_side_are_held_too(text: str) -> None:
+    """A body that is tied to the one whose side is named, and whose own side in that plane nothing holds."""
+    one, two = ("[2, 1, 2]", "[0, -1, 0]") if "solid" in text else ("[2, 1]", "[0, -1]")
+    mesh = text[text.index("mesh: {type"): text.index(", material")]
+    lower = mesh.replace(f"size: {one}", f"size: {one}, origin: {two}")
+    text = text.replace("{b:", f"{{c: {{{lower}, material: {{type: elastic, E: 1000, nu: 0.3}}}}, b:")
+    text = text.replace("b.bottom: y", "c.bottom: y").replace("[left]", "[b.left]")
+    text = text.replace("tools:", "ties: [{slave: c.top, master: b.bottom}]\ntools:")
+    if "solid" in text:
+        text = text.replace("b.back: z", "b.back: z, c.back: z")
+    (said,) = found(text)
+    assert "nothing holds 'c' along x all over what lies in the plane of 'b.left' in every step" in said
+    assert "hold it in 'fixed', or leave 'b.left' out" in said
+    assert not found(text.replace("b.left: x", "b.left: x, c.left: x"))
 
 
 def columns(tool: str, **values: list[float]) -> dict[str, np.ndarray]:
@@ -332,19 +372,28 @@ def test_tools_that_move_along_several_axes(
     mirror: str, values: dict[str, list[float]], whole: int | None, of_whole: float | None
 ) -> None:
     """Those planes count along which all their ways lie, and the forces between the images do not."""
-    peak = answer.peaks(columns("die", **values), loads(SPACE.replace("[left]", mirror)))[0]
+    case = loads(moving(SPACE.replace("[left]", mirror), values))
+    peak = answer.peaks(columns("die", **values), case, {"die": share(case)._asdict()})[0]
     assert (peak.whole, peak.of_whole) == (whole, of_whole)
     assert ("whole part" in answer.sentence(peak)) == bool(whole and whole > 1)
 
 
+def moving(text: str, values: dict[str, list[float]]) -> str:
+    """A case whose die, with friction, moves and turns as the last rows of its columns say."""
+    ways = {c.removeprefix("u"): v[-1] for c, v in values.items() if c[0] in "ur"}
+    by = ", ".join(f"{axis}: {way}" for axis, way in ways.items())
+    text = text.replace("move: {die: {y: -0.01}}", f"by: {{die: {{{by}}}}}")
+    return text.replace("against: die}", "against: die, friction: {mu: 0.1}}")
+
+
 def test_a_tool_of_a_sector_that_moves_outwards_is_one_with_an_image() -> None:
     """Of three tools about the axis, each in the middle of two parts; forces along the plane between these are doubled."""
-    case = loads(RING)
-    x = np.array([[1.0, 0.0, 0.0]])
-    images = one_with(case, "die", x, x[:0])
+    x, half = {"ux": [1.0]}, math.pi / 6
+    case = loads(moving(RING.replace("move: {die: {y: -0.3}}", "move: {die: {y: -0.01}}"), x))
+    images = own_images(case)
     assert len(images) == 2 and np.allclose(of_whole(images, np.array([3.0, 1.0, 5.0])), [6.0, 2.0, 0.0])
-    middle = np.array([[math.cos(math.pi / 6), 0.0, math.sin(math.pi / 6)]])
-    assert len(one_with(case, "die", middle, x[:0])) == 1
+    middle = {"ux": [math.cos(half)], "uz": [math.sin(half)]}
+    assert len(own_images(loads(moving(RING.replace("move: {die: {y: -0.3}}", "move: {die: {y: -0.01}}"), middle)))) == 1
 
 
 # ---------------------------------------------------------------------------------------------------- pictures of the whole

@@ -34,6 +34,7 @@ IN_SPACE = coining("[5, 3, 5]", "roll", SECTION, "{type: coulomb, mu: 0.1}", 0.5
 SWIFT = "type: j2, E: 210e3, nu: 0.3, flow: {type: swift, K: 600, e0: 0.01, n: 0.2}"
 ROLL = f"{SECTION}, touching: block.top, at: [0, 0, 0]"
 BALL = "type: sphere, radius: 20, touching: block.top, at: [0, 0, 0]"
+VICKERS = "type: pyramid, of: vickers, radius: 2, turn: [0, 20 deg, 0], touching: block.top, at: [0, 0, 0]"
 BRICKS = "type: box, size: [10, 5, 10], n: [5, 3, 5]"
 
 ELASTIC = ("type: j2, E: 70e3, nu: 0.3, flow: {type: voce, s0: 60, Q: 120, b: 8}", "type: elastic, E: 1e3, nu: 0.3")
@@ -635,6 +636,15 @@ SEEDED = {
             (
                 "roll moved across a plane of symmetry", (("y: -0.5", "x: 1, y: -0.5"),), "13:5",
                 ("plane of symmetry of 'block', x = 0, and moves or turns across it", "move it along the plane, or model the whole"), True,
+            ),
+            (
+                "pyramid turned against the planes of a quarter", ((ROLL, VICKERS), ("steps:", "output: {mirror: [left, back]}\nsteps:")), "8:3",
+                ("plane of symmetry 'left', x = 0, and is not its own mirror image", "turn it by -20° about +y"), False,
+            ),
+            (
+                "flat die moved across a plane of symmetry",
+                ((ROLL, "type: plane, touching: block.top"), ("y: -0.5", "x: 1, y: -0.5"), ("steps:", "output: {mirror: [left, back]}\nsteps:")), "14:5",
+                ("plane of symmetry 'left', x = 0, and moves or turns across it", "move it along the plane, or model the whole"), False,
             ),
             (
                 "cut of a sector that nothing holds",

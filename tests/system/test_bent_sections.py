@@ -9,7 +9,7 @@ import prensa as pr
 from prensa.mesh.thin import strips
 from prensa.system.bending import BentStrips, stiffness_errors
 from prensa.system.bent_sections import BentMetal
-from prensa.system.contact_surfaces import always_held
+from prensa.system.held import held
 
 E, NU, YIELD = 200e3, 0.3, 300.0
 ONE_WAY = np.ones((1, 1))
@@ -59,7 +59,7 @@ def test_elastic_layers_of_bricks_err_by_what_check_reports(n):
     """The formula of `stiffness_errors` in space, bent along the length alone; the way held at both ends is no way to bend."""
     system = pr.discretise(in_space(n, 1e-3))
     mesh = system.meshes["strip"]
-    found = BentStrips.of(mesh, always_held(system.problem, "strip", mesh))
+    found = BentStrips.of(mesh, held(system, "strip"))
     assert (found.layers == n[1]).all() and len(found.layers) == n[0]
     s = strips(mesh)
     thickness, _, along = np.argsort(s.lengths, axis=0, kind="stable")

@@ -90,13 +90,13 @@ def test_a_curved_side_has_no_normal(fixed, words):
 
 
 def test_normals_are_of_space_and_of_the_whole_run():
-    """Refused in the plane, in steps, and to be released."""
+    """Refused in the plane, in later steps than the first, and to be released."""
     plane = {"bodies": {"b": pr.Body(pr.Rectangle((1.0, 1.0), (1, 1)), STEEL)}, "steps": (pr.Step("s"),)}
     with pytest.raises(pr.PrensaError, match="for sides in 'space: solid'"):
         pr.Problem("p", fixed={"b.left": "normal"}, **plane)
     for given, words in (({"b.cap": "normal"}, "under 'fixed' of the problem"), ({"b.cap": "free"}, "cannot be released")):
         with pytest.raises(pr.PrensaError, match=words):
-            replace(sector(3, "normal"), steps=(pr.Step("s", fixed=given),))
+            replace(sector(3, "normal"), steps=(pr.Step("s"), pr.Step("t", fixed=given)))
 
 
 def test_a_normal_is_written_as_it_was_read():

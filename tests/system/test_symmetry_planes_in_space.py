@@ -64,6 +64,17 @@ def test_supports_of_the_first_step_and_of_no_motion_make_planes_too():
         assert [m.plane for m in guard_of(pr.discretise(other)).mirrors] == given
 
 
+def test_normals_of_the_first_step_make_planes_too():
+    """As those that the problem holds; the side is held in the same equations."""
+    problem = tube(turned=math.radians(30.0))
+    normals = {name: one for name, one in problem.fixed.items() if one.normal is not None}
+    others = {name: one for name, one in problem.fixed.items() if one.normal is None}
+    first = replace(problem, fixed=others, steps=(replace(problem.steps[0], fixed=normals),))
+    a, b = pr.discretise(problem), pr.discretise(first)
+    assert normals and [m.plane for m in guard_of(b).mirrors] == [m.plane for m in guard_of(a).mirrors]
+    assert np.array_equal(b.ties.inclined.normals, a.ties.inclined.normals)
+
+
 def test_inclined_planes_act_as_those_across_the_axes(upright, caplog):
     """The tube turned by 30° about its axis, its sides held along their normals: the same scalars in every increment."""
     angle = math.radians(30.0)

@@ -11,6 +11,7 @@ import prensa as pr
 from prensa.contact.pairing import rotation, rotation_vector
 from prensa.model.schema import loads
 from prensa.output.answer import peaks
+from prensa.output.whole import shares_of
 from prensa.system.state import State
 
 RUBBER = pr.NeoHooke(1000.0, 0.3)
@@ -197,11 +198,14 @@ def test_a_free_ball_rolls():
 @pytest.mark.parametrize(("mirror", "whole"), [([], 1), (["back"], 2), (["back", "bottom"], 2), (["left"], 1)])
 def test_the_moment_of_the_whole_part(mirror, whole):
     """Mirrors across the axis of a turn double the moment about it; those along it show another tool."""
-    case = loads(BALL)
+    text = BALL.replace("at: [2, 0, 2]", "at: [2, 0, 0]")  # centred on the back plane
+    case = loads(text[: text.index("- {name: press")] + "- {name: turn, by: {ball: {rz: 0.2}}}\n")
     columns = [f"ball.{c}" for c in ("ux", "uy", "uz", *ROUND, "fx", "fy", "fz", "mx", "my", "mz")]
     table = {c: np.zeros(2) for c in columns} | {"time": np.array([0.5, 1.0]), "step": np.array(["a", "a"])}
     table |= {"ball.rz": np.array([0.1, 0.2]), "ball.mz": np.array([3.0, 5.0]), "increment": np.array([1, 2])}
-    (peak,) = peaks(table, replace(case, output=replace(case.output, mirror=tuple(mirror))))
+    case = replace(case, output=replace(case.output, mirror=tuple(mirror)))
+    shares = shares_of(pr.discretise(case.problem), case)
+    (peak,) = peaks(table, case, {tool: share._asdict() for tool, share in shares.items()})
     assert (peak.what, peak.axis, peak.value, peak.whole) == ("moment", "rz", 5.0, whole)
 
 

@@ -167,15 +167,15 @@ def check(
 
         described = source.read()
         problem = described.problem
-        from prensa.checks.before.preflight import preflight, staircase
+        from prensa.checks.before.preflight import staircase
         from prensa.cli.describe import lines_of, lines_of_whole, summary_of
         from prensa.model.plausibility import warnings_of
-        from prensa.output.whole import mirror_findings
+        from prensa.output.whole import findings
 
         system = _drawn(problem, picture, voice)
-        for line in (*lines_of(system), *lines_of_whole(system, described)):
+        notices = [*findings(system, described), *staircase(system)]
+        for line in (*lines_of(system), *(() if any(n.fatal for n in notices) else lines_of_whole(system, described))):
             voice.confirm(line)
-        notices = [*preflight(system), *staircase(system), *mirror_findings(system, described)]
         warnings = [*warnings_of(problem), *(str(n) for n in notices if not n.fatal)]
         for warning in warnings:
             voice.warn(warning)

@@ -61,14 +61,19 @@ def lines_of_whole(system: System, case: Case) -> Iterator[str]:
     """Lines about forces that are given for the part which is modelled, where mirror images show the rest of it, or may."""
     from prensa.measures.units import force_unit, moment_unit
     from prensa.output.answer import shown
-    from prensa.output.whole import images_along, part_of_whole
+    from prensa.output.whole import images_of, part_of_whole, parts_along, shares_of
 
+    shares = shares_of(system, case)
+    images = {tool: images_of(case, tool, share.sides) for tool, share in shares.items()}
+    for tool, share in shares.items():
+        if share.alike > 1:
+            yield f"tool {tool}: one of {share.alike} such tools of the whole, forces are those on each"
     keys = ("x", "y", "z", "mx", "my", "mz") if case.problem.space == "solid" else ("x", "y")
     for step in case.problem.steps:
         for kind, given in (("push", step.push), ("until.force", step.until.force if step.until else {})):
             for tool, of, key in ((tool, of, key) for tool, of in given.items() for key in keys):
                 value = getattr(of, key, None)
-                if isinstance(value, float) and value and (times := images_along(case, tool, key)) > 1:
+                if isinstance(value, float) and value and (times := parts_along(images[tool], key)) > 1:
                     unit = moment_unit(case.problem) if "m" in key else force_unit(case.problem)
                     own, all_of_it = (shown(v, unit, both=False) or shown(v, unit) for v in (value, times * value))
                     yield f"step {step.name}: {kind} {key} of {tool} is {own} on what is modelled, {all_of_it} on the whole part"

@@ -24,8 +24,8 @@ from prensa.model.problem import Body, Fixed, Load, Points, Problem, Step
 from prensa.model.units import factor
 from prensa.precision import DRAWN
 from prensa.result.increment import Increment, ToolState
-from prensa.system.contact_surfaces import symmetry_planes
 from prensa.system.discretise import discretise
+from prensa.system.held import symmetry_planes
 from prensa.system.system import System
 from prensa.tools.place import PlacedTool
 from prensa.types import Array
@@ -268,7 +268,7 @@ def _span(
     cuts = {(0, 0.0, 1.0)} if system.problem.space == "axisymmetric" else set()
     for body in bodies if system.problem.space != "axisymmetric" else ():
         mesh = system.meshes[body]
-        for plane in symmetry_planes(system.problem, body, mesh):
+        for plane in symmetry_planes(system, body):
             if plane.axis is not None:
                 cuts.add((plane.axis, plane.place, float(np.sign(mesh.points[:, plane.axis].mean() - plane.place))))
     held: dict[str, str] = {}

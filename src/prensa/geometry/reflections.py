@@ -14,31 +14,73 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.errors import PrensaError
-from prensa.precision import DRAWN
+from prensa.precision import DRAWN, NEGLIGIBLE, ROUND_OFF
 from prensa.types import Array
 
 
 class Plane(NamedTuple):
-    """A plane, in the plane a line: unit ``normal`` (d,), into the part, and ``at``, the normal's product with a place on it."""
+    """A plane in space, in the plane a line: its unit ``normal`` (d,) and its ``place`` along that.
+
+    ``name``: of a side on it. Of a part that lies on one side of it the normal is the one into the part.
+    """
 
     normal: tuple[float, ...]
-    at: float
+    place: float
     name: str = ""
 
+    def __str__(self) -> str:
+        if self.axis is not None:
+            axis, at = self.line
+            return f"{'xyz'[axis]} = {at:g}"
+        sign = 1.0 if max(self.normal, key=abs) > 0.0 else -1.0
+        return f"({', '.join(f'{sign * n + 0.0:.4g}' for n in self.normal)}) · x = {sign * self.place + 0.0:.4g}"
+
     @property
-    def axis(self) -> int:
-        """Axis along which the normal lies; −1 of an inclined one."""
+    def axis(self) -> int | None:
+        """The axis along which the normal lies, either way; None if it is inclined."""
         n = np.abs(self.normal)
-        return int(np.argmax(n)) if n.max() == 1.0 else -1
+        return int(np.argmax(n)) if n.max() == 1.0 else None
 
     @property
     def line(self) -> tuple[int, float]:
         """Axis of the normal and coordinate along it, of a plane across an axis."""
-        return self.axis, self.at * self.normal[self.axis]
+        axis = self.axis
+        assert axis is not None
+        return axis, self.place * self.normal[axis] + 0.0
 
     def distance(self, x: Array) -> Array:
-        """Distance (…) of places (…, d), positive on the side of the part."""
-        return np.asarray(x @ np.asarray(self.normal) - self.at)
+        """Distance (…) of places (…, d) from it, positive on the side to which the normal points."""
+        return np.asarray(x @ np.asarray(self.normal) - self.place)
+
+    def same(self, other: Plane, near: float, turned: float = NEGLIGIBLE) -> bool:
+        """Whether it is another one with the same normal, but for a distance ``near`` and an angle ``turned``.
+
+        A place that is not known, nan, is that of the other.
+        """
+        angle = np.linalg.norm(np.subtract(self.normal, other.normal))
+        return not abs(self.place - other.place) > near and bool(angle <= turned)
+
+
+def upright(plane: Plane) -> Plane:
+    """The same plane with the one of its two normals whose largest component is positive, and without a name."""
+    sign = 1.0 if max(plane.normal, key=abs) > 0.0 else -1.0
+    return Plane(tuple(sign * n + 0.0 for n in plane.normal), sign * plane.place + 0.0)
+
+
+def axis_plane(axis: int, place: float, dimension: int) -> Plane:
+    """The plane across an axis at a coordinate, its normal along the axis."""
+    return Plane(tuple(1.0 if k == axis else 0.0 for k in range(dimension)), place)
+
+
+def plane_through(normal: Array, points: Array) -> Plane:
+    """The plane with a normal (d,), its largest component made positive, through points (n, d).
+
+    Without what round-off leaves of components and places that are 0.
+    """
+    normal = np.where(np.abs(normal) <= ROUND_OFF, 0.0, normal)
+    normal = normal / (np.linalg.norm(normal) * np.sign(normal[np.argmax(np.abs(normal))]))
+    place = float((points @ normal).mean())
+    return Plane(tuple((normal + 0.0).tolist()), 0.0 if abs(place) <= ROUND_OFF * float(np.abs(points).max()) else place)
 
 
 class NoWhole(PrensaError):
@@ -123,26 +165,6 @@ def distinct(planes: Sequence[Plane], near: float) -> list[Plane]:
     """Planes without those that lie in an earlier one, to a distance ``near``."""
     out: list[Plane] = []
     for p in planes:
-        same = (np.dot(p.normal, q.normal) > 1.0 - DRAWN**2 and not abs(p.at - q.at) > near for q in out)
-        if not any(same):
+        if not any(p.same(q, near, DRAWN) for q in out):
             out.append(p)
     return out
-
-
-def kept_by(matrices: Array, ways: Array, turns: Array) -> Array:
-    """The group (h, d, d) of those reflections among some that keep directions ``ways`` (n, d) and axes of ``turns`` (n, 3).
-
-    An axis of a turn is kept by the reflection across it, not by those along it, which turn it round. What moves along a
-    direction is one with its images across the planes along it (Steinberg 1964: they generate all that keep it).
-    """
-    d = matrices.shape[1]
-    mirrors = [g for g in matrices if abs(np.trace(g) - (d - 2)) < DRAWN and np.linalg.det(g) < 0.0]
-    size = max(float(np.abs(ways).max(initial=0.0)), np.finfo(float).tiny)
-    spin = max(float(np.abs(turns).max(initial=0.0)), np.finfo(float).tiny)
-    own = []
-    for g in mirrors:
-        same = np.abs(ways @ g.T - ways).max(initial=0.0) <= DRAWN * size
-        if same and np.abs(turns @ -g.T - turns).max(initial=0.0) <= DRAWN * spin:
-            values, vectors = np.linalg.eigh(g)
-            own.append(vectors[:, np.argmin(values)])
-    return group(np.array(own).reshape(-1, d))

@@ -18,4 +18,4 @@ def finer(problem: Problem) -> Problem | None:
         if not isinstance(getattr(mesh, "n", None), tuple):
             return None
         bodies[name] = replace(body, mesh=replace(mesh, n=tuple(round(FINER * n) for n in mesh.n)))
-    return replace(problem, bodies=bodies)
+    return replace(problem, bodies=bodies).with_mirrored(problem.mirrored)

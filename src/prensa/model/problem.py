@@ -322,8 +322,9 @@ SPATIAL_AXES = ("x", "y", "z")
 class Fixed:
     """Support of a boundary along ``x``, ``y`` and in space ``z``: ``held``, a displacement, a table of it, or none.
 
-    ``normal: held`` holds a flat side in space along its normal, whatever the axes, in all steps: a plane of symmetry of a
-    sector. ``free`` releases what earlier entries prescribed there: its force goes linearly to zero over the step.
+    ``normal: held``, of the problem or its first step, holds a flat side in space along its normal, whatever the axes, in all
+    steps: a plane of symmetry of a sector. ``free`` releases what earlier entries prescribed there: its force goes linearly to
+    zero over the step.
     """
 
     x: SupportValue | None = None
@@ -528,6 +529,8 @@ class Problem:
 
     stated: ClassVar[frozenset[str]] = frozenset()
     """Fields that the script or the file which described it names; the others have their defaults."""
+    mirrored: ClassVar[tuple[str, ...]] = ()
+    """Sides that the output of its case names as planes of symmetry."""
     contacts_filled_in: ClassVar[bool] = False
     """Whether ``contacts`` was left out, and all tools may touch all bodies."""
 
@@ -554,6 +557,12 @@ class Problem:
         made = copy(self)
         bodies = {name: replace(b, element=chosen.get(name, b.element)) for name, b in self.bodies.items()}
         object.__setattr__(made, "bodies", bodies)
+        return made
+
+    def with_mirrored(self, sides: tuple[str, ...]) -> Problem:
+        """The same problem, of whose sides its case names these as planes of symmetry."""
+        made = copy(self)
+        object.__setattr__(made, "mirrored", sides)
         return made
 
     @model_validator(mode="after")
@@ -735,6 +744,8 @@ class Case:
 
         if findings := tuple(self._findings()):
             raise FindingsError(findings)
+        if self.problem.mirrored != self.output.mirror:
+            object.__setattr__(self, "problem", self.problem.with_mirrored(self.output.mirror))
         return self
 
     def _findings(self) -> Iterator[Finding]:

@@ -43,13 +43,15 @@ def findings(p: Any) -> Iterator[Finding]:
 
 
 def _normals(p: Any, owner: Any, path: tuple[str | int, ...], solid: bool) -> Iterator[Finding]:
-    """Sides held along their normals: in space, by the problem, in all steps."""
+    """Sides held along their normals: in space, by the problem or its first step, in all steps."""
+    first = p.steps[0] if p.steps else None
+    always = {**p.fixed, **(first.fixed if first is not None else {})}
     for name, support in owner.fixed.items():
-        if getattr(support, "normal", None) is not None and (path or not solid):
+        if getattr(support, "normal", None) is not None and (path[1:] > (0,) or not solid):
             words = "a side is held along its normal in all steps: write it under 'fixed' of the problem"
             words = words if solid else "'normal' is for sides in 'space: solid'; hold the side along x or y"
             yield Finding((*path, "fixed", name), words)
-        if path and getattr(support, "free", False) and getattr(p.fixed.get(name), "normal", None) is not None:
+        if path and getattr(support, "free", False) and getattr(always.get(name), "normal", None) is not None:
             yield Finding((*path, "fixed", name), f"{name!r} is held along its normal in all steps and cannot be released")
 
 

@@ -47,7 +47,9 @@ def _words(name: str) -> set[str]:
 
 
 def _held_along_x(problem: Problem) -> list[str]:
-    return [name for name, support in problem.fixed.items() if support.x is not None]
+    """Boundaries that supports of the problem, or of its first step, hold along x."""
+    first = problem.steps[0].fixed if problem.steps else {}
+    return [name for name, support in {**problem.fixed, **first}.items() if support.x is not None]
 
 
 def _least_x(mesh: Any) -> float | None:

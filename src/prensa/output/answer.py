@@ -21,7 +21,7 @@ from prensa.model.seconds import duration_of
 from prensa.model.units import ENERGY, factor
 from prensa.model.until import reached
 from prensa.output import damage, press
-from prensa.output.whole import of_whole, one_with
+from prensa.output.whole import Share, images_of, moment_of_whole, of_whole
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.system.schedule import integrated
 
@@ -34,7 +34,8 @@ class Peak(NamedTuple):
     ``axis``: x, y, z, rx, ry or rz; empty where the tool moves along several axes or turns, and the value is the size of the
     force, or turns about several, and that of the moment.
     ``travel`` in ``travel_unit``: how far the tool was from its first place, None of a tool at rest; ``whole``: how many parts
-    of the whole, with its mirror images, press the tool, None where it is one with no image; ``of_whole``: the value then.
+    of the whole, with its mirror images, press the tool, None where it is one with no image; ``of_whole``: the value then;
+    ``alike``: how many such tools the whole has that go the same way.
     """
 
     tool: str
@@ -49,19 +50,24 @@ class Peak(NamedTuple):
     time: float
     whole: int | None
     of_whole: float | None = None
+    alike: int = 1
 
 
-def peaks(table: Table, case: Case) -> list[Peak]:
+def peaks(table: Table, case: Case, whole: Mapping[str, Mapping[str, Any]]) -> list[Peak]:
     """Largest forces along their ways of the tools that move, and moments of those that turn; of all where none does.
 
-    In axisymmetry forces are those along the axis: radial ones of a whole ring balance.
+    In axisymmetry forces are those along the axis: radial ones of a whole ring balance. ``whole``: what tools are in the whole,
+    as ``summary.json`` has it (see `prensa.output.whole.Share`); nothing is said of those that it lacks.
     """
     problem = case.problem
     if not len(table["time"]):
         return []
     ways = {tool: _way(table, tool, problem) for tool in problem.tools}
     chosen = [t for t in ways if ways[t]] or list(ways)
-    found = [_peak(table, case, tool, ways[tool], moment) for tool in chosen for moment in (False, True)]
+    shares = {tool: Share(tuple(said["sides"]), said["alike"]) for tool, said in whole.items()}
+    found = [
+        _peak(table, case, tool, ways[tool], moment, shares.get(tool)) for tool in chosen for moment in (False, True)
+    ]
     return [peak for peak in found if peak is not None and peak.value]
 
 
@@ -74,7 +80,7 @@ def lines(table: Table, case: Case, summary: Mapping[str, Any]) -> list[str]:
     # what a press says of a run that failed is no more than so far: then the end comes first
     out = [*presses, end] if summary["status"] == "completed" else [end, *presses]
     out += [_of_blow(blow, case.problem) for blow in press.blows(table, case.problem)]
-    out += map(sentence, peaks(table, case))
+    out += map(sentence, peaks(table, case, summary.get("whole", {})))
     damages = damage.stated(summary["damage"]) if "damage" in summary else damage.damages(table, case.problem)
     out += damage.sentences(damages, case.problem, partial(shown, both=False))
     # what is found by itself before what the case measures, of which there may be more than the first screen of a phone holds
@@ -120,8 +126,10 @@ def sentence(peak: Peak) -> str:
     times, all_of_it = peak.whole or 1, abs(peak.value if peak.of_whole is None else peak.of_whole)
     many = "twice, " if times == 2 else f"{times} times, "
     many *= math.isclose(all_of_it, times * abs(peak.value), rel_tol=DRAWN)  # else some of it stays between the images
-    whole = f" (whole part: {many}{shown(all_of_it, peak.unit, both=False)})" if times > 1 else ""
-    return f"largest {peak.what} of {peak.tool}: {shown(abs(peak.value), peak.unit)} at {where}{whole}"
+    each = f"on each of {peak.alike} in the whole" if peak.alike > 1 else ""
+    whole = f"whole part: {many}{shown(all_of_it, peak.unit, both=False)}" if times > 1 else ""
+    both = ", ".join(words for words in (whole, each) if words)
+    return f"largest {peak.what} of {peak.tool}: {shown(abs(peak.value), peak.unit)} at {where}{f' ({both})' if both else ''}"
 
 
 def of_presses(table: Table, problem: Problem, summary: Mapping[str, Any]) -> Iterator[str]:
@@ -321,7 +329,7 @@ def turning_about(table: Table, tool: str, problem: Problem) -> str:
     return most if table[f"{tool}.{most}"].any() else ""
 
 
-def _peak(table: Table, case: Case, tool: str, way: str, moment: bool) -> Peak | None:
+def _peak(table: Table, case: Case, tool: str, way: str, moment: bool, share: Share | None) -> Peak | None:
     problem, d = case.problem, directions(case.problem)
     round_ = problem.space == "axisymmetric"
     turns = turning_about(table, tool, problem)
@@ -341,7 +349,7 @@ def _peak(table: Table, case: Case, tool: str, way: str, moment: bool) -> Peak |
     return Peak(
         tool, "moment" if moment else "force", axis, float(values[k]), moment_unit(problem) if moment else force_unit(problem),
         travel, "rad" if turned else length_unit(problem), str(table["step"][k]), int(table["increment"][k]),
-        float(table["time"][k]), *_of_whole(table, case, tool, axis, kinds, k),
+        float(table["time"][k]), *_of_whole(table, case, tool, axis, kinds, k, share),
     )  # fmt: skip
 
 
@@ -355,27 +363,23 @@ def _size(table: Table, tool: str, columns: Iterable[str]) -> NDArray[Any]:
 
 
 def _of_whole(
-    table: Table, case: Case, tool: str, axis: str, kinds: Sequence[str], k: int
-) -> tuple[int | None, float | None]:  # fmt: skip
-    """How many parts of the whole press a tool, and what its force, or moment (columns ``kinds``), in row k is then.
+    table: Table, case: Case, tool: str, axis: str, kinds: Sequence[str], k: int, share: Share | None
+) -> tuple[int | None, float | None, int]:
+    """How many parts of the whole press a tool, its force, or moment (columns ``kinds``), in row k then, how many are alike.
 
-    Of a tool that moves along an axis that alone counts, and in axisymmetry and the plane its turns do not; a tool at rest may be
-    one with its images or not.
+    A tool at rest may be one with its images or not; in the plane one that moves along several axes, and moments, are left out.
     """
-    problem, d = case.problem, directions(case.problem)
-    places = [np.asarray(table[f"{tool}.{c}"], dtype=float) for c in place_columns(problem)]
-    moment = kinds[0][0] == "m"
-    if not any(v.any() for v in places) or (d == 2 and (moment or not axis)):
-        return None, None
-    ways = np.eye(d)["xyz".index(axis)][None] if axis in ("x", "y", "z") else np.stack(places[:d], axis=1)
-    turns = np.stack(places[d:], axis=1) if d == 3 else np.zeros((0, d))
-    images = one_with(case, tool, ways, turns)
-    if len(images) == 1 and not axis:
-        return None, None
+    d, moment = directions(case.problem), kinds[0][0] == "m"
+    moved = any(np.any(table[f"{tool}.{c}"]) for c in place_columns(case.problem))
+    if share is None or not moved or (d == 2 and (moment or not axis)):
+        return None, None, 1
+    images = images_of(case, tool, share.sides)
+    if len(images) == 1 and not axis and share.alike == 1:
+        return None, None, 1
     own = np.array([float(table[f"{tool}.{c}"][k]) for c in kinds])
-    own = len(images) * own if moment else of_whole(images, own)  # a moment's axis is across the one plane of such a tool
+    own = moment_of_whole(images, own) if moment else of_whole(images, own)
     along = [i for i, c in enumerate(kinds) if not axis or c[1] == axis[-1]]
-    return len(images), float(own[along[0]]) if len(along) == 1 else float(np.linalg.norm(own[along]))
+    return len(images), float(own[along[0]]) if len(along) == 1 else float(np.linalg.norm(own[along])), share.alike
 
 
 # ------------------------------------------------------------------------------------------------------------- numbers

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import weakref
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from prensa.errors import PrensaError
 from prensa.geometry.reflections import Plane, chamber, distinct, group
-from prensa.mesh.mesh import Mesh
 from prensa.model.names import suggest
 from prensa.model.problem import Problem
 from prensa.precision import DRAWN
 from prensa.result.increment import BodyState, Increment
+from prensa.system.mirrored_sides import ENDS, plane_of
 from prensa.types import Array
-
-ENDS: Mapping[str, tuple[int, float]] = {
-    "left": (0, 1.0), "right": (0, -1.0), "bottom": (1, 1.0), "top": (1, -1.0), "back": (2, 1.0), "front": (2, -1.0),
-}  # fmt: skip
-"""Axis across each end of the bodies, and which way along it they lie."""
 
 
 class Image(NamedTuple):
@@ -100,7 +94,7 @@ def images(planes: Sequence[Plane]) -> list[Image]:
     if not planes:
         return [Image()]
     normals = chamber(planes)
-    place = np.linalg.lstsq(normals, np.array([p.at for p in planes]), rcond=None)[0]
+    place = np.linalg.lstsq(normals, np.array([p.place for p in planes]), rcond=None)[0]
     made = [Image(turn, place - turn @ place) for turn in group(normals)]
     return [Image(), *made[1:]]
 
@@ -129,61 +123,3 @@ def mirror_lines(increment: Increment, problem: Problem, sides: Sequence[str]) -
             raise PrensaError(f"'mirror' has no side {side!r}{suggest(str(side), ends)}")
         planes.append(plane_of(problem, side, X))
     return distinct(planes, DRAWN * float(np.ptp(X, axis=0).max()))
-
-
-def plane_of(problem: Problem, side: str, X: Array | None = None, meshes: Mapping[str, Mesh] | None = None) -> Plane:
-    """The plane of an end of all bodies (``left`` …), or of a flat side of one (``ring.cap``), its normal into the bodies.
-
-    ``X`` (n, d): initial places of the bodies, without which the place of an end is not known; ``meshes``: those of the
-    problem, which are made if not given.
-
-    Raises
-    ------
-    PrensaError
-        If there is no such side, or it is not flat.
-
-    """
-    if side in ENDS:
-        axis, sign = ENDS[side]
-        normal = tuple(sign if k == axis else 0.0 for k in range(3 if problem.space == "solid" else 2))
-        return Plane(normal, float("nan") if X is None else float((sign * X[:, axis]).min()), side)
-    name, _, edge = side.partition(".")
-    if name not in problem.bodies:
-        raise PrensaError(f"'mirror' names {side!r}, and there is no body {name!r}{suggest(name, problem.bodies)}")
-    if meshes is None:
-        return _stated(problem, side)
-    mesh = meshes[name]
-    nodes = mesh.nodes(edge, side)
-    if edge not in mesh.edges:
-        raise PrensaError(f"'mirror' names {side!r}, which is a point; name a flat side")
-    return flat_plane(mesh.points[nodes], mesh.points, side)
-
-
-_FLAT_SIDES: dict[int, dict[str, Plane]] = {}  # planes of flat sides by name, of problems that there are
-
-
-def _stated(problem: Problem, side: str) -> Plane:
-    """The plane of a flat side in the mesh that a problem describes, which is made once."""
-    from prensa.system.discretise import meshes_of
-
-    key = id(problem)
-    if key not in _FLAT_SIDES:
-        weakref.finalize(problem, _FLAT_SIDES.pop, key, None)
-        _FLAT_SIDES[key] = {}
-    if side not in _FLAT_SIDES[key]:
-        _FLAT_SIDES[key][side] = plane_of(problem, side, None, meshes_of(problem, {}))
-    return _FLAT_SIDES[key][side]
-
-
-def flat_plane(x: Array, X: Array, side: str) -> Plane:
-    """The plane of places x (n, d) of a side of a body with nodes at X, its normal into the body; raises PrensaError of none."""
-    middle = x.mean(axis=0)
-    n = np.linalg.svd(x - middle, full_matrices=True)[2][-1]
-    n = np.where(np.abs(n) < DRAWN, 0.0, n)
-    n /= np.linalg.norm(n) * (1.0 if ((X - middle) @ n).mean() >= 0.0 else -1.0)
-    off = float(np.abs((x - middle) @ n).max())
-    if off > DRAWN * float(np.ptp(x, axis=0).max()):
-        raise PrensaError(f"'mirror' names {side!r}, which is not flat (off by {off:.3g}): no plane of symmetry; leave it out")
-    if len(n) == 2 and np.abs(n).max() < 1.0:
-        raise PrensaError(f"'mirror' names {side!r}: in the plane a line of symmetry lies along x or y; turn the model")
-    return Plane(tuple(n.tolist()), float(middle @ n), side)

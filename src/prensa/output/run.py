@@ -17,7 +17,6 @@ import numpy as np
 from prensa import __version__
 from prensa.analysis import solve
 from prensa.checks.after.passages import Passages
-from prensa.checks.before.preflight import preflight
 from prensa.checks.thresholds import IMBALANCE
 from prensa.errors import PrensaError, refuse, take, take_path
 from prensa.measures import parse_all, refuse_targets
@@ -29,7 +28,7 @@ from prensa.output.interrupt import Interruptible, Terminated
 from prensa.output.lock import locked
 from prensa.output.progress import ProgressBar
 from prensa.output.result import RunResult
-from prensa.output.whole import mirror_findings
+from prensa.output.whole import findings
 from prensa.precision import ROUND_OFF
 from prensa.result.increment import Increment, Progress
 from prensa.solver.stability import JUMPED
@@ -86,7 +85,7 @@ def run(
     began = clocks.perf_counter()
     _refuse_unwritten(case.problem)
     system = discretise(case.problem)  # a case that cannot run leaves earlier results alone
-    refuse([*preflight(system), *mirror_findings(system, case)])
+    refuse(findings(system, case))
     parse_all(case.problem)
     refuse_targets(case.problem)
     directory = Path(out) if out is not None else Path("results") / file_name(case.problem.name)

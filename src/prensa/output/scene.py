@@ -183,7 +183,7 @@ def _mirrored(stored: Stored, first: Increment) -> dict[str, Any]:
         return {"mirror": [plane.line for plane in planes], "images": []}
     pairs = ((image.turn, image.shift) for image in plot.images(planes))
     copies = [np.concatenate([turn.ravel(), shift]).tolist() for turn, shift in pairs if turn is not None and shift is not None]
-    return {"mirror": [[*plane.normal, plane.at] for plane in planes], "images": copies}
+    return {"mirror": [[*plane.normal, plane.place] for plane in planes], "images": copies}
 
 
 def _offered(stored: Stored, increments: list[Increment]) -> list[tuple[int, float, str]]:

@@ -55,6 +55,7 @@ def summarise(directory: Path, system: System, case: Case, state: State | None, 
     problem, text = case.problem, known["text"]
     meshes = system.meshes if state is None or state.remeshed is None else state.remeshed.meshes
     about, tables = known["about"], _read(directory)
+    shares = {tool: share._asdict() for tool, share in whole.shares_of(system, case).items()}
     made = {
         "name": problem.name,
         "status": known["status"],
@@ -63,7 +64,7 @@ def summarise(directory: Path, system: System, case: Case, state: State | None, 
         "input_hash": checkpoint.text_hash(text),
         "source": known["source"],
         "finished": _moment(datetime.datetime.now()),
-        **_from_tables(directory, case, tables, known["status"] == COMPLETED, known["timings"]),
+        **_from_tables(directory, case, tables, known["status"] == COMPLETED, known["timings"], shares),
         "units": history.units_of(problem),
         "bodies": {
             b: {"nodes": len(m.points), "elements": len(m.cells), "element": system.problem.element_name(b)}
@@ -78,6 +79,7 @@ def summarise(directory: Path, system: System, case: Case, state: State | None, 
         "fill": _fill(directory, system, case) if known["status"] in ENDED else {},
         "wear": _wear(directory, system, case) if known["status"] in ENDED else {},
         "part": whole.part_of_whole(system, case),
+        "whole": shares,
         "folds": [w for w in known["warnings"] if FOLDS in w],
         "case": text,
     }
@@ -176,7 +178,7 @@ def _as_it_stands(directory: Path, summary: Contents, held: bool | None) -> dict
     timings["other"] = timings.get("other", 0.0) + logged.seconds  # what took how long is added up at the end
     case = loads(summary["case"], SUMMARY, bounded=False)
     tables = _read(directory)
-    now = _from_tables(directory, case, tables, False, timings)
+    now = _from_tables(directory, case, tables, False, timings, summary.get("whole", {}))
     reason = progress_of(now)
     if held is not True and (directory / checkpoint.CHECKPOINT).is_file():
         reason += "; 'prensa resume' continues from the checkpoint"
@@ -206,7 +208,8 @@ def _read(directory: Path) -> _Tables:
 
 
 def _from_tables(
-    directory: Path, case: Case, tables: _Tables, completed: bool, timings: Mapping[str, float]
+    directory: Path, case: Case, tables: _Tables, completed: bool, timings: Mapping[str, float],
+    shares: Mapping[str, Mapping[str, Any]],
 ) -> dict[str, Any]:  # fmt: skip
     """The entries of a summary that grow with the run."""
     problem, (cost, table) = case.problem, tables
@@ -242,7 +245,7 @@ def _from_tables(
         "damage": [d.entry() for d in damage.damages(table, problem)],
         "press": [verdict._asdict() for verdict in press.verdicts(table, problem)],
         "blows": [blow._asdict() for blow in press.blows(table, problem)],
-        "largest_force": [peak._asdict() for peak in answer.peaks(table, case)],
+        "largest_force": [peak._asdict() for peak in answer.peaks(table, case, shares)],
     }
 
 

@@ -1,28 +1,32 @@
 """The whole of which a part was modelled: whether sides are planes of symmetry, and forces of the whole.
 
 The whole is the part times the order of the group that the reflections across its planes generate. A tool is one with its images
-across the planes along which it moves; with the group H of these and the force f on what is modelled, the whole has Σ R f over H:
-the part of f along all of these planes, as often as H has elements. Across the others stand other tools.
+across the planes that it reaches, and along which it moves; with the group H of these and the force f on what is modelled, the
+whole has Σ R f over H: the part of f along all of these planes, as often as H has elements. Across the others stand other tools;
+those across planes along its way go the same way.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from prensa.checks.before.mirrored_tools import Wall, meetings
+from prensa.checks.before.off_centre import Overlap, overlaps
+from prensa.checks.before.preflight import preflight
+from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding, PrensaError, Severity
-from prensa.geometry.reflections import NoWhole, Plane, chamber, distinct, group, kept_by
-from prensa.mesh.mesh import Mesh
+from prensa.geometry.reflections import NoWhole, Plane, chamber, distinct, group
 from prensa.model.press import drives
-from prensa.model.problem import Case, Problem
-from prensa.output.mirrors import ENDS, plane_of
-from prensa.precision import DRAWN, NEGLIGIBLE
-from prensa.system.moments import stages
-from prensa.system.once import once
+from prensa.model.problem import Case, Problem, support_names, tools_removed
+from prensa.precision import DRAWN
+from prensa.system.held import held, held_along
+from prensa.system.mirrored_sides import ENDS, Side, named_sides, plane_of, sides_in
+from prensa.system.moments import Moment, moments, stages
 from prensa.system.system import System
-from prensa.types import Array, Flags, Index
+from prensa.types import Array
 
 
 # ---------------------------------------------------------------------------------------------------- planes of symmetry
@@ -33,10 +37,29 @@ def mirror_findings(system: System, case: Case) -> Iterator[Finding]:
         if tool.press is not None and tool.press.mirror:
             given[f"tools.{name}.press.mirror"] = tool.press.mirror
     reported: set[str] = set()
+    tools: set[str] = set()
     for path, sides in given.items():
-        for words in no_planes(system, [side for side in sides if side not in reported]):
-            yield Finding(path, words, Severity.REFUSE)
+        wrong = list(no_planes(system, [side for side in sides if side not in reported]))
+        yield from (Finding(path, words, Severity.REFUSE) for words in wrong)
         reported |= set(sides)
+        if not wrong and system.dofs.dimension == 3:
+            named = system.problem.tools if path == "output.mirror" else [path.split(".")[1]]
+            found = list(overlaps(system, walls_of(system, sides), [tool for tool in named if tool not in tools], named=True))
+            tools |= {f.tool for f in found}
+            yield from found
+
+
+def findings(system: System, case: Case) -> list[Finding]:
+    """All findings on a case before it runs; tools that are refused at planes that ``mirror`` names are not warned of as well."""
+    of_whole = list(mirror_findings(system, case))
+    refused = {f.tool for f in of_whole if isinstance(f, Overlap)}
+    return [f for f in preflight(system) if not (isinstance(f, Overlap) and f.tool in refused)] + of_whole
+
+
+def walls_of(system: System, sides: Sequence[str]) -> list[Wall]:
+    """Planes of symmetry in space by the names of their sides, each once."""
+    planes = [plane_of(system.problem, side, system.X, system.meshes) for side in sides]
+    return [Wall(plane) for plane in distinct(planes, DRAWN * system.length)]
 
 
 def no_planes(system: System, sides: Sequence[str]) -> Iterator[str]:
@@ -60,31 +83,10 @@ def no_planes(system: System, sides: Sequence[str]) -> Iterator[str]:
             yield f"{error}; leave one out, or model another part"
 
 
-class _Side(NamedTuple):
-    """Faces (k, a) of a body's outline that lie in a plane."""
-
-    body: str
-    mesh: Mesh
-    faces: Index
-
-
-def _sides(meshes: Mapping[str, Mesh], plane: Plane) -> list[_Side]:
-    """What lies in a plane: of an end all outlines, of a side it alone."""
-    size = max(float(np.ptp(mesh.points, axis=0).max()) for mesh in meshes.values())
-    body, _, side = plane.name.partition(".")
-    found = []
-    for name, mesh in meshes.items():
-        if not side or name == body:
-            faces = mesh.edges[side] if side else mesh.boundary
-            on = np.abs(plane.distance(mesh.points)) <= DRAWN * size
-            found.append(_Side(name, mesh, faces[on[faces].all(axis=1)]))
-    return [s for s in found if len(s.faces)]
-
-
 def _no_plane(system: System, plane: Plane) -> str:
     """Why a plane through a side is none of symmetry; empty if it is one."""
     side = f"'{plane.name}'" if "." in plane.name else f"their {plane.name} side"
-    found = _sides(system.meshes, plane)
+    found = sides_in(system.meshes, plane)
     if not found:
         return f"the bodies have no flat side at their {plane.name}, so that it is no plane of symmetry; name a flat one, or none"
     beyond = -float(plane.distance(system.X).min())
@@ -93,45 +95,24 @@ def _no_plane(system: System, plane: Plane) -> str:
     for s in found:
         if not system.problem.bodies[s.body].material.is_mirrored(np.asarray(plane.normal)):
             return f"the axes of the material of {s.body!r} lie across {side}, so that it is no plane of symmetry; leave it out"
-    loose = [s for s in found if not held_along(system, s.body, plane)[s.faces].all()]
+    loose = [s for s in found if not held_along(system, s.body, np.asarray(plane.normal))[s.faces].all()]
     if not loose or _guided(system, plane, loose):
         return ""
-    way = "xyz"[plane.axis] if plane.axis >= 0 else "its normal"
+    way = "xyz"[plane.axis] if plane.axis is not None else "its normal"
     bodies = " and ".join(repr(s.body) for s in loose)
+    owner = plane.name.partition(".")[0]
+    if "." in plane.name and all(s.body != owner for s in loose):
+        side = f"what lies in the plane of {side}"
     effect = "it is no plane of symmetry, but forces of the whole part would count what is modelled twice for it"
     if pressing := [t for s in loose for t in _pressing(system, plane, s)]:
         return f"tool {pressing[0]!r} presses {bodies} at {side}, so that {effect}; leave {plane.name!r} out"
-    hold = f"give 'fixed' '{plane.name}: {way if plane.axis >= 0 else 'normal'}'" if "." in plane.name else "hold it in 'fixed'"
+    support = f"{plane.name}: {way if plane.axis is not None else 'normal'}"
+    hold = f"give 'fixed' '{support}'" if any(s.body == owner for s in loose) else "hold it in 'fixed'"
     what = f"nothing holds {bodies} along {way} all over {side} in every step"
     return f"{what}, so that {effect}; {hold}, or leave {plane.name!r} out"
 
 
-@once
-def _held(system: System) -> Flags:
-    """Components (n, d) of all nodes that supports hold where they are at first in all steps."""
-    held = np.ones(system.ndof, dtype=bool)
-    for plan, *_ in stages(system):
-        groups = [g for g in plan.groups if g.amplitude is None or not np.any(g.amplitude.values)]
-        still = [g.dofs[np.broadcast_to(g.start, g.dofs.shape) == 0.0] for g in groups]
-        held &= np.isin(np.arange(system.ndof), np.concatenate([np.zeros(0, dtype=np.int64), *still]))
-    return np.asarray(held[system.dofs.displacement.dofs(np.arange(len(system.X)))])
-
-
-def held_along(system: System, body: str, plane: Plane) -> Flags:
-    """Nodes (n,) of a body that supports hold along the normal of a plane in all steps."""
-    n, mesh = np.asarray(plane.normal), system.meshes[body]
-    free = np.where(_held(system)[system.span(body)], 0.0, n)
-    held: Flags = np.asarray(np.abs(free).max(axis=1) <= DRAWN)
-    for name, support in system.problem.fixed.items():
-        owner, _, side = name.partition(".")
-        if owner == body and support.normal == "held":
-            own = plane_of(system.problem, name, None, system.meshes)
-            if abs(abs(float(n @ np.asarray(own.normal))) - 1.0) <= DRAWN:
-                held[mesh.nodes(side, name)] = True
-    return held
-
-
-def _pressing(system: System, plane: Plane, side: _Side) -> list[str]:
+def _pressing(system: System, plane: Plane, side: Side) -> list[str]:
     """Tools that touch faces of a side, their normals along that of its plane."""
     nodes, u = np.unique(side.faces) + system.offsets[side.body], system.initial().u
     found = []
@@ -144,7 +125,7 @@ def _pressing(system: System, plane: Plane, side: _Side) -> list[str]:
     return found
 
 
-def _guided(system: System, plane: Plane, loose: Sequence[_Side]) -> bool:
+def _guided(system: System, plane: Plane, loose: Sequence[Side]) -> bool:
     """Whether flat, smooth tools that stand still in a plane guide all that no support holds there."""
     guides = set()
     for name, master in system.tool_masters.items():
@@ -161,19 +142,21 @@ def _guided(system: System, plane: Plane, loose: Sequence[_Side]) -> bool:
 
 def _still(problem: Problem, tool: str) -> bool:
     ways = ("x", "y", "z", "rx", "ry", "rz", "m", "mx", "my", "mz")
+    if tools_removed(problem, len(problem.steps) - 1):  # after which it guides nothing
+        return False
     return problem.tools[tool].spring is None and not any(drives(step, tool, way) for step in problem.steps for way in ways)
 
 
 # ------------------------------------------------------------------------------------------------- what may be a part
 def part_of_whole(system: System, case: Case) -> str:
-    """A sentence about a part in space whose forces are those of what is modelled, since no plane of symmetry is named.
+    """A sentence about a part in space whose forces are not those of the whole, since not all planes of symmetry are named.
 
-    Flat sides that are held along their normal, and not along themselves, may be planes of symmetry; of one along which a tool
-    moves the whole has other forces. Empty where there is none, or where ``mirror`` says what the whole is.
+    Flat sides that are held along their normal, and not along themselves, may be planes of symmetry beside those that the case
+    names; of one along which a tool moves the whole has other forces. Empty where there is none, where the images across them
+    make no whole, or where a press says that there are none.
     """
     p = system.problem
-    said = case.output.mirror or any(t.press is not None and t.press.mirror is not None for t in p.tools.values())
-    if p.space != "solid" or said:
+    if p.space != "solid" or any(t.press is not None and t.press.mirror == () for t in p.tools.values()):
         return ""
     ways = [np.eye(3)[k] for k in range(3) if any(drives(s, t, "xyz"[k]) for s in p.steps for t in p.tools)]
     turns = [np.eye(3)[k] for k in range(3) if any(drives(s, t, f"r{'xyz'[k]}") for s in p.steps for t in p.tools)]
@@ -182,25 +165,28 @@ def part_of_whole(system: System, case: Case) -> str:
         n = np.asarray(plane.normal)
         if any(abs(n @ w) <= DRAWN for w in ways) or any(abs(n @ w) >= 1.0 - DRAWN for w in turns):
             planes.append(plane)
-    planes = distinct(planes, DRAWN * system.length)
+    given = named_sides(p)
     try:
-        chamber(planes)
-    except NoWhole:
+        known = distinct([plane_of(p, side, system.X, system.meshes) for side in given], DRAWN * system.length)
+        found = distinct([*known, *planes], DRAWN * system.length)
+        chamber(found)
+    except PrensaError:
         return ""
-    names = [p.name for p in planes]
+    names = [plane.name for plane in found[len(known) :]]
     if not names:
         return ""
     several = len(names) > 1
+    what = f"of the whole across {' and '.join(map(repr, given))} alone" if given else "those of what is modelled"
     return (
-        f"forces are those of what is modelled: {' and '.join(map(repr, names))} {'are' if several else 'is'} held along "
+        f"forces are {what}: {' and '.join(map(repr, names))} {'are' if several else 'is'} held along "
         f"{'their normals' if several else 'its normal'}; if {'these are planes' if several else 'that is a plane'} of symmetry, "
-        f"'output: {{mirror: [{', '.join(names)}]}}' states those of the whole"
+        f"'output: {{mirror: [{', '.join([*given, *names])}]}}' states those of the whole"
     )
 
 
 def _held_sides(system: System) -> Iterator[Plane]:
     """Planes of flat sides that supports hold along the normal in all steps, not all of them along themselves."""
-    for name in system.problem.fixed:
+    for name in support_names(system.problem):
         body, _, side = name.partition(".")
         mesh = system.meshes[body]
         if side not in mesh.edges:
@@ -210,44 +196,87 @@ def _held_sides(system: System) -> Iterator[Plane]:
         except PrensaError:  # it is not flat
             continue
         nodes = np.unique(mesh.edges[side])
-        along = _held(system)[system.span(body)][nodes].all()
+        along = held(system, body).flags[nodes, : len(plane.normal)].all()
         beside = plane.distance(system.X).min() >= -DRAWN * system.length
         beside &= system.problem.bodies[body].material.is_mirrored(np.asarray(plane.normal))
-        if beside and not along and held_along(system, body, plane)[nodes].all():
+        if beside and not along and held_along(system, body, np.asarray(plane.normal))[nodes].all():
             yield plane
 
 
 # ------------------------------------------------------------------------------------------------- forces of the whole
-def reflections_of(case: Case, tool: str) -> Array:
-    """Matrices (g, d, d) of the group of a case's planes of symmetry, of its output and of the press of a tool."""
+class Share(NamedTuple):
+    """What a tool of the model is in the whole: one with its images across ``sides``, of ``alike`` tools that go the same way."""
+
+    sides: tuple[str, ...] = ()
+    alike: int = 1
+
+
+def shares_of(system: System, case: Case) -> dict[str, Share]:
+    """What each tool is in the whole, by all its motions in a run: check, answer and report ask for it here.
+
+    In space a tool that does not reach a plane is another one than its image. In the plane it is taken for a section of one tool.
+    """
+    return {tool: _share(system, case, tool) for tool in case.problem.tools}
+
+
+def _share(system: System, case: Case, tool: str) -> Share:
+    planes = _planes(case, tool, system)
+    if not planes:
+        return Share()
+    if system.dofs.dimension == 2:
+        return Share(tuple(plane.name for plane in planes if not _goes_across(system, tool, plane)))
+    met = {m.wall.plane.name: m for m in meetings(system, [Wall(plane) for plane in planes], [tool])}
+    own = tuple(name for name, m in met.items() if m.reaches and m.across is None)
+    more = tuple(name for name, m in met.items() if m.alike)
+    return Share(own, len(images_of(case, tool, (*own, *more))) // len(images_of(case, tool, own)))
+
+
+def _planes(case: Case, tool: str, system: System | None = None) -> list[Plane]:
+    """Planes of symmetry of a case, those of its output and of the press of a tool; places of ends are those of a system."""
     press = case.problem.tools[tool].press
     sides = [*case.output.mirror, *(press.mirror or () if press is not None else ())]
+    sides = [side for side in sides if case.problem.space == "solid" or ENDS.get(side, (0, 0))[0] < 2]
+    X, meshes = (system.X, system.meshes) if system is not None else (None, None)
+    planes = [plane_of(case.problem, side, X, meshes) for side in sides]
+    return distinct(planes, np.inf if system is None else DRAWN * system.length)
+
+
+def _goes_across(system: System, tool: str, line: Plane) -> bool:
+    """Whether a tool in the plane moves across a line in a run, or is free to."""
+    number = list(system.problem.tools).index(tool)
+    dofs, n = system.dofs.tool.dofs(number)[:2], np.asarray(line.normal)
+    before: Moment | None = None
+    for now in moments(system):
+        way = now.u[dofs] - before.u[dofs] if before is not None and before.plan is now.plan else np.zeros(2)
+        if abs(way @ n) > NO_DIFFERENCE * np.linalg.norm(way) or (~np.isin(dofs, now.plan.fixed) & (np.abs(n) > DRAWN)).any():
+            return True
+        before = now
+    return False
+
+
+def images_of(case: Case, tool: str, sides: Collection[str]) -> Array:
+    """Matrices (h, d, d) of the group that the reflections across some of a case's planes of symmetry generate."""
     d = 3 if case.problem.space == "solid" else 2
-    planes = distinct([plane_of(case.problem, side) for side in sides if d == 3 or ENDS.get(side, (0, 0))[0] < 2], np.inf)
+    planes = [plane for plane in _planes(case, tool) if plane.name in sides]
     try:
         return group(chamber(planes)) if planes else np.eye(d)[None]
     except NoWhole:  # of a run of an earlier version
         return np.eye(d)[None]
 
 
-def one_with(case: Case, tool: str, ways: Array, turns: Array) -> Array:
-    """Matrices (h, d, d) of the images of a part with which a tool is one.
-
-    It moves along ``ways`` (n, d) and turns about ``turns`` (n, 3).
-    """
-    turned = np.where(np.abs(turns) <= NEGLIGIBLE, 0.0, turns)
-    return kept_by(reflections_of(case, tool), ways, turned)
-
-
-def images_along(case: Case, tool: str, key: str) -> int:
-    """How many parts of the whole share what presses a tool along an axis (``y``), or turns it about one (``my``)."""
-    d = 3 if case.problem.space == "solid" else 2
-    axis = np.eye(d)["xyz".index(key[-1])][None]
-    none = axis[:0]
-    return len(one_with(case, tool, *((none, axis) if "m" in key else (axis, none))))
-
-
 def of_whole(images: Array, force: Array) -> Array:
     """Force (d,) of the whole on a tool that is one with its images, by that of what is modelled."""
     return np.asarray(images.sum(axis=0) @ force)
 
+
+def moment_of_whole(images: Array, moment: Array) -> Array:
+    """Moment (3,) of the whole on such a tool, about an axis through its reference point across the planes."""
+    return np.asarray(np.einsum("hij,h->ij", images, np.linalg.det(images)) @ moment)
+
+
+def parts_along(images: Array, key: str) -> int:
+    """How many parts of the whole share what presses a tool along an axis (``y``), or turns it about one (``my``)."""
+    d = images.shape[1]
+    axis = np.eye(d)["xyz".index(key[-1])]
+    shared = moment_of_whole(images, axis) if "m" in key else of_whole(images, axis)
+    return round(float(axis @ shared))

@@ -15,7 +15,7 @@ import numpy as np
 
 from prensa.mesh.mesh import segments
 from prensa.precision import NEGLIGIBLE
-from prensa.system.symmetry_planes import Mirror, mirrors_of
+from prensa.system.symmetry_planes import Mirror, free_faces, mirrors_of
 from prensa.system.system import System
 from prensa.types import Array, Flags, Index
 
@@ -81,7 +81,8 @@ def whole_outline(system: System, body: str) -> WholeOutline:
 def _whole(system: System, body: str) -> WholeOutline:
     first, mesh = system.first or system, system.meshes[body]
     n, ends = len(mesh.points), segments(mesh.boundary)
-    lines = mirrors_of(first, body, first.X)
+    # what is free on a line of symmetry, as a crack is, may open: the outline is not one with its image there
+    lines = [line for line in mirrors_of(first, body, first.X) if not len(free_faces(first, line, body, first.X)[1])]
     if not lines:
         own = _loops(ends)
         return WholeOutline(n, [()], ends, np.ones(len(ends), dtype=bool), own, own)

@@ -103,7 +103,7 @@ def _with(problem: Problem, values: Mapping[str, float]) -> Problem:
     """As `with_values`, of paths that are known to lead to numbers."""
     out = _replaced(problem, {path: float(value) for path, value in values.items()})
     assert isinstance(out, Problem)
-    return out
+    return out.with_mirrored(problem.mirrored)
 
 
 def _replaced(part: Any, changes: Mapping[str, float]) -> Any:

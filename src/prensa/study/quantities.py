@@ -89,7 +89,7 @@ def with_measures(problem: Problem, wanted: Iterable[Quantity]) -> Problem:
         if name not in columns(problem) and name not in more.values():
             number = next(k for k in range(1, len(more) + 2) if f"measure_{k}" not in more)
             more[f"measure_{number}"] = name
-    return replace(problem, measures=more)
+    return replace(problem, measures=more).with_mirrored(problem.mirrored)
 
 
 def series_of(folder: Path, names: Mapping[str, str]) -> dict[str, NDArray[Any]]:

@@ -156,9 +156,10 @@ class Execution:
                 raise
             remedy = "cut the tails off, normal(mean, sd, low, high), or give another distribution"
             raise PrensaError(f"sample {point.sample}: {error}; {remedy}") from None
-        # What is measured or drawn does not change what is computed: asking for one more measure finds the finished cases
-        # again.
-        key = key_of(self._text(replace(case, problem=replace(case.problem, measures={}), output=Output())))
+        # What is measured or drawn does not change what is computed, but for planes of symmetry, which stop free sides: asking
+        # for one more measure finds the finished cases again.
+        output = Output(mirror=case.output.mirror)
+        key = key_of(self._text(replace(case, problem=replace(case.problem, measures={}), output=output)))
         return Row(point, key, f"{CASES}/{key[:16]}")
 
     def _text(self, case: Case) -> str:
@@ -252,7 +253,7 @@ class Execution:
         """The jobs, each made when it is handed out."""
         for row in todo:
             case = self.source.changed(row.point.changes)
-            output = case.output if self.reports else Output(fields=0, pictures=False, report=False)
+            output = case.output if self.reports else Output(0, False, False, case.output.mirror)
             if self.reports:
                 output = replace(output, pictures=True, report=True)
             problem = with_measures(case.problem, self.quantities)

@@ -21,7 +21,7 @@ from prensa.mesh.mesh import Mesh
 from prensa.mesh.thin import Strips, side_numbers, strips
 from prensa.model import problem as model
 from prensa.precision import NEGLIGIBLE
-from prensa.system.contact_surfaces import always_held
+from prensa.system.held import Held, held
 from prensa.system.moments import Moment, moments
 from prensa.system.system import System
 from prensa.types import Array, Flags, Index
@@ -75,8 +75,8 @@ class Thickness:
     held: Flags
 
     @staticmethod
-    def of(mesh: Mesh, s: Strips, row: Index, held: Flags) -> Thickness:
-        """Of the strips in a row (m,) of each element of a mesh, of whose nodes supports hold components (n, d) in all steps."""
+    def of(mesh: Mesh, s: Strips, row: Index, held: Held | None) -> Thickness:
+        """Of the strips in a row (m,) of each element of a mesh; ``held``: what supports hold of its nodes in all steps."""
         corners, at = s.sides.shape[3], (row, np.arange(len(row)))
         own, nodes = np.repeat(s.strip[at], 2), s.sides[at].reshape(-1, corners)
         side = side_numbers(np.concatenate([nodes, mesh.boundary[:, :corners]]), len(mesh.points))
@@ -90,11 +90,10 @@ class Thickness:
         way = middle[:, 1] - middle[:, 0]
         size = np.linalg.norm(way, axis=1)
         across = way / size[:, None]
-        towards = np.abs(across)[:, None, None, :] > np.sqrt(0.5)
-        return Thickness(strip, ends, middle, across, size, (held[ends] & towards).any(axis=3).all(axis=2))
+        return Thickness(strip, ends, middle, across, size, _holds(held, ends, across))
 
     @staticmethod
-    def between_faces(mesh: BrickMesh, held: Flags) -> Thickness:
+    def between_faces(mesh: BrickMesh, held: Held | None) -> Thickness:
         """Of tetrahedra, which have no strips: straight inwards from the middles of faces to those opposite, which face away."""
         x, rays = mesh.points[mesh.boundary[:, :3]], np.arange(0, len(mesh.boundary), -(-len(mesh.boundary) // MOST_RAYS))
         n = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
@@ -104,12 +103,10 @@ class Thickness:
         rays, met, size = rays[through], met[through], size[through]
         ends, first = mesh.boundary[np.stack([rays, met], axis=1)], x[rays].mean(axis=1)
         middle = np.stack([first, first - size[:, None] * n[rays]], axis=1)
-        towards = np.abs(n[rays])[:, None, None, :] > np.sqrt(0.5)
-        holds = (held[ends] & towards).any(axis=3).all(axis=2)
-        return Thickness(np.arange(len(rays)), ends, middle, -n[rays], size, holds)
+        return Thickness(np.arange(len(rays)), ends, middle, -n[rays], size, _holds(held, ends, -n[rays]))
 
     @staticmethod
-    def all_of(mesh: Mesh, held: Flags) -> Iterator[Thickness]:
+    def all_of(mesh: Mesh, held: Held) -> Iterator[Thickness]:
         """Along each of the ways in which a body has strips, or once between its faces."""
         if isinstance(mesh, BrickMesh) and mesh.cells.shape[1] == 10:
             yield Thickness.between_faces(mesh, held)
@@ -117,6 +114,11 @@ class Thickness:
             s = strips(mesh)
             for row in range(len(s.strip)):
                 yield Thickness.of(mesh, s, np.full(len(mesh.cells), row), held)
+
+
+def _holds(held: Held | None, ends: Index, across: Array) -> Flags:
+    """Whether supports hold the ``ends`` (s, 2, a) of strips along their ways ``across`` (s, d)."""
+    return np.zeros(ends.shape[:2], dtype=bool) if held is None else held.towards(ends, across, float(np.sqrt(0.5)))
 
 
 class BentStrips(NamedTuple):
@@ -133,13 +135,12 @@ class BentStrips(NamedTuple):
     thickness: Array
 
     @staticmethod
-    def of(mesh: Mesh, held: Flags | None = None) -> BentStrips:
+    def of(mesh: Mesh, held: Held | None = None) -> BentStrips:
         """Of a mesh of quadrilaterals, through their thickness, or of bricks, through all but the longest way of their strips.
 
-        ``held`` (n, d): components that supports hold; ways of bricks that they hold at both ends are left out.
+        ``held``: what supports hold of its nodes; ways of bricks that they hold at both ends are left out.
         """
         s, x = strips(mesh), mesh.points
-        held = np.zeros(x.shape, dtype=bool) if held is None else held
         parts = []
         for row in np.argsort(s.lengths, axis=0, kind="stable")[:-1] if x.shape[1] == 3 else s.thin[:1]:
             t = Thickness.of(mesh, s, row, held)
@@ -214,11 +215,11 @@ def _ways(system: System, body: str) -> Iterator[_Way]:
     mesh, law, space = system.meshes[body], system.problem.bodies[body].material, system.problem.space
     if mesh.cells.shape[1] != (8 if isinstance(mesh, BrickMesh) else 4):
         return
-    s, held = strips(mesh), always_held(system.problem, body, mesh)
+    s, holds = strips(mesh), held(system, body)
     solid = len(s.across) == 3
     *rows, along = np.argsort(s.lengths, axis=0, kind="stable") if solid else (s.thin[0], 1 - s.thin[0])
     for row in rows:
-        own, t = stiffness_errors(s, row, along, law.poisson, space), Thickness.of(mesh, s, row, held)
+        own, t = stiffness_errors(s, row, along, law.poisson, space), Thickness.of(mesh, s, row, holds)
         if solid:
             own[np.isin(s.strip[row, np.arange(len(row))], t.strip[t.held.all(axis=1)])] = 0.0
         yield _Way(body, float(own[np.argmax(np.abs(own))]), t)

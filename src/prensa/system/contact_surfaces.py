@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from prensa.mesh.bricks import BrickMesh, corner_keys
-from prensa.mesh.faces import area_vectors
 from prensa.mesh.mesh import Mesh, MeshError, keys
 from prensa.model import problem as model
-from prensa.precision import NEGLIGIBLE, ROUND_OFF
-from prensa.system.inclined import held_along_normals, side_normal
+from prensa.system.bodies import Bodies
+from prensa.system.held import symmetric
 from prensa.types import Array, Flags, Index
 
-STRAIGHT = 0.999  # cosine from which an edge's normal is along x or y
 ON_TIE = 0.05  # distance over the length of an edge below which it lies on the other side of a tie
 
-STILL = ("held", 0.0)
-"""What a support says of a component that stays where it is."""
 
-
-def contact_edges(problem: model.Problem, contact: model.Contact, meshes: dict[str, Mesh]) -> Index:
+def contact_edges(bodies: Bodies, contact: model.Contact) -> Index:
     """Edges (k, 2|3) of a contact in node numbers of its body, body on the left; in space faces (k, 4).
 
     Raises
@@ -33,9 +27,9 @@ def contact_edges(problem: model.Problem, contact: model.Contact, meshes: dict[s
 
     """
     body = contact.surface[0].partition(".")[0]
-    mesh = meshes[body]
+    problem, mesh = bodies.problem, bodies.meshes[body]
     if contact.surface == (body,):
-        return _rest_of_outline(problem, contact, body, meshes)
+        return _rest_of_outline(bodies, contact, body)
     edges = named_edges(mesh, contact.surface)
     if isinstance(mesh, BrickMesh):
         return edges
@@ -76,9 +70,10 @@ def _in(edges: Index, others: Index, mesh: Mesh) -> Flags:
     return np.isin(keys(edges[:, :2], len(mesh.points)), keys(others[:, :2], len(mesh.points)))
 
 
-def _rest_of_outline(problem: model.Problem, contact: model.Contact, body: str, meshes: dict[str, Mesh]) -> Index:
+def _rest_of_outline(bodies: Bodies, contact: model.Contact, body: str) -> Index:
     """The outline of a body without the sides that are named for the same tool, and without what can touch nothing."""
-    mesh, outline = meshes[body], meshes[body].boundary
+    problem, mesh = bodies.problem, bodies.meshes[body]
+    outline = mesh.boundary
     entries: tuple[model.Contact | model.NoContact, ...] = (*problem.contacts, *problem.no_contact)
     for entry in entries:
         named = tuple(s for s in entry.surface if s.startswith(f"{body}."))
@@ -89,156 +84,8 @@ def _rest_of_outline(problem: model.Problem, contact: model.Contact, body: str, 
             f"contacts.{problem.contacts.index(contact)}: other entries name all sides of {body!r} with tool "
             f"{contact.against!r}: nothing of its outline is left for this one; remove it"
         )
-    left = outline[~(symmetric(problem, body, mesh, outline) | _tied(problem, body, meshes, outline))]
+    left = outline[~(symmetric(bodies, body, outline) | _tied(problem, body, bodies.meshes, outline))]
     return np.unique(left if len(left) else outline, axis=0)
-
-
-class Plane(NamedTuple):
-    """A plane in space, in the plane a line: its unit ``normal`` (d,) and its ``place`` along that.
-
-    Of the two normals it has the one whose largest component is positive.
-    """
-
-    normal: tuple[float, ...]
-    place: float
-
-    def __str__(self) -> str:
-        if self.axis is not None:
-            return f"{'xyz'[self.axis]} = {self.place:g}"
-        return f"({', '.join(f'{n:.4g}' for n in self.normal)}) · x = {self.place:.4g}"
-
-    @property
-    def axis(self) -> int | None:
-        """The axis that is its normal; None if it is inclined."""
-        return self.normal.index(1.0) if 1.0 in self.normal else None
-
-    def distance(self, x: Array) -> Array:
-        """Distance (...) of places (..., d) from it, positive on the side to which its normal points."""
-        return np.asarray(x @ np.array(self.normal) - self.place)
-
-    def same(self, other: Plane, near: float) -> bool:
-        """Whether it is another one but for round-off; ``near``: length that is none."""
-        return abs(self.place - other.place) <= near and bool(
-            np.abs(np.subtract(self.normal, other.normal)).max() <= NEGLIGIBLE
-        )
-
-
-def axis_plane(axis: int, place: float, dimension: int) -> Plane:
-    """The plane across an axis."""
-    return Plane(tuple(1.0 if k == axis else 0.0 for k in range(dimension)), place)
-
-
-def symmetry_planes(problem: model.Problem, body: str, mesh: Mesh) -> list[Plane]:
-    """Planes, in the plane lines, all boundary on which is held along the normal in all steps, and not along itself.
-
-    Where another one ends a side, that holds the side's nodes along its own normal: that counts for nothing.
-    """
-    faces, held = _straight_corners(mesh), always_held(problem, body, mesh)
-    x, near = mesh.points[faces], NEGLIGIBLE * float(mesh.extent.max())
-    candidates: list[Plane] = []
-    itself = held.copy()  # components along which nodes are held, but not because a side across them is
-    for axis in range(held.shape[1]):
-        across = (np.ptp(x[..., axis], axis=1) <= near) & held[faces, axis].all(axis=1)
-        itself[faces[across], axis] = False
-        candidates += [axis_plane(axis, at, held.shape[1]) for at in np.unique(x[across, 0, axis]).tolist()]
-    candidates += [
-        _plane_through(normal, mesh.points[nodes]) for nodes, normal in _held_along_normals(problem, body, mesh)
-    ]
-    out: list[Plane] = []
-    for plane in sorted(candidates, key=lambda p: ([-n for n in p.normal], p.place)):
-        if any(plane.same(known, near) for known in out):
-            continue
-        there = faces[(np.abs(plane.distance(x)) <= near).all(axis=1)]
-        partly = np.abs(plane.normal) < 1.0 - NEGLIGIBLE  # an axis inclined to it is partly along it
-        along = held[there][..., partly].all(axis=1) & itself[there][..., partly].any(axis=1)
-        if held_along(problem, body, mesh, np.array(plane.normal))[there].all() and not along.any():
-            out.append(plane)
-    return out
-
-
-def _straight_corners(mesh: Mesh) -> Index:
-    """Faces (k, 4 | 6) of a mesh in space; in the plane the ends (k, 2) of its edges."""
-    return mesh.boundary if isinstance(mesh, BrickMesh) else mesh.boundary[:, :2]
-
-
-def _plane_through(normal: Array, points: Array) -> Plane:
-    """The plane with a normal (d,) through points (n, d), without what round-off leaves of components and places that are 0."""
-    normal = np.where(np.abs(normal) <= ROUND_OFF, 0.0, normal)
-    normal = normal / (np.linalg.norm(normal) * np.sign(normal[np.argmax(np.abs(normal))]))
-    place = float((points @ normal).mean())
-    return Plane(tuple((normal + 0.0).tolist()), 0.0 if abs(place) <= ROUND_OFF * float(np.abs(points).max()) else place)
-
-
-def _held_along_normals(problem: model.Problem, body: str, mesh: Mesh) -> Iterator[tuple[Index, Array]]:
-    """Nodes (k,) and unit normals (3,) of the sides of a body that are held along their normals, whatever the axes."""
-    for name in held_along_normals(problem):
-        for nodes in _own_nodes(name, body, mesh):
-            yield nodes, side_normal(name, {body: mesh})
-
-
-def held_along(problem: model.Problem, body: str, mesh: Mesh, normal: Array) -> Flags:
-    """Nodes (n,) that supports hold along a unit vector (d,) where they are in all steps."""
-    held = always_held(problem, body, mesh)
-    out = np.asarray((held & (np.abs(normal) >= 1.0 - NEGLIGIBLE)).any(axis=1))
-    for nodes, other in _held_along_normals(problem, body, mesh):
-        if abs(other @ normal) >= 1.0 - NEGLIGIBLE:
-            out[nodes] = True
-    return out
-
-
-def always_held(problem: model.Problem, body: str, mesh: Mesh) -> Flags:
-    """Components (n, d) of the nodes that supports hold where they are in all steps: none moves, releases or feeds them.
-
-    Those of the first step hold as those of the problem do.
-    """
-    held, axes = np.zeros(mesh.points.shape, dtype=bool), model.SPATIAL_AXES[: mesh.points.shape[1]]
-    first = problem.steps[0].fixed if problem.steps else {}
-    for name, support in (*problem.fixed.items(), *first.items()):
-        for nodes in _own_nodes(name, body, mesh):
-            for axis, key in enumerate(axes):
-                held[nodes, axis] |= getattr(support, key) in STILL
-    for step in problem.steps:
-        for name, support in step.fixed.items():
-            for nodes in _own_nodes(name, body, mesh):
-                for axis, key in enumerate(axes):
-                    if support.free or getattr(support, key) not in (None, *STILL):
-                        held[nodes, axis] = False
-        for name, driven in problem.driven(step).items():
-            for nodes in _own_nodes(name, body, mesh):
-                for axis, key in enumerate(axes):
-                    if getattr(driven, key) is not None:
-                        held[nodes, axis] = False
-    return held
-
-
-def _own_nodes(name: str, body: str, mesh: Mesh) -> Iterator[Index]:
-    """The nodes of a boundary, if it is one of a body."""
-    owner, _, edge = name.partition(".")
-    if owner == body:
-        yield mesh.nodes(edge, name)
-
-
-def symmetric(problem: model.Problem, body: str, mesh: Mesh, edges: Index) -> Flags:
-    """Edges, in space faces (k,) on the axis of revolution, and those that supports hold along their normal in all steps."""
-    held = always_held(problem, body, mesh)
-    if isinstance(mesh, BrickMesh):
-        normal, faces = _face_normals(mesh.points[edges]), edges
-    else:
-        if problem.space == "axisymmetric":
-            held[:, 0] |= mesh.points[:, 0] <= 1e-12 * float(mesh.extent.max())
-        faces = edges[:, :2]
-        t = mesh.points[faces[:, 1]] - mesh.points[faces[:, 0]]
-        normal = np.stack([t[:, 1], t[:, 0]], axis=1) / np.hypot(*t.T)[:, None]
-    out = np.asarray((held[faces].all(axis=1) & (np.abs(normal) > STRAIGHT)).any(axis=1))
-    for nodes, other in _held_along_normals(problem, body, mesh):
-        out |= np.isin(faces, nodes).all(axis=1) & (np.abs(normal @ other) > STRAIGHT)
-    return out
-
-
-def _face_normals(x: Array) -> Array:
-    """Mean unit normals (k, 3) of faces x (k, 4 | 6, 3)."""
-    area = area_vectors(x)[1].sum(axis=0)
-    return np.asarray(area / np.linalg.norm(area, axis=1)[:, None])
 
 
 def _tied(problem: model.Problem, body: str, meshes: dict[str, Mesh], edges: Index) -> Flags:

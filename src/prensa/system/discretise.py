@@ -27,6 +27,7 @@ from prensa.model import problem as model
 from prensa.model.crank import AXIS
 from prensa.registry import DOORS
 from prensa.system.assembly import Block, Pattern, Slots, make_pattern, slots_of
+from prensa.system.bodies import Bodies, Meshed
 from prensa.system.contact_surfaces import contact_edges, named_edges
 from prensa.system.control import couplings, factor_field
 from prensa.system.element_choice import with_chosen_elements
@@ -79,7 +80,8 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
     offsets, total = _numbered(meshes)
     X = np.concatenate([m.points for m in meshes.values()])
     ties, X = make_ties(problem, meshes, offsets, X, held_components(problem, meshes, offsets, X))
-    candidates = [_candidates(problem, contact, meshes, offsets, X) for contact in problem.all_contacts]
+    bodies = Meshed(problem, meshes, offsets, X, DofMap(X.shape[1], total), ties)
+    candidates = [_candidates(bodies, contact) for contact in problem.all_contacts]
     dofs = _dofs(problem, candidates, total, extensions)
     if ties is not None and ties.jump is not None:
         ties = replace(ties, shares=dofs.fields[TIE_SHARES].slice)
@@ -196,7 +198,8 @@ def on_meshes(system: System, remeshed: Remeshed) -> System:
     problem, meshes = system.problem, dict(remeshed.meshes)
     offsets, total = _numbered(meshes)
     x = np.concatenate([m.points for m in meshes.values()])
-    candidates = [_candidates(problem, contact, meshes, offsets, x) for contact in problem.all_contacts]
+    bodies = Meshed(problem, meshes, offsets, x, DofMap(x.shape[1], total))
+    candidates = [_candidates(bodies, contact) for contact in problem.all_contacts]
     dofs = _dofs(problem, candidates, total, ())
     surfaces = _surfaces(problem, candidates, meshes, offsets, x, dofs)
     surfaces = [
@@ -255,16 +258,13 @@ def _of_files(problem: model.Problem, meshes: Mapping[str, Mesh]) -> dict[str, s
     }
 
 
-def _candidates(
-    problem: model.Problem, contact: model.Contact | model.BodyContact, meshes: dict[str, Mesh], offsets: dict[str, int],
-    X: Array,
-) -> Points:  # fmt: skip
+def _candidates(bodies: Bodies, contact: model.Contact | model.BodyContact) -> Points:
     """Candidate points of a contact on its surface."""
     owner = contact.surface[0].partition(".")[0]
-    mesh = meshes[owner]
+    problem, mesh, offsets, X = bodies.problem, bodies.meshes[owner], bodies.offsets, bodies.X
     if isinstance(contact, model.BodyContact):
         return _on_side(problem, contact.slave, mesh, offsets[owner], X)
-    edges = contact_edges(problem, contact, meshes)
+    edges = contact_edges(bodies, contact)
     if isinstance(mesh, BrickMesh):
         cells = mesh.cells + offsets[owner]
         volume, _ = element_of(problem.element_name(owner)).volumes(X[cells], _mode(problem))

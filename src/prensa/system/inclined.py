@@ -43,10 +43,11 @@ class Inclined:
 
 
 def held_along_normals(problem: model.Problem) -> list[str]:
-    """Names of the sides that the problem holds along their normals."""
+    """Names of the sides that the problem, or its first step, holds along their normals: in all steps."""
     if problem.space != "solid":
         return []
-    return [name for name, support in problem.fixed.items() if support.normal is not None]
+    given = [*problem.fixed.items(), *(problem.steps[0].fixed.items() if problem.steps else ())]
+    return list(dict.fromkeys(name for name, support in given if support.normal is not None))
 
 
 def inclined_of(

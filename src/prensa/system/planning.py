@@ -11,6 +11,7 @@ from prensa.friction.law import FrictionLaw
 from prensa.model import problem as model
 from prensa.model.fields import force_along
 from prensa.model.seconds import duration_of
+from prensa.system.bodies import Bodies
 from prensa.system.control import FACTOR
 from prensa.system.interference import share_groups
 from prensa.system.minimal_supports import found_supports
@@ -64,7 +65,7 @@ def plan_step(system: System, number: int, step_start: Array, ends: Array | None
     p, step = system.problem, system.problem.steps[number]
     ended = Ends(ends)
     gone = model.tools_removed(p, number)
-    groups = _support_groups(system, number, step_start, ended)
+    groups = support_groups(system, number, step_start, ended)
     groups += share_groups(p, system.dofs, number, step_start)
     push: dict[int, Amplitude] = {}
     springs: dict[int, tuple[float, Amplitude]] = {}
@@ -132,10 +133,10 @@ def _supports(p: model.Problem, number: int) -> dict[tuple[str, str], tuple[floa
     return supports
 
 
-def _support_groups(system: System, number: int, step_start: Array, ends: Ends) -> list[Prescribed]:
-    """Displacements that supports and the axis of revolution prescribe, each once."""
+def support_groups(system: Bodies, number: int, step_start: Array, ends: Ends) -> list[Prescribed]:
+    """Displacements that supports and the axis of revolution prescribe in step *number*, each once; −1: before the first one."""
     groups: list[Prescribed] = []
-    taken = np.zeros(system.ndof, dtype=bool)
+    taken = np.zeros(system.dofs.displacement.size, dtype=bool)
 
     def add(dofs: Index, c: Amplitude | None, support: tuple[str, str] | None = None) -> None:
         # Merged nodes stand for one another, and the corner of two boundaries is in both: an unknown is prescribed once.
@@ -161,7 +162,7 @@ def _released(system: System, number: int, step_start: Array, groups: list[Presc
         return []
     taken = np.concatenate([np.zeros(0, dtype=np.int64), *(g.dofs for g in groups)])
     out = []
-    for g in _support_groups(system, number - 1, step_start, ends):
+    for g in support_groups(system, number - 1, step_start, ends):
         free = ~np.isin(g.dofs, taken)
         if free.any():
             out.append(Prescribed(g.dofs[free], g.start[free], support=g.support))

@@ -13,15 +13,17 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from prensa.contact.record import ContactRecord
+from prensa.geometry.reflections import Plane, axis_plane, upright
 from prensa.mesh.bricks import BrickMesh
 from prensa.mesh.mesh import segments
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
-from prensa.precision import NEGLIGIBLE
+from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.registry import DOORS
-from prensa.system.contact_surfaces import Plane, axis_plane, symmetric, symmetry_planes
 from prensa.system.discretise import discretise, on_meshes
+from prensa.system.held import symmetric, symmetry_planes
 from prensa.system.mesh_state import Remeshed
+from prensa.system.mirrored_sides import named_planes
 from prensa.system.state import State
 from prensa.system.system import System
 from prensa.types import Array, Index
@@ -71,24 +73,30 @@ class Nearing(Exception):
 
 
 class Watched(NamedTuple):
-    """Free sides of a body off a ``mirror``: nodes (k, 2), in space (k, 4 | 6), of their ``faces``.
+    """Free sides of a body off a ``mirror``, or in it: nodes (k, 2), in space (k, 4 | 6), of their ``faces``.
 
     ``room`` (n,): distances of their nodes, before they moved, from where they are close to it, ``dofs`` (n, d) what
-    changes these.
+    changes these. ``least``: the distance over the size of a face below which they have come near: what lies in the mirror at
+    first may lift off, and has come near when it goes through.
     """
 
     mirror: Mirror
     faces: Index
     room: Array
     dofs: Index
+    least: float
 
 
 class Close(NamedTuple):
-    """A free side that is close to a ``mirror``: ``place`` (d,) of its nearest node, distance as a ``share`` of a face there."""
+    """A free side that is close to a ``mirror``: ``place`` (d,) of its nearest node, distance as a ``share`` of a face there.
+
+    ``near``: whether it has come so near that a tool has to stand there.
+    """
 
     mirror: Mirror
     place: Array
     share: float
+    near: bool
 
     @property
     def where(self) -> str:
@@ -110,7 +118,7 @@ class Guard:
 
     def near(self, u: Array) -> list[Close]:
         """Planes to which a free node has come near in degrees of freedom u (ndof,), with the nearest one."""
-        return [close for close in self.close(u) if close.share < NEAR]
+        return [close for close in self.close(u) if close.near]
 
     def close(self, u: Array) -> list[Close]:
         """The nearest nodes where some have come close to a plane in degrees of freedom u (ndof,)."""
@@ -122,7 +130,7 @@ class Guard:
             distance = w.mirror.distance(x)
             share = distance.min(axis=1) / _sizes(x)
             k = int(np.argmin(share))
-            out.append(Close(w.mirror, x[k, np.argmin(distance[k])], float(share[k])))
+            out.append(Close(w.mirror, x[k, np.argmin(distance[k])], float(share[k]), bool(share[k] < w.least)))
         return out
 
     def on(self, system: System, u: Array) -> Guard:
@@ -168,28 +176,35 @@ def _watched(system: System, mirrors: Sequence[Mirror], u: Array) -> list[Watche
     """What to look at off some planes, on a mesh that begins with degrees of freedom u (ndof,)."""
     x, watched = system.positions(u), []
     for mirror in mirrors:
-        for faces in filter(len, (_free(system, mirror, body, x) for body in mirror.bodies)):
-            nodes, place = np.unique(faces, return_inverse=True)
-            size = np.full(len(nodes), np.inf)
-            np.minimum.at(size, place.reshape(faces.shape), _sizes(x[faces])[:, None])
-            room = mirror.distance(system.X[nodes]) - WITHIN * size
-            watched.append(Watched(mirror, faces, room, system.dofs.displacement.dofs(nodes)))
+        for body in mirror.bodies:
+            off, on = free_faces(system, mirror, body, x)
+            for faces, within, least in ((off, WITHIN, NEAR), (on, 0.0, -DRAWN)):
+                if not len(faces):
+                    continue
+                nodes, place = np.unique(faces, return_inverse=True)
+                size = np.full(len(nodes), np.inf)
+                np.minimum.at(size, place.reshape(faces.shape), _sizes(x[faces])[:, None])
+                room = mirror.distance(system.X[nodes]) - within * size
+                watched.append(Watched(mirror, faces, room, system.dofs.displacement.dofs(nodes), least))
     return watched
 
 
 def mirrors_of(system: System, body: str, x: Array) -> list[Mirror]:
-    """Planes that hold part of a body's boundary along their normal and nothing along themselves, and the axis of revolution.
+    """Planes of symmetry of a body that follow from supports (see `symmetry_planes`), or that its case names, and the axis.
 
     Only those on one side of which the body lies, its nodes and all others being at x (n, d), and where no plane of the
     description stands already; none if ``no_contact`` excepts the body.
     """
-    p, mesh = system.problem, system.meshes[body]
+    p = system.problem
     if any(e.against == SYMMETRY and SYMMETRY not in p.tools and body in e.surface for e in p.no_contact):
         return []
-    own, planes = x[system.span(body)], symmetry_planes(p, body, mesh)
+    own, planes = x[system.span(body)], symmetry_planes(system, body)
     if p.space == "axisymmetric":
         axis = axis_plane(0, 0.0, 2)
         planes = [axis, *(plane for plane in planes if plane != axis)]
+    for plane in map(upright, named_planes(system)):
+        if not any(plane.same(known, DRAWN * system.length, DRAWN) for known in planes):
+            planes.append(plane)
     out = []
     for plane in planes:
         for mirror in (Mirror(plane, side, (body,)) for side in (1.0, -1.0)):
@@ -230,16 +245,16 @@ def _stands(system: System, body: str, mirror: Mirror, tools: int) -> bool:
     return False
 
 
-def _free(system: System, mirror: Mirror, body: str, x: Array) -> Index:
+def free_faces(system: System, mirror: Mirror, body: str, x: Array) -> tuple[Index, Index]:
     """Faces (k, 4 | 6) of a body's boundary that no support holds along their normals, in the plane edges (k, 2).
 
-    All nodes of them are off a mirror.
+    First those all nodes of which are off a mirror, then those which have all of them on it.
     """
     mesh = system.meshes[body]
-    faces = mesh.boundary[~symmetric(system.problem, body, mesh, mesh.boundary)]
+    faces = mesh.boundary[~symmetric(system, body, mesh.boundary)]
     faces = (faces if isinstance(mesh, BrickMesh) else segments(faces)) + system.offsets[body]
     off = mirror.distance(x[faces]) > NEGLIGIBLE * system.length
-    return np.asarray(faces[off.all(axis=1)])
+    return faces[off.all(axis=1)], faces[~off.any(axis=1)]
 
 
 # ------------------------------------------------------------------------------------------------------- with planes there
@@ -269,7 +284,8 @@ def with_planes(guard: Guard) -> System:
         others = tuple(body for body in p.bodies if body not in mirror.bodies)
         beyond += [model.NoContact((body,), name) for body in others]
     # The planes come last, so that the numbers of all tools and contacts of the description stay what they were.
-    system = discretise(replace(p, tools=tools, contacts=tuple(contacts), no_contact=(*p.no_contact, *beyond)))
+    made = replace(p, tools=tools, contacts=tuple(contacts), no_contact=(*p.no_contact, *beyond))
+    system = discretise(made.with_mirrored(p.mirrored))
     return replace(system, mirrors=len(mirrors))
 
 

@@ -23,12 +23,13 @@ from prensa.friction.law import At as FrictionAt
 from prensa.friction.law import FrictionLaw
 from prensa.layout import DofMap
 from prensa.materials.laws import At
-from prensa.mesh.mesh import Mesh, MeshError, segments
+from prensa.mesh.mesh import Mesh, segments
 from prensa.model import problem as model
 from prensa.model.interference import interfering
 from prensa.model.seconds import elapsed
 from prensa.precision import EPS
 from prensa.system.assembly import Block, Pattern, scatter_matrix, scatter_vector, slots, sweep
+from prensa.system.bodies import Bodies
 from prensa.system.contact_interaction import ContactInteraction
 from prensa.system.damage import undamaged
 from prensa.system.failure import ElementFailed, NotEvaluated
@@ -107,7 +108,7 @@ class BodyForces(Protocol):
 
 
 @dataclass(eq=False)  # each is one of its own, and arrays have no single answer to whether they are equal
-class System:
+class System(Bodies):
     """The discretised problem.
 
     ``gone``: whether its tools are, and ``removed`` the contacts that they had; their rows in the state stay. ``first``: the
@@ -211,52 +212,15 @@ class System:
         """Displacements (n, d) of the nodes, a view."""
         return u[self.dofs.displacement.slice].reshape(self.X.shape)
 
-    @cached_property
-    def axisymmetric(self) -> bool:
-        """Whether x is a radius."""
-        return self.problem.space == "axisymmetric"
-
-    @cached_property
-    def length(self) -> float:
-        """Size of the bodies, the length by which moments are divided."""
-        return float(np.ptp(self.X, axis=0).max())
+    @property
+    def displaced(self) -> Array:
+        """Displacements (n, d) of the nodes when the first step begins: none, or those in which an earlier run ended."""
+        return super().displaced if self.beginning is None else self.displacement(self.beginning.u)
 
     @cached_property
     def outlines(self) -> dict[str, Index]:
         """Straight pieces (k, 2) of the outline of each body in the plane, by its own nodes."""
         return {body: segments(mesh.boundary) for body, mesh in self.meshes.items()}
-
-    def span(self, body: str) -> slice:
-        """The nodes of a body among those of all."""
-        first = self.offsets[body]
-        return slice(first, first + len(self.meshes[body].points))
-
-    def nodes_of(self, body: str) -> Index:
-        """Global numbers (n,) of the nodes of a body."""
-        return self.offsets[body] + np.arange(len(self.meshes[body].points))
-
-    def has(self, body: str, nodes: Index) -> Flags:
-        """Which nodes (n,) are those of a body."""
-        own = self.span(body)
-        return (nodes >= own.start) & (nodes < own.stop)
-
-    def body_of(self, node: int) -> str:
-        """The body that a node belongs to."""
-        return next(b for b in reversed(list(self.offsets)) if self.offsets[b] <= node)
-
-    def boundary_nodes(self, name: str) -> Index:
-        """Global nodes of 'body.boundary' (or 'body.point')."""
-        body, _, edge = name.partition(".")
-        return self.meshes[body].nodes(edge, name) + self.offsets[body]
-
-    def boundary_edges(self, name: str) -> Index:
-        """Global edges (k, 2) of 'body.boundary'."""
-        body, _, edge = name.partition(".")
-        mesh = self.meshes[body]
-        mesh.nodes(edge, name)
-        if edge not in mesh.edges:
-            raise MeshError(f"{name!r} is a point; a load or a contact needs a boundary")
-        return mesh.edges[edge] + self.offsets[body]
 
     def of_elements(self, blocks: list[Block]) -> System:
         """The same system of some of its elements alone; its length and scale of forces stay, which take all nodes to find."""
@@ -276,13 +240,6 @@ class System:
     @cached_property
     def _contacts(self) -> list[ContactInteraction]:
         return [ContactInteraction(self, s, i) for i, s in enumerate(self.surfaces)]
-
-    @cached_property
-    def axis_nodes(self) -> Index:
-        """Nodes on the axis of revolution, whose radial displacement is zero."""
-        if not self.axisymmetric:
-            return np.zeros(0, dtype=np.int64)
-        return np.flatnonzero(self.X[:, 0] <= 1e-12 * self.length)
 
     def multipliers(self, u: Array, lam: Array) -> Array:
         """λ_n, λ_T (points, 2) of all contact points: of exact contacts from the dofs u (ndof,), else those of lam."""
@@ -329,18 +286,6 @@ class System:
     def to_masters(self, r: Array) -> Array:
         """Forces (ndof,) with those on tied nodes handed over to their masters."""
         return r if self.ties is None else self.ties.to_masters(r)
-
-    def master_dofs(self, dofs: Index) -> Index:
-        """Unknowns with those of nodes that a tie has made one replaced by the one that stands for them."""
-        return dofs if self.ties is None else np.unique(self.ties.owner[dofs])
-
-    def tied_bodies(self, body: str) -> list[str]:
-        """A body and those that ties join to it, in the order of the description."""
-        group = {body}
-        pairs = [{t.slave.partition(".")[0], t.master.partition(".")[0]} for t in self.problem.ties]
-        for _ in pairs:
-            group |= {b for pair in pairs if pair & group for b in pair}
-        return [b for b in self.problem.bodies if b in group]
 
     def positions(self, u: Array) -> Array:
         """Node positions (n, 2) for degrees of freedom u (ndof,)."""

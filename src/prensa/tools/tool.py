@@ -165,6 +165,17 @@ class ToolShape(Member, abstract=True):
         """Unit vector (d,) along which an open surface looks as a whole; None of a closed one, and of other tools."""
         return None
 
+    def into_image(self, shape: Tool, normals: Sequence[Array], nothing: float) -> str:
+        """What makes it its own mirror image across planes with some normals (3,), '' where that is not known.
+
+        ``nothing``: angle that is none.
+        """
+        return ""
+
+    def goes_on(self, shape: Tool) -> bool:
+        """Whether its surface goes on straight beyond what is drawn, so that one face of a groove cannot be drawn otherwise."""
+        return shape.half_space
+
     # ----------------------------------------------------------------------------------------------- words and pictures
     def details(self, shape: Tool, direction: Array) -> str:
         """What ``prensa check`` says of the placed tool besides its place."""

@@ -14,7 +14,7 @@ from prensa.materials.solids.j2 import J2
 from prensa.mesh.bricks import BrickMesh
 from prensa.system.bending import FOR_BENDING, BentStrips, bendings
 from prensa.system.bent_sections import BentMetal
-from prensa.system.contact_surfaces import always_held
+from prensa.system.held import held
 from prensa.system.system import System
 from prensa.types import Array
 
@@ -61,7 +61,7 @@ class MetalBends:
         """Work that layers of elements do in bending in the last increment beyond that of the material."""
         s = self.system
         if body not in self.strips:
-            self.strips[body] = BentStrips.of(s.meshes[body], always_held(s.problem, body, s.meshes[body]))
+            self.strips[body] = BentStrips.of(s.meshes[body], held(s, body))
         strips, span = self.strips[body], s.span(body)
         if not len(strips.layers):
             return 0.0

@@ -11,8 +11,8 @@ from prensa.checks.thresholds import ALONG, NO_DIFFERENCE, SLIGHT, TOUCHING_DEPT
 from prensa.contact.masters import Seen
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
-from prensa.precision import SMALLEST
-from prensa.system.contact_surfaces import always_held
+from prensa.precision import NEGLIGIBLE, SMALLEST
+from prensa.system.held import held
 from prensa.system.moments import Moment, moments
 from prensa.system.system import System
 from prensa.types import Array
@@ -36,10 +36,10 @@ def extruded(system: System, body: str) -> Iterator[Finding]:
     """What there is to say of a body in a container that is pushed through an opening by more than elements bear."""
     for across in np.eye(3):
         wide = spread(system, body, across)
-        if not wide or confined(system, body, across) == 0.0:
+        if not len(wide.ways) or confined(system, body, across) == 0.0:
             continue
         found = opening(system, body, across, wide)
-        if found is not None and (angle := corner_angle(found, len(wide))) > np.pi:
+        if found is not None and (angle := corner_angle(found, len(wide.ways))) > np.pi:
             yield Finding(
                 f"bodies.{body}",
                 f"tools push {body!r} through an opening of {found.passes:.2g} of its width, at up to "
@@ -69,16 +69,15 @@ def corner_angle(o: Opening, wide: int) -> float:
     return float(0.5 * np.pi + np.arctan(lag) + np.arctan(min(o.slope, chord)))
 
 
-def opening(system: System, body: str, across: Array, wide: dict[int, Array]) -> Opening | None:
+def opening(system: System, body: str, across: Array, wide: Spread) -> Opening | None:
     """The narrowest that a body, moved on with what pushes it ``across``, comes to; None where nothing goes through.
 
     Its section is made smaller as a whole, about what does not move, until no node is inside a tool. ``wide``: its `spread`.
     """
-    if (always_held(system.problem, body, system.meshes[body]) @ across > 0.0).any():
+    if held(system, body).along(across).any():
         return None  # it stands
     reach = np.zeros_like(system.X)
-    for axis, places in wide.items():
-        reach[system.span(body), axis] = places
+    reach[system.span(body)] = wide.places @ wide.ways
     out, before = Opening(1.0, 0.0, 0.0, float(np.linalg.norm(reach, axis=1).max()), 0.0), np.zeros(len(across))
     for moment in moments(system):
         way, pushing = _pushed(system, body, moment, across)
@@ -150,18 +149,72 @@ def confined(system: System, body: str, across: Array) -> float:
     return float(np.ptp(at)) if surrounded else 0.0
 
 
-def spread(system: System, body: str, across: Array) -> dict[int, Array]:
-    """By each axis that is not ``across`` (d,), places (n,) of a body's nodes from where it does not move as its width changes.
+class Spread(NamedTuple):
+    """Orthonormal ``ways`` (m, d) along which the width of a body changes, and ``places`` (n, m) along them of its nodes.
 
-    From a flat side that supports hold, else from the middle; axes along which they hold two are left out.
+    Places count from where the body does not move.
     """
-    mesh = system.meshes[body]
-    X, held, out = mesh.points, always_held(system.problem, body, mesh), dict[int, Array]()
-    for a in range(X.shape[1]):
-        ends = [X[:, a].min(), X[:, a].max()]
-        near = [np.abs(X[:, a] - end) <= NO_DIFFERENCE * np.ptp(ends) for end in ends]
+
+    ways: Array
+    places: Array
+
+    @property
+    def distances(self) -> Array:
+        """Distances (n,) of the nodes from where the body does not move."""
+        return np.asarray(np.linalg.norm(self.places, axis=1))
+
+
+def spread(system: System, body: str, across: Array) -> Spread:
+    """How the nodes of a body lie about what does not move as its width changes: along all ways but ``across`` (d,).
+
+    From flat sides that supports hold along their normals, whatever the axes, else from the middle; ways along which they hold
+    two sides are left out. A sector has the ways and places of the whole.
+    """
+    X = system.meshes[body].points
+    ways = np.eye(X.shape[1])[np.abs(across) < ALONG]
+    closed, single = _held_ends(system, body, ways)
+    if len(closed):
+        ways = _beside(ways, np.array(closed))
+    normals = np.array([n for n, _ in single]).reshape(-1, X.shape[1]) @ ways.T
+    seen = np.linalg.norm(normals, axis=1) > NO_DIFFERENCE
+    normals, at = normals[seen], np.array([place for _, place in single])[seen]
+    rank = int(np.linalg.matrix_rank(normals, tol=NO_DIFFERENCE)) if len(normals) else 0
+    places = X @ ways.T
+    middle = 0.5 * (places.min(axis=0, initial=np.inf) + places.max(axis=0, initial=-np.inf))
+    if rank < len(ways) and (np.abs(normals).max(axis=1, initial=0.0) < 1.0 - NEGLIGIBLE).any():
+        rest = _beside(np.eye(len(ways)), normals)  # ways in whose direction no side is held, of which some are inclined
+        turned = np.vstack([np.linalg.svd(normals)[2][:rank], rest])
+        ways, normals, places = turned @ ways, normals @ turned.T, places @ turned.T
+        middle = 0.5 * (places.min(axis=0) + places.max(axis=0))
+    # what no held side says is that of the middle
+    off = np.linalg.lstsq(normals, at - normals @ middle, rcond=None)[0] if rank else np.zeros(len(ways))
+    return Spread(ways, places - (middle + off))
+
+
+def _beside(ways: Array, others: Array) -> Array:
+    """Orthonormal rows (m, d) of what ``ways`` (k, d) span beside ``others`` (j, d), the ways themselves where they are."""
+    straight = ways[(np.abs(ways @ others.T) <= NO_DIFFERENCE).all(axis=1)]
+    inside = others @ ways.T
+    left = len(ways) - int(np.linalg.matrix_rank(inside, tol=NO_DIFFERENCE))
+    if len(straight) == left:
+        return straight
+    return np.asarray(np.linalg.svd(inside)[2][len(ways) - left :] @ ways)
+
+
+def _held_ends(system: System, body: str, ways: Array) -> tuple[list[Array], list[tuple[Array, float]]]:
+    """Directions (d,) within ``ways`` (m, d) at both ends of which supports hold flat sides; those at one end, with its place."""
+    mesh, holds = system.meshes[body], held(system, body)
+    closed, single = list[Array](), list[tuple[Array, float]]()
+    for k, n in enumerate(holds.ways):
+        if np.linalg.norm(ways @ n) < 1.0 - NEGLIGIBLE:
+            continue
+        x = mesh.points @ n
+        ends = [x.min(), x.max()]
+        near = [np.abs(x - end) <= NO_DIFFERENCE * np.ptp(ends) for end in ends]
         sides = [mesh.boundary[there[mesh.boundary].all(axis=1)] for there in near]
-        fixed = [len(side) > 0 and bool(held[side, a].all()) for side in sides]
-        if abs(across[a]) < ALONG and not all(fixed):
-            out[a] = X[:, a] - (ends[fixed.index(True)] if any(fixed) else 0.5 * sum(ends))
-    return out
+        fixed = [len(side) > 0 and bool(holds.flags[side, k].all()) for side in sides]
+        if all(fixed):
+            closed.append(n)
+        elif any(fixed):
+            single.append((n, float(ends[fixed.index(True)])))
+    return closed, single

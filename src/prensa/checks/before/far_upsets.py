@@ -21,10 +21,10 @@ from prensa.model.until import ToolForce
 from prensa.policy import Policy
 from prensa.precision import NEGLIGIBLE
 from prensa.system.bending import Thickness, gaps_across
-from prensa.system.contact_surfaces import always_held
+from prensa.system.held import Held, held
 from prensa.system.moments import Moment, moments
 from prensa.system.system import System
-from prensa.types import Array, Flags, Index
+from prensa.types import Array, Index
 
 
 class Upset(NamedTuple):
@@ -94,9 +94,9 @@ _BY_A_FACE = "where it flows past metal that stands before a face across its way
 def upset(system: System, body: str) -> Upset | None:
     """The strip through a body that tools press together most, by known motions or by force; None if they press none."""
     mesh = system.meshes[body]
-    held, most = always_held(system.problem, body, mesh), None
+    holds, most = held(system, body), None
     strains = _strains_of_forces(system, body)
-    for t in Thickness.all_of(mesh, held):
+    for t in Thickness.all_of(mesh, holds):
         shares = np.exp(-strains)[:, np.abs(t.across).argmax(axis=1)]
         for moment in moments(system) if len(t.size) else ():
             gaps, contacts = _gaps(system, body, t, moment, np.nan_to_num((shares - 1.0) * t.size, nan=np.inf))
@@ -104,7 +104,7 @@ def upset(system: System, body: str) -> Upset | None:
             left = np.where((contacts >= 0).any(axis=1) & (left > 0.0), left, np.inf)
             k = int(np.argmin(left / t.size))
             if left[k] < t.size[k] and (most is None or left[k] * most.height < most.left * t.size[k]):
-                sticking = sum(_sticks(system, held[t.ends[k, end]], t.across[k], int(contacts[k, end])) for end in range(2))
+                sticking = sum(_sticks(system, holds, t.ends[k, end], t.across[k], int(contacts[k, end])) for end in range(2))
                 pressing = [system.tool_contacts[i] for i in contacts[k] if i >= 0]
                 depth = max(float(s.points.depth.max()) for s in pressing)
                 by_force = any(not moment.known[system.tool_masters[s.against].number] for s in pressing)
@@ -143,6 +143,8 @@ def _strains_of_forces(system: System, body: str) -> Array:
     strains = np.linspace(0.0, -np.log(NEGLIGIBLE), 1001)  # to where nothing is left; larger forces press as far
     flows = stress_at(flow, strains, np.zeros_like(strains))
     volume = enclosed_volume(mesh.points, mesh.boundary)
+    parts = next(b.volume for b in system.blocks if b.body == body).sum(axis=1)
+    parts = parts / parts.sum()
     for i, s in enumerate(system.tool_contacts):
         for a, key in enumerate("xyz") if s.body == body else ():
             given = [getattr(forces[s.against], key) for step in p.steps for forces in _forces(step) if s.against in forces]
@@ -150,8 +152,8 @@ def _strains_of_forces(system: System, body: str) -> Array:
             if tables:
                 most = max(abs(force) for table in tables for _, force in table)
                 height, wide = float(np.ptp(mesh.points[:, a])), spread(system, body, np.eye(3)[a])
-                far = float(np.linalg.norm(list(wide.values()), axis=0).mean()) if wide else 0.0
-                law, m = s.description.friction or p.friction, max(len(wide), 1)
+                far = float(parts @ wide.distances[mesh.cells].mean(axis=1))
+                law, m = s.description.friction or p.friction, max(len(wide.ways), 1)
                 rubs = 0.0 if law is None else bounded(law, flows, np.zeros_like(flows), At(k=flows / np.sqrt(3.0)))[0]
                 rubs = np.minimum(rubs, flows / np.sqrt(3.0)) * far * np.exp((1.0 + 1.0 / m) * strains) / (m * height)
                 out[i, a] = np.interp(most * height / volume, (flows + rubs) * np.exp(strains), strains)
@@ -163,10 +165,10 @@ def _forces(step: Step) -> tuple[Mapping[str, Push | ToolForce], ...]:
     return (step.push, step.until.force) if step.until is not None else (step.push,)
 
 
-def _sticks(system: System, held: Flags, across: Array, contact: int) -> bool:
-    """Whether friction of a contact, or else a support of nodes with ``held`` (a, d), acts along the end of a strip."""
+def _sticks(system: System, holds: Held, end: Index, across: Array, contact: int) -> bool:
+    """Whether friction of a contact, or else a support of all of its nodes ``end`` (a,), acts along the end of a strip."""
     if contact < 0:
-        return bool((held.all(axis=0) & (np.abs(across) < TOWARDS)).any())
+        return bool((holds.flags[end].all(axis=0) & (np.abs(holds.ways @ across) < TOWARDS)).any())
     law = system.tool_contacts[contact].description.friction or system.problem.friction
     return law is not None and not law.frictionless
 
@@ -179,7 +181,7 @@ def sheared(system: System, body: str, u: Upset) -> float:
     is half of the shear at the end: u is parabolic between rough plates.
     """
     out = spread(system, body, u.across)
-    if not out or not u.sticking:
+    if not len(out.ways) or not u.sticking:
         return 0.0
-    wide = float(np.linalg.norm(list(out.values()), axis=0).max()) * ((u.height / u.left) ** (1.0 / len(out)) - 1.0)
+    wide = float(out.distances.max()) * ((u.height / u.left) ** (1.0 / len(out.ways)) - 1.0)
     return 2.0 * wide * u.sticking / u.left

@@ -1,25 +1,27 @@
-"""Tools that overlap their own mirror images: across a plane of symmetry, or the axis, off it or moved across it."""
+"""Tools that overlap their own mirror images: across a plane of symmetry or the axis, off it, turned, or moved across it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.thresholds import NO_DIFFERENCE, SLIGHT
+from prensa.checks.before.mirrored_tools import OFF_LINE, Meeting, Wall, meetings
+from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.contact.masters import RigidMaster
-from prensa.errors import Finding
+from prensa.errors import Finding, Severity
+from prensa.geometry.reflections import Plane, axis_plane
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
 from prensa.precision import NEGLIGIBLE
-from prensa.system.contact_surfaces import Plane, axis_plane, symmetry_planes
-from prensa.system.moments import Moment, moments
+from prensa.system.held import symmetry_planes
 from prensa.system.system import System
 from prensa.types import Array, Index
 
-OFF_LINE = 1e-3
-"""Distance of a tool from the plane that it crosses, over its half breadth, that is a rounded coordinate."""
+TWO = "with its mirror image there would be two tools that overlap"
+"""What is wrong with them."""
 
 
 class Middle(NamedTuple):
@@ -39,95 +41,171 @@ class Middle(NamedTuple):
 
 
 class Crossing(NamedTuple):
-    """A tool that reaches across a ``plane`` of symmetry of a ``body``, None where it is the axis of revolution."""
+    """A tool that reaches across a ``line`` of symmetry of a ``body`` in the plane, None where it is the axis of revolution."""
 
     master: RigidMaster
-    plane: Plane
+    line: Plane
     body: str | None
-    middle: Middle | None
+    middle: Middle
+
+
+@dataclass(frozen=True, kw_only=True)
+class Overlap(Finding):
+    """A finding on a ``tool`` that overlaps its own image."""
+
+    tool: str
 
 
 def off_centre(system: System) -> Iterator[Finding]:
-    """Tools, their own mirror images, that lie across a plane of symmetry or the axis but are not centred on it.
+    """Tools that overlap their own mirror images, across planes of symmetry or the axis.
 
-    Those that are moved or pushed across it are on their way; in space what crosses a plane as it moves is reported.
+    A side that is held along its normal may be a wall as well as a plane of symmetry: only what surely reaches across is
+    reported. In the plane those that are moved or pushed across the line are on their way.
+    """
+    p = system.problem
+    # 'no_contact' against symmetry says which sides are walls.
+    walls = {s.partition(".")[0] for n in p.no_contact if n.against == SYMMETRY for s in n.surface}
+    if system.dofs.dimension == 3:
+        planes = [
+            Wall.of(plane, system, body)
+            for body in system.meshes if body not in walls for plane in symmetry_planes(system, body)
+        ]  # fmt: skip
+        yield from overlaps(system, planes)
+        return
+    reported: set[str] = set()
+    for c in _crossings(system, walls):
+        if c.master.name not in reported and c.middle.apart and not _loose(p, c.master.name, np.array(c.line.normal)):
+            reported.add(c.master.name)
+            yield _apart(c)
+
+
+def _apart(c: Crossing) -> Finding:
+    """What to say of a tool in the plane whose middle is beside the line."""
+    across, place, at = c.middle.half - abs(c.middle.off), c.line.place + c.middle.off, c.line.place
+    where = "the axis" if c.body is None else f"the line of symmetry of {c.body!r}, x = {at:g},"
+    return Finding(
+        _place(c.master),
+        f"it is centred at x = {place:.4g} and reaches across {where} by {across:.4g}: {TWO}; centre it there "
+        f"('at: [{at:g}, …]'), or keep it on one side" + ("" if c.body is None else _no_symmetry(c.body, "line")),
+    )
+
+
+def _place(master: RigidMaster) -> str:
+    """The path of what places a tool."""
+    return f"tools.{master.name}" + (".at" if master.tool.description.at is not None else "")
+
+
+def _no_symmetry(body: str, kind: str) -> str:
+    """What to write if the sides are no symmetry."""
+    return f"; if this is not a {kind} of symmetry, list '{{surface: {body}, against: symmetry}}' under 'no_contact'"
+
+
+# ---------------------------------------------------------------------------------------------------------------- in space
+def overlaps(
+    system: System, walls: Sequence[Wall], tools: Sequence[str] | None = None, named: bool = False
+) -> Iterator[Overlap]:  # fmt: skip
+    """Tools in space that are not their own images across planes of symmetry, or do not stay so, one finding for each tool.
+
+    ``named``: whether the case says that these are planes of symmetry: then what is surely no symmetric whole is refused, and
+    nothing else reported.
     """
     reported: set[str] = set()
-    crossings = list(_crossings(system))
-    moved = list(_moved_across(system)) if crossings and system.dofs.dimension == 3 else []
-    for c in crossings:
-        if c.master.name in reported:
+    met = meetings(system, walls, tools)
+    for m in met:
+        came = m.moved is not None and not m.began  # as a tool that passes a wall does
+        if m.master.name in reported or (came and not named):
             continue
-        step = next((step for tool, plane, step in moved if tool == c.master.name and plane == c.plane), None)
-        found = None
-        if step is not None:
-            found = _moves(c, step)
-        elif c.middle is not None and c.middle.apart and not _loose(system.problem, c):
-            found = _apart(c, c.middle)
-        if found is not None:
-            reported.add(c.master.name)
+        normals = [np.asarray(o.wall.plane.normal) for o in met if o.master is m.master and o.reaches]
+        found = _moves(m, named) if m.across is not None else _stands(system, m, named, normals)
+        if found is not None and (not named or found.severity is Severity.REFUSE):
+            reported.add(m.master.name)
             yield found
 
 
-def _apart(c: Crossing, middle: Middle) -> Finding:
-    """What to say of a tool whose middle is beside the plane."""
-    name, across, place = c.master.name, middle.half - abs(middle.off), c.plane.place + middle.off
-    path = f"tools.{name}.at" if c.master.tool.description.at is not None else f"tools.{name}"
-    overlap = "with its mirror image there would be two tools that overlap"
-    if len(c.master.at) == 2:
-        at = c.plane.place
-        where = "the axis" if c.body is None else f"the line of symmetry of {c.body!r}, x = {at:g},"
-        return Finding(
-            path,
-            f"it is centred at x = {place:.4g} and reaches across {where} by {across:.4g}: {overlap}; centre it there "
-            f"('at: [{at:g}, …]'), or keep it on one side" + ("" if c.body is None else _no_symmetry(c)),
+def _moves(m: Meeting, named: bool) -> Overlap:
+    """What to say of a tool that a step moves across a plane, or leaves free to go."""
+    moves = m.across == m.moved
+    how = "moves or turns across it" if moves else "is free to move or turn across it"
+    image = "moves the other way" if moves else "would move the other way"
+    hold = "move it along the plane" if moves else "hold it across the plane"
+    return Overlap(
+        f"steps.{m.across}",
+        f"tool {m.master.name!r} reaches across {_plane(m)}, and {how}, while its mirror image {image}: there would be two tools "
+        f"that overlap; {hold}, or {_otherwise(m, named)}",
+        Severity.REFUSE if named else Severity.WARN,
+        tool=m.master.name,
+    )
+
+
+def _stands(system: System, m: Meeting, named: bool, normals: Sequence[Array]) -> Overlap | None:
+    """What to say of a tool that is not its own image where it stands; None of one that is.
+
+    ``normals`` (3,): of all planes that it reaches.
+    """
+    name, n = m.master.name, np.asarray(m.wall.plane.normal)
+    if m.since is None and _loose(system.problem, name, n):
+        return None  # on its way
+    middle = _across_plane(system, m) if m.crosses and m.since is None else None
+    if middle is not None and not middle.apart:
+        return None
+    if middle is None and m.unlike is None:
+        return None
+    sure = m.reaches and (m.unlike is None or m.unlike.adds or not m.master.tool.description.goes_on(m.master.shape))
+    severity = Severity.REFUSE if named and sure else Severity.WARN
+    if middle is not None:
+        across, axis = middle.half - abs(middle.off), int(np.argmax(np.abs(n)))
+        place = float(n[axis]) * (m.wall.plane.place + middle.off)
+        centre = f"at {'xyz'[axis]} = {place:.4g}" if abs(n[axis]) == 1.0 else f"{abs(middle.off):.4g} beside it"
+        rest = _no_symmetry(m.wall.body, "plane") if m.wall.body else f", or {_otherwise(m, named)}"
+        return Overlap(
+            _place(m.master),
+            f"it reaches across {_plane(m)}, by {across:.4g} and is centred {centre}: {TWO}; centre it there, or keep it on one "
+            f"side{rest}",
+            severity,
+            tool=name,
         )
-    centre = f"{abs(middle.off):.4g} beside it" if c.plane.axis is None else f"at {'xyz'[c.plane.axis]} = {place:.4g}"
-    return Finding(
-        path,
-        f"it reaches across the plane of symmetry of {c.body!r}, {c.plane}, by {across:.4g} and is centred {centre}: {overlap}"
-        f"; centre it there, or keep it on one side{_no_symmetry(c)}",
+    assert m.unlike is not None
+    remedy = m.master.tool.description.into_image(m.master.shape, normals, OFF_LINE)
+    return Overlap(
+        f"tools.{name}" if m.since is None else f"steps.{m.since}",
+        f"{'it' if m.since is None else f'tool {name!r}'} reaches across {_plane(m)}, and is not its own mirror image there (off "
+        f"by {m.unlike.off:.3g} near the bodies): {TWO}; {f'{remedy}, or ' if remedy else ''}{_otherwise(m, named)}",
+        severity,
+        tool=name,
     )
 
 
-def _moves(c: Crossing, step: int) -> Finding:
-    """What to say of a tool in space that a step moves across the plane."""
-    return Finding(
-        f"steps.{step}",
-        f"tool {c.master.name!r} reaches across the plane of symmetry of {c.body!r}, {c.plane}, and moves or turns across it, "
-        "while its mirror image moves the other way: there would be two tools that overlap; move it along the plane, or model "
-        f"the whole{_no_symmetry(c)}",
-    )
+def _plane(m: Meeting) -> str:
+    """A plane in words."""
+    plane = m.wall.plane
+    return f"the plane of symmetry {f'of {m.wall.body!r}' if m.wall.body else repr(plane.name)}, {plane}"
 
 
-def _no_symmetry(c: Crossing) -> str:
-    """What to write if the sides are no symmetry."""
-    kind = "line" if len(c.master.at) == 2 else "plane"
-    return f"; if this is not a {kind} of symmetry, list '{{surface: {c.body}, against: symmetry}}' under 'no_contact'"
+def _otherwise(m: Meeting, named: bool) -> str:
+    """What to do where a tool is to be as it is."""
+    if not named:
+        return f"model the whole{_no_symmetry(m.wall.body or '', 'plane')}"
+    return f"model the whole, without {m.wall.plane.name!r} in 'mirror'"
 
 
-def _crossings(system: System) -> Iterator[Crossing]:
-    """The tools that reach across planes of symmetry of the bodies that they touch."""
+# ------------------------------------------------------------------------------------------------------ places of the middle
+def _crossings(system: System, walls: set[str]) -> Iterator[Crossing]:
+    """The tools in the plane that reach across lines of symmetry of the bodies that they touch."""
     p = system.problem
-    # A side held along its normal may be a wall as well as a plane of symmetry: 'no_contact' against symmetry says which.
-    not_planes = {s.partition(".")[0] for n in p.no_contact if n.against == SYMMETRY for s in n.surface}
     for s in system.tool_contacts:
         master = system.tool_masters[s.against]
         # Neither a half-plane nor what encloses the body ends beside the plane, so that it would overlap with its image.
-        if master.name not in p.tools or s.body in not_planes or master.shape.half_space or master.shape.cavity:
+        if master.name not in p.tools or s.body in walls or master.shape.half_space or master.shape.cavity:
             continue
         at = master.at + master.place(system.initial().u)[: len(master.at)]
         if system.axisymmetric:
-            planes: list[tuple[Plane, str | None]] = [(axis_plane(0, 0.0, 2), None)]
+            lines: list[tuple[Plane, str | None]] = [(axis_plane(0, 0.0, 2), None)]
         else:
-            planes = [(plane, s.body) for plane in symmetry_planes(p, s.body, system.meshes[s.body])]
-        for plane, body in planes:
-            if system.dofs.dimension == 2:
-                middle = _beside_line(system, master, plane, at)
-                if middle is not None:
-                    yield Crossing(master, plane, body, middle)
-            else:
-                yield from _across_plane(system, master, plane, at, s.body)
+            lines = [(line, s.body) for line in symmetry_planes(system, s.body)]
+        for line, body in lines:
+            middle = _beside_line(system, master, line, at)
+            if middle is not None:
+                yield Crossing(master, line, body, middle)
 
 
 def _beside_line(system: System, master: RigidMaster, line: Plane, at: Array) -> Middle | None:
@@ -139,26 +217,24 @@ def _beside_line(system: System, master: RigidMaster, line: Plane, at: Array) ->
     return Middle(float(line.distance(at)), half)
 
 
-def _across_plane(system: System, master: RigidMaster, plane: Plane, at: Array, body: str) -> Iterator[Crossing]:
-    """A tool with its reference point at a place (3,) in space, if it reaches across a plane."""
-    own, shape, n = master.tool.description, master.shape, np.array(plane.normal)
+def _across_plane(system: System, m: Meeting) -> Middle | None:
+    """The middle of a tool in space that is drawn on both sides of a plane; None if it is its own image about none."""
+    master, n = m.master, np.asarray(m.wall.plane.normal)
+    own, shape = master.tool.description, master.shape
     points, triangles = own.facets(master.tool.direction, system.length)
-    d = plane.distance(points + at)
-    if d.min() >= -NEGLIGIBLE * system.length or d.max() <= NEGLIGIBLE * system.length:
-        return
+    at = master.at + master.place(system.initial().u)[:3]
+    d = m.wall.plane.distance(points + at)
     some, half = points[:: 1 + len(points) // len(system.X)], 0.5 * float(np.ptp(d))
-    place = -float(plane.distance(at))  # of the plane along its normal, in the frame of the tool
+    place = -float(m.wall.plane.distance(at))  # of the plane along its normal, in the frame of the tool
     middle = _middle(master, some, n, place + 0.5 * float(d.min() + d.max()), half)
     if middle is None:
-        yield Crossing(master, plane, body, None)
-        return
+        return None
     plate = False
     if not getattr(own, "section", own).mirrored(True, np.array([0.0, -1.0])):  # that are drawn about their middles
-        side = np.sign(plane.distance(system.X[system.span(body)]).sum())
-        beyond = some[side * (some @ n - place) < 0.0]
+        beyond = some[some @ n - place < 0.0]
         out = shape.closest(_image(beyond, n, place)).g - shape.closest(beyond).g
         plate = _straight(master, points, triangles, d, n) and bool((out <= OFF_LINE * half).all())
-    yield Crossing(master, plane, body, Middle(middle - place, half, plate))
+    return Middle(middle - place, half, plate)
 
 
 def _image(x: Array, n: Array, place: float) -> Array:
@@ -193,40 +269,8 @@ def _straight(master: RigidMaster, points: Array, triangles: Index, d: Array, n:
     return len(through) > 0 and bool(np.abs(master.shape.closest(through).n @ n).max() <= OFF_LINE)
 
 
-def _moved_across(system: System) -> Iterator[tuple[str, Plane, int]]:
-    """Tools in space, planes of symmetry, and steps that move tools across them, or turn them about other axes than the normal.
-
-    Only where a tool touches the body at rest meanwhile: those that are lifted off it may go anywhere.
-    """
-    planes = [q for body, mesh in system.meshes.items() for q in symmetry_planes(system.problem, body, mesh)]
-    before: Moment | None = None
-    for now in moments(system) if planes else ():
-        for t, tool in enumerate(system.tools if before is not None and before.plan is now.plan else ()):
-            assert before is not None
-            dofs = system.dofs.tool.dofs(t)
-            across = [plane for plane in planes if _goes_across(now.u[dofs] - before.u[dofs], np.array(plane.normal))]
-            if across and (not now.known[t] or any(_touches(system, tool.name, u) for u in (before.u, now.u))):
-                yield from ((tool.name, plane, now.plan.number) for plane in across)
-        before = now
-
-
-def _goes_across(way: Array, n: Array) -> bool:
-    """Whether a motion (6,) of a tool, its turns last, has a part along a normal (3,), or turns about another axis."""
-    turns = way[3:] - (way[3:] @ n) * n
-    return bool(
-        abs(way[:3] @ n) > NO_DIFFERENCE * np.linalg.norm(way[:3])
-        or np.abs(turns).max() > NO_DIFFERENCE * np.abs(way).max()
-    )
-
-
-def _touches(system: System, tool: str, u: Array) -> bool:
-    """Whether a tool comes up to the surfaces in contact with it, for degrees of freedom u (ndof,)."""
-    return any((system.nodes_seen(s, u).g <= SLIGHT * s.points.depth).any() for s in system.against(tool))
-
-
-def _loose(p: model.Problem, c: Crossing) -> bool:
-    """Whether any step moves a tool across the plane or turns it, or leaves it free to."""
-    name, normal = c.master.name, c.plane.normal
+def _loose(p: model.Problem, name: str, normal: Array) -> bool:
+    """Whether any step moves a tool across a plane with a normal (d,) or turns it, or leaves it free to."""
     axes = [axis for axis, n in zip("xyz", normal) if abs(n) > NEGLIGIBLE]
     turns = (
         ["rz", "m"]

@@ -16,7 +16,7 @@ from prensa.geometry.plane import turned
 from prensa.linear.rigid_modes import CLOSED, Frame, along_all, free_in_words, free_motions, rows_of, support_rows
 from prensa.model.meshes import Cylinder, Revolution
 from prensa.model.problem import tools_removed
-from prensa.system.contact_surfaces import symmetric
+from prensa.system.held import symmetric
 from prensa.system.moments import stages
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
@@ -132,7 +132,7 @@ def _symmetry(system: System, body: str, frame: Frame, held: Array) -> Iterator[
         both_ways = (along > NO_DIFFERENCE).any() and (along < -NO_DIFFERENCE).any()
         free = (np.abs(left[:, axis]) > NO_DIFFERENCE).any()
         pressed = np.isin(np.unique(faces) + system.offsets[body], touched).all()  # where a flat tool's place says nothing
-        aside = (np.abs(along) > NO_DIFFERENCE).any() and not pressed and not symmetric(system.problem, body, mesh, faces).any()
+        aside = (np.abs(along) > NO_DIFFERENCE).any() and not pressed and not symmetric(system, body, faces).any()
         if here and flat and not both_ways and (free or aside):
             lacking.setdefault((axis, level), side)
     if lacking:

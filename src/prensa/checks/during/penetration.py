@@ -20,8 +20,9 @@ from prensa.contact.integration import depth_of
 from prensa.errors import Finding
 from prensa.mesh.bricks import BrickMesh, around_faces, every_face
 from prensa.mesh.mesh import Mesh, segments
-from prensa.system.contact_surfaces import named_edges, symmetric
+from prensa.system.contact_surfaces import named_edges
 from prensa.system.failure import Inside, MetalInside
+from prensa.system.held import symmetric
 from prensa.system.system import System
 from prensa.types import Array, Flags, Index
 
@@ -236,7 +237,7 @@ def _described(system: System, w: Watch, k: int, deep: Index, u: Array, depth: f
     name = f"{body}.{side}" if side else body
     met = any(s.body == body for s in system.against(system.tools[w.tool].name))
     through = ""
-    if met and side and system.dofs.dimension == 2 and symmetric(system.problem, body, system.meshes[body], edges[side]).all():
+    if met and side and system.dofs.dimension == 2 and symmetric(system, body, edges[side]).all():
         again = ", or 'remesh: auto'" if system.problem.bodies[body].material.plastic else ""
         through = f"a finer mesh where the tool presses, a larger radius or 'fillet' of it{again}"
     return Inside(system.tools[w.tool].name, node - first, body, name, x, y, depth, -1, through, *z)

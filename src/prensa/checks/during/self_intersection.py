@@ -158,7 +158,7 @@ def _shortest(system: System, nodes: Index) -> float:
 def _edges(system: System, s: Surface) -> Index:
     """Edges (k, 2|3) of a contact with a tool, by the numbers of all nodes."""
     assert isinstance(s.description, Contact)
-    return contact_edges(system.problem, s.description, system.meshes) + system.offsets[s.body]
+    return contact_edges(system, s.description) + system.offsets[s.body]
 
 
 def free_sides(system: System, held: Index, body: str, nodes: Index) -> list[str]:

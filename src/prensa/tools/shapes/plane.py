@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
@@ -11,7 +12,7 @@ from prensa.geometry.outline import block
 from prensa.geometry.sections import section_axes
 from prensa.model.fields import Direction
 from prensa.precision import NEGLIGIBLE
-from prensa.tools.analytic import Analytic, Closest
+from prensa.tools.analytic import Analytic, Closest, Tool
 from prensa.tools.tool import ToolShape
 from prensa.types import Array, Index
 
@@ -34,6 +35,10 @@ class Plane(ToolShape):
     def hint(self) -> str:
         """Which way the plane looks."""
         return "; or its 'normal' looks away from there: reverse it" if self.normal is not None else ""
+
+    def into_image(self, shape: Tool, normals: Sequence[Array], nothing: float) -> str:
+        """A half-space has one face."""
+        return "let its 'normal' lie along the plane, draw both of its faces as one tool"
 
     def outline(self, depth: float) -> list[Array]:
         """Rectangle above y = 0."""

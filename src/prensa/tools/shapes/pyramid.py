@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
+from prensa.errors import along
 from prensa.model.fields import Turn
 from prensa.model.names import Finding
 from prensa.model.units import Angle, Length, Whole
@@ -64,6 +65,21 @@ class Pyramid(ToolShape):
     def facets(self, direction: Array, depth: float) -> tuple[Array, Index]:
         """Up to a depth along its edges."""
         return self._made(self.radius or 0.0).facets(depth)
+
+    def into_image(self, shape: Tool, normals: Sequence[Array], nothing: float) -> str:
+        """The least turn about its axis: of n faces each has a plane of symmetry, all of them at 180°/n."""
+        axis = rotation_of(self.turn) @ np.array([0.0, 1.0, 0.0])
+        if not isinstance(shape, Convex) or any(abs(axis @ n) > nothing for n in normals):
+            return ""
+        faces, face = len(shape.normals), shape.normals[0] - (shape.normals[0] @ axis) * axis
+        part, angles = math.pi / faces, []
+        for n in normals:
+            angle = math.atan2(float(axis @ np.cross(face, n)), float(face @ n))  # from the face to the plane's normal
+            angle += 0.5 * math.pi * (faces % 2)  # opposite a face is an edge then: the planes go through faces
+            angles.append(angle - part * round(angle / part))
+        if not angles or max(abs(math.remainder(angle - angles[0], part)) for angle in angles) > nothing:
+            return ""
+        return f"turn it by {math.degrees(angles[0]):.4g}° about {along(axis)} ('turn')"
 
     def details(self, shape: Tool, direction: Array) -> str:
         """Its angle and radius, and where it is turned to."""

@@ -95,6 +95,12 @@ class Stl(ToolShape):
 
         return shape.looks if isinstance(shape, Curved) else None
 
+    def goes_on(self, shape: Tool) -> bool:
+        """As an open surface does beyond its borders."""
+        from prensa.tools.curved import Curved
+
+        return isinstance(shape, Curved) and not shape.surface.closed
+
     def facets(self, direction: Array, depth: float) -> tuple[Array, Index]:
         """The triangles of the file."""
         surface = self._made().surface

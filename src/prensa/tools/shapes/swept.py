@@ -110,6 +110,10 @@ class Extruded(_SweptShape):
         """See `prensa.tools.swept`."""
         return self._swept(Prism, self._section_looks(-(direction @ section_axes(self._unit))), rounding)
 
+    def goes_on(self, shape: Tool) -> bool:
+        """As an open section does."""
+        return shape.half_space or not shape.extent
+
     def facets(self, direction: Array, depth: float) -> tuple[Array, Index]:
         """The outline of the section, extruded."""
         looks = self._section_looks(-(direction @ section_axes(self._unit)))
