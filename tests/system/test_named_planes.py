@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,7 @@ import prensa as pr
 from prensa.model.schema import dump, loads
 from prensa.sensitivity.parameters import with_values
 from prensa.system.symmetry_planes import guard_of, with_planes
+from stopped import goes_on_bit_for_bit
 
 SOFT = pr.Elastic(1000.0, 0.3)
 
@@ -81,3 +84,11 @@ def test_names_stay_with_the_problem() -> None:
     step = pr.Step("press", by={"punch": pr.Motion(y=-0.1)})
     guard = guard_of(pr.discretise(beam("plane strain", 0.05, "xy", tools=punch, steps=(step,), thickness=2.0)))
     assert guard is not None and [str(m) for m in guard.mirrors] == ["x = 0", "y = 0"]
+
+
+def test_a_run_with_a_named_plane_goes_on_bit_for_bit(tmp_path: Path) -> None:
+    """Stopped before and after the beam came to it; the names are in the case that a checkpoint holds."""
+    made = replace(case(beam("plane strain", 0.5, "xy", 0.06), "b.foot"), output=pr.Output(1, False, False, ("b.foot",)))
+    touched = [bool(i.tools) for i in pr.solve(made.problem)]
+    assert not touched[0] and touched[-2]
+    goes_on_bit_for_bit(made, tmp_path, 1)
