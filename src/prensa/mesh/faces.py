@@ -11,7 +11,6 @@ from itertools import product
 import numpy as np
 
 from prensa.geometry.box_tree import box_tree
-from prensa.kernels import rays
 from prensa.precision import DRAWN, NEGLIGIBLE, SMALLEST
 from prensa.types import Array, Index
 
@@ -202,6 +201,8 @@ def first_met(start: Array, way: Array, x: Array) -> tuple[Index, Array]:
 
     T. Möller, B. Trumbore, Fast, minimum storage ray/triangle intersection (1997). Those in which a ray begins do not count.
     """
+    from prensa.kernels import rays  # compiled: most meshes need none
+
     met, far = np.full(len(start), -1), np.full(len(start), np.inf)
     if not len(x):
         return met, far

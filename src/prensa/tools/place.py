@@ -128,6 +128,25 @@ class _Way(NamedTuple):
         return ""
 
 
+def _never_met(name: str, d: ToolShape, target: str, why: str, outward: Array) -> ToolError:
+    return ToolError(
+        f"tools.{name}: moving along {along(-outward)} the {d.type} tool never meets {target!r}{why}; change 'at' (its position "
+        f"across that direction) or its direction{_endwise(d, outward)}{d.hint(-outward)}"
+    )
+
+
+def _misfit(name: str, d: ToolShape, target: str, points: Array, g: Array, shape: Tool, outward: Array) -> ToolError:
+    """Of a tool with gaps g (k,) from points (k, d) of the boundary that it touches."""
+    k, hint, looks = int(np.argmin(g)), d.hint(-outward), d.presented(shape)
+    if looks is not None and looks @ outward < -FACING:
+        hint = f", or export the whole tool if it is an open border that presses there{hint}"
+    return ToolError(
+        f"tools.{name}: moved along {(0.0 - outward).tolist()} until it touches {target!r}, the {d.type} has the node at "
+        f"({', '.join(f'{v:g}' for v in points[k])}) inside by {-g[k]:.3g}: the boundary does not fit into it; change its "
+        + (f"shape or 'at'{hint}" if hint else UNFIT)
+    )
+
+
 def place(
     name: str, d: ToolShape, meshes: dict[str, Mesh], rounding: float = 0.0, way: Array | None = None
 ) -> PlacedTool:  # fmt: skip
@@ -175,21 +194,9 @@ def place(
     moved = _Way(shape, start, outward, mesh.edges.get(edge, np.zeros((0, 4), dtype=np.int64)), reach)
     gaps = moved.gaps(points)
     if not np.isfinite(gaps).any():
-        endwise = _endwise(d, outward)
-        raise ToolError(
-            f"tools.{name}: moving along {along(-outward)} the {d.type} tool never meets {target!r}"
-            f"{'' if endwise else moved.why_missed(d, direction, points, mesh)}; "
-            f"change 'at' (its position across that direction) or its direction{endwise}{d.hint(-outward)}"
-        )
+        raise _never_met(name, d, target, "" if _endwise(d, outward) else moved.why_missed(d, direction, points, mesh), outward)
     where = start - gaps.min() * outward
     g = shape.closest(points - where).g
     if g.min() < -DRAWN * size:
-        k, hint, looks = int(np.argmin(g)), d.hint(-outward), d.presented(shape)
-        if looks is not None and looks @ outward < -FACING:
-            hint = f", or export the whole tool if it is an open border that presses there{hint}"
-        raise ToolError(
-            f"tools.{name}: moved along {(0.0 - outward).tolist()} until it touches {target!r}, the {d.type} has the node at "
-            f"({', '.join(f'{v:g}' for v in points[k])}) inside by {-g[k]:.3g}: the boundary does not fit into it; change its "
-            + (f"shape or 'at'{hint}" if hint else UNFIT)
-        )
+        raise _misfit(name, d, target, points, g, shape, outward)
     return PlacedTool(name, shape, where, direction, d)
