@@ -82,6 +82,23 @@ def test_a_die_as_cad_writes_it(folder):
     assert shape.chords.max() > 5e-3
 
 
+def test_fillets_of_different_radii_beside_flats_and_slopes(folder):
+    """Level flats to 1e-12, others to a file's digits, convex and concave fillets of 0.8 to 3 in facets of 10° within 0.05°."""
+    points = ((-30.0, 7.0), (-11.0, 7.0), (-10.0, 2.5), (-4.0, 2.5), (-1.5, 0.0), (2.0, 0.0), (5.5, 4.5), (30.0, 6.0))
+    radii = (0.0, 0.8, 1.2, 0.9, 2.5, 1.7, 3.0, 0.0)
+    shape = pr.Stl(write(folder / "steps.stl", *extruded(faceted(points, radii), 20.0))).shape(DOWN, 0.0)
+    exact = pr.Extruded(pr.Profile(points=points, fillet=radii)).shape(DOWN, 0.0)
+    x = beside(exact, 3000, ((-20, 20), (-1, 7), (-15, 15)))
+    x = x[np.abs(exact.closest(x).g) < 0.06]
+    ours, profile = shape.closest(x), exact.closest(x)
+    flat = np.abs(profile.c).max(axis=(1, 2)) == 0.0
+    level = flat & (np.abs(profile.n[:, 1]) == 1.0)
+    assert level.sum() > 500 and (~flat).sum() > 500
+    assert np.abs(ours.g - profile.g)[level].max() < 1e-12 and np.abs(ours.n - profile.n)[level].max() < 1e-12
+    assert np.abs(ours.g - profile.g)[flat].max() < 1e-5 and degrees(ours.n, profile.n)[flat].max() < 1e-3
+    assert np.abs(ours.g - profile.g)[~flat].max() < 1e-4 and degrees(ours.n, profile.n)[~flat].max() < 0.05
+
+
 def punch(folder, n=36):
     """A closed cylindrical punch of radius 5 and fillet 1, in facets of 10°."""
     a = np.radians(np.arange(0.0, 91.0, 10.0))
