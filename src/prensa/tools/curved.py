@@ -13,6 +13,7 @@ they meet at 180°.)
 
 from __future__ import annotations
 
+import copy
 from functools import cached_property
 
 import numpy as np
@@ -22,7 +23,7 @@ from prensa.importers.stl import Surface
 from prensa.precision import DRAWN, ROUND_OFF
 from prensa.tools import patches
 from prensa.tools.analytic import Analytic, Closest, marched_along
-from prensa.tools.facets import BORDER, CREASE, SIDE_CORNERS, SMOOTH, Facets
+from prensa.tools.facets import BORDER, CREASE, SIDE_CORNERS, Facets
 from prensa.tools.tool import Touched
 from prensa.types import Array, Flags, Index
 
@@ -49,7 +50,7 @@ class Curved(Analytic):
         self._T = self._trims()
         self._curved = np.ascontiguousarray((self._C != 0.0).any(axis=(1, 2)))
         self._kinds, self._means = self._places()
-        self._slack = self.chords + DRAWN * self.size
+        self.lip = 0.0
 
     # ------------------------------------------------------------------------------------------------------ as a tool
     @property
@@ -78,12 +79,19 @@ class Curved(Analytic):
 
     @property
     def radius(self) -> float:
-        """0 with sharp edges, borders among them; else nothing is said."""
-        return np.inf if (self.facets.edge_kinds == SMOOTH).all() else 0.0
+        """0 with sharp edges, that of borders; else nothing is said."""
+        kinds = self.facets.edge_kinds
+        return 0.0 if (kinds == CREASE).any() else self.lip if (kinds == BORDER).any() else np.inf
 
     def closest(self, xi: Array) -> Closest:
         """Points (k, 3) → `Closest`."""
         return self._seen(xi)[0]
+
+    def with_lip(self, radius: float) -> Curved:
+        """The same with open borders that turn away with a radius: see `prensa.tools.patches`."""
+        out = copy.copy(self)
+        out.lip = radius
+        return out
 
     def past_border(self, xi: Array) -> Flags:
         """Which points (k, 3) lie past an open border, where nothing of the surface is."""
@@ -94,8 +102,9 @@ class Curved(Analytic):
         k = len(xi)
         out, past = Closest(np.empty(k), np.empty((k, 3)), np.empty((k, 3, 3))), np.zeros(k, dtype=bool)
         triangle, where, at = self._nearest(xi)
+        slack = self.chords if self.lip else self.chords + DRAWN * self.size
         patches.closest(
-            self._P, self._C, self._R, self._curved, self._kinds, self._means, self._slack, ROUND_OFF * self.size,
+            self._P, self._C, self._R, self._curved, self._kinds, self._means, slack, self.lip, ROUND_OFF * self.size,
             xi, triangle, where, at, *out[:3], past,
         )  # fmt: skip
         return out, past

@@ -11,9 +11,11 @@ Where the closest point lies on a side or corner at which the surface is smooth,
 neighbours differ a little there, and a fan of normals between them would be one of a tiny radius. At sharp edges and corners
 normals do fan out: they are arcs and spheres of radius zero.
 
-At open borders the surface ends. Points past one are outside, in front of the surface or behind it: their gap is the distance of
-the border, and its normals fan out from it. Where a border runs is known to the height of a chord of its triangle, and to what a
-file's digits leave; so far the patch goes on, that points of a plane of symmetry have the border of half a tool on neither side.
+At open borders the surface ends, and turns away with a radius, the ``lip``: of points past a border the gap is the distance of a
+curve so far behind it, less the radius. A node that slides past leaves the surface by and by, as at other edges without fillets.
+Where a border runs is known to the height of a chord of its triangle: so far the patch goes on, so that points in a plane of
+symmetry do not miss the border of half a tool. With a lip of zero points past a border are outside in any case, and what a file's
+digits leave counts besides.
 """
 
 from __future__ import annotations
@@ -294,13 +296,13 @@ def _place(where, at):
 
 
 @njit(cache=True, error_model="numpy")
-def closest(P, C, R, curved, kinds, means, slack, least, xi, triangle, where, at, g, n, H, past):
+def closest(P, C, R, curved, kinds, means, slack, lip, least, xi, triangle, where, at, g, n, H, past):
     """Points xi (k, 3) and what `nearest` says of them → gaps g (k,), normals n (k, 3), H = ∂n/∂ξ (k, 3, 3), past (k,).
 
     kinds (m, 7): what sides 0 to 2 (from column 1) and corners 0 to 2 (from column 4) of triangles are; means (m, 7, 3): mean
-    normals of the surface there; slack (m,): how far from a border a point is ``past`` it.
+    normals of the surface there; slack (m,): how far from a border a point is ``past`` it; ``lip``: radius of borders.
     """
-    x, xe, xz, t, foot = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    x, xe, xz, t, foot, q = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     none = np.zeros(3)
     for k in range(xi.shape[0]):
         p, m, w = xi[k], triangle[k], where[k]
@@ -320,11 +322,16 @@ def closest(P, C, R, curved, kinds, means, slack, least, xi, triangle, where, at
                 g[k] = _of_patch(C[m], xe, xz, x, p, n[k], H[k])
                 continue
         past[k] = kind == BORDER
+        behind = lip if past[k] else 0.0
+        for i in range(3):  # from the curve behind the border p is where q is from the border
+            q[i] = p[i] + behind * means[m, w, i]
         if w >= _CORNER or w == _WITHIN:
-            g[k] = _fan(foot, none, none, means[m, w], past[k], p, least, n[k], H[k])
+            g[k] = _fan(foot, none, none, means[m, w], past[k], q, least, n[k], H[k]) - behind
             continue
         a, b, c, s = P[m, 1 if w == _SIDE + 1 else 0], P[m, 1 if w == _SIDE else 2], R[m, w - _SIDE], at[k, 0]
+        if past[k]:
+            s = _on_side(a, b, c, q)[1]
         for i in range(3):
             foot[i] = a[i] + (b[i] - a[i]) * s - c[i] * (s * (1.0 - s))
-            t[i] = b[i] - a[i] - c[i] * (1.0 - 2.0 * s)
-        g[k] = _fan(foot, t, c, means[m, w], past[k], p, least, n[k], H[k])
+            t[i] = b[i] - a[i] - c[i] * (1.0 - 2.0 * s) if 0.0 < s < 1.0 else 0.0
+        g[k] = _fan(foot, t, c, means[m, w], past[k], q, least, n[k], H[k]) - behind

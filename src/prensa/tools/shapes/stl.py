@@ -48,8 +48,9 @@ class Stl(ToolShape):
     origin of the file is the reference point. ``unit``: the unit of length of the file, such as mm or inch (default: that of the
     case); ``scale``: a factor besides. ``turn``: rotation at the start, by which a z that is upright in the file becomes y:
     ``[-90 deg, 0, 0]``. Of a closed surface the normals look outwards; ``reverse`` turns them round, and ``false`` says that a
-    closed one whose normals look inwards is a cavity with bodies inside. An open surface ends at its borders, and nothing presses
-    past them. ``digest`` is filled in by the program: a run is resumed only with the file that it began with.
+    closed one whose normals look inwards is a cavity with bodies inside. An open surface ends at its borders, which are rounded
+    outwards with a quarter of an element if it moves on a surface. ``digest`` is filled in by the program: a run is resumed only
+    with the file that it began with.
     """
 
     file: Annotated[str, BeforeValidator(_found)]
@@ -79,7 +80,7 @@ class Stl(ToolShape):
 
     def shape(self, direction: Array, rounding: float) -> Tool:
         """See `prensa.tools.curved`."""
-        return self._made()
+        return self._made().with_lip(rounding)
 
     def _made(self) -> Curved:
         return _curved(self.file, self.digest or "", self.unit * self.scale, self.turn, bool(self.reverse), self.sharp)
