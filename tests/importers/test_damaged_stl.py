@@ -121,3 +121,19 @@ def test_holes_of_bodies_are_reported(tmp_path: Path) -> None:
     assert pr.Stl(write(tmp_path / "half.stl", POINTS, half)).notes() == ()
     sheet = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
     assert pr.Stl(write(tmp_path / "sheet.stl", sheet, np.array([[0, 1, 2], [0, 2, 3]]))).notes() == ()
+
+
+@pytest.mark.parametrize("code", ["utf-8-sig", "utf-16", "utf-16-be", "latin-1"])
+def test_texts_of_editors_are_read(tmp_path: Path, code: str) -> None:
+    """With a mark at their start, two bytes a letter, other ends of lines."""
+    text = ball(tmp_path, binary=False).decode().replace("\n", "\r\n")
+    data = ("\ufeff" * (code == "utf-16-be") + text).encode(code)
+    assert damaged(tmp_path, data).volume == pytest.approx(VOLUME, rel=1e-6)
+
+
+def test_a_body_without_thickness_is_refused(tmp_path: Path) -> None:
+    """Flattened, as by a scale of zero along one axis: said with what to export; a thin one is read."""
+    with pytest.raises(ValueError, match=r"the closed surface of 'flat\.stl' encloses nothing beside its size of 19\.6"):
+        stl.read(write(tmp_path / "flat.stl", POINTS * [1.0, 1e-8, 1.0], TRIANGLES), "flat")
+    thin = stl.read(write(tmp_path / "thin.stl", POINTS * [1.0, 1e-3, 1.0], TRIANGLES), "thin")
+    assert thin.closed and thin.volume == pytest.approx(1e-3 * VOLUME, rel=1e-4)

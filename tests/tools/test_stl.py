@@ -82,6 +82,23 @@ def test_a_die_as_cad_writes_it(folder):
     assert shape.chords.max() > 5e-3
 
 
+def test_fillets_of_different_radii_beside_flats_and_slopes(folder):
+    """Level flats to 1e-12, others to a file's digits, convex and concave fillets of 0.8 to 3 in facets of 10° within 0.05°."""
+    points = ((-30.0, 7.0), (-11.0, 7.0), (-10.0, 2.5), (-4.0, 2.5), (-1.5, 0.0), (2.0, 0.0), (5.5, 4.5), (30.0, 6.0))
+    radii = (0.0, 0.8, 1.2, 0.9, 2.5, 1.7, 3.0, 0.0)
+    shape = pr.Stl(write(folder / "steps.stl", *extruded(faceted(points, radii), 20.0))).shape(DOWN, 0.0)
+    exact = pr.Extruded(pr.Profile(points=points, fillet=radii)).shape(DOWN, 0.0)
+    x = beside(exact, 3000, ((-20, 20), (-1, 7), (-15, 15)))
+    x = x[np.abs(exact.closest(x).g) < 0.06]
+    ours, profile = shape.closest(x), exact.closest(x)
+    flat = np.abs(profile.c).max(axis=(1, 2)) == 0.0
+    level = flat & (np.abs(profile.n[:, 1]) == 1.0)
+    assert level.sum() > 500 and (~flat).sum() > 500
+    assert np.abs(ours.g - profile.g)[level].max() < 1e-12 and np.abs(ours.n - profile.n)[level].max() < 1e-12
+    assert np.abs(ours.g - profile.g)[flat].max() < 1e-5 and degrees(ours.n, profile.n)[flat].max() < 1e-3
+    assert np.abs(ours.g - profile.g)[~flat].max() < 1e-4 and degrees(ours.n, profile.n)[~flat].max() < 0.05
+
+
 def punch(folder, n=36):
     """A closed cylindrical punch of radius 5 and fillet 1, in facets of 10°."""
     a = np.radians(np.arange(0.0, 91.0, 10.0))
@@ -111,13 +128,184 @@ def test_a_punch_has_flats_fillets_sides_and_a_sharp_rim(folder):
     assert np.abs(shape.closest(rim).g).max() < 1e-4
 
 
-def test_an_open_surface_goes_on_straight(folder):
-    """Beyond its borders, which are said to be touched; near its middle they are not."""
+def test_an_open_surface_ends_at_its_borders(folder):
+    """Points past one are outside, as far as the border is, in front and behind; its gap and normal belong together there."""
     shape = pr.Stl(str(folder / "die.stl")).shape(DOWN, 0.0)
     assert (shape.facets.edge_kinds == BORDER).sum() > 50 and not shape.surface.closed
-    beyond, within = np.array([[-24.0, 2.0, 3.0], [-15.0, 2.5, 26.0]]), np.array([[-15.0, 2.5, 3.0]])
-    assert np.allclose(shape.closest(beyond).g, [1.0, 0.5], atol=1e-12)
-    assert shape.touched(beyond).beyond and not shape.touched(within).beyond
+    rng = np.random.default_rng(2)
+    x = rng.uniform((23.0, 0.0, -26.0), (28.0, 6.0, 26.0), (400, 3)) * [[a, 1.0, 1.0] for a in rng.choice([-1.0, 1.0], 400)]
+    border = np.stack([20.0 * np.sign(x[:, 0]), np.full(400, 3.0), np.clip(x[:, 2], -20.0, 20.0)], axis=1)
+    far = np.linalg.norm(x - border, axis=1)
+    assert shape.past_border(x).all()
+    assert np.abs(shape.closest(x).g - far).max() < 1e-6
+    assert np.abs(shape.closest(x).n - (x - border) / far[:, None]).max() < 1e-6
+    slope, bend = belongs_together(shape, x)
+    assert max(slope.max(), bend[bend < 1e-3].max()) < 1e-8 and (bend < 1e-3).mean() > 0.99
+    within = beside(shape, 400, ((-19.9, 19.9), (-1, 4), (-19.9, 19.9)))
+    assert not shape.past_border(within).any() and np.abs(shape.closest(within).g).max() < 0.06
+
+
+def test_a_border_turns_away_with_the_radius_that_edges_get(folder):
+    """A quarter of an element, as edges without fillets: gap and normal go on across it, are exact, and the tool ends there."""
+    corners = np.array([[-4.0, 0, -4], [4, 0, -4], [4, 0, 4], [-4, 0, 4]])
+    shape = pr.Stl(write(folder / "plate.stl", corners, np.array([[0, 1, 2], [0, 2, 3]]))).shape(DOWN, 0.5)
+    assert shape.radius == 0.5
+    rng = np.random.default_rng(5)
+    x = rng.uniform(-6.0, 6.0, (3000, 3)) * [1.0, 0.08, 1.0]
+    past = np.abs(x[:, [0, 2]]).max(axis=1) > 4.0
+    assert (shape.past_border(x) == past).all() and 0.3 < past.mean() < 0.7
+    off = np.stack([np.maximum(np.abs(x[:, 0]) - 4.0, 0.0), x[:, 1] - 0.5, np.maximum(np.abs(x[:, 2]) - 4.0, 0.0)], axis=1)
+    expected = np.where(past, np.linalg.norm(off, axis=1) - 0.5, -x[:, 1])
+    assert np.abs(shape.closest(x).g - expected).max() < 1e-12
+    slope, bend = belongs_together(shape, x)
+    smooth = bend < 1e-3
+    assert smooth.mean() > 0.99 and max(slope[smooth].max(), bend[smooth].max()) < 1e-8
+    for depth in (-0.1, 0.0, 0.1):
+        a, b = shape.closest(np.array([[4.0 - 1e-9, depth, 0.3], [4.0 + 1e-9, depth, 0.3]])).n
+        assert np.abs(a - b).max() < 1e-7
+
+
+def test_a_plate_as_wide_as_the_body_presses_it_and_slides_past_a_node(folder):
+    """Nodes at its border leave it by and by; drag is friction times the normal force while it slides off others."""
+    corners = np.array([[-4.0, 0, -4], [4, 0, -4], [4, 0, 4], [-4, 0, 4]])
+    write(folder / "plate.stl", corners, np.array([[0, 1, 2], [0, 2, 3]]))
+    text = BESIDE.replace("TOOL", "type: stl, file: plate.stl, touching: b.top, at: [0, 0, 0]")
+    text = text.replace("size: [20, 4, 20]", "size: [8, 4, 8]").replace("n: [10, 2, 10]", "n: [4, 2, 4]")
+    text = text.replace("origin: [-10, 0, -10]", "origin: [-4, 0, -4]")
+    free = text.replace("b.bottom: xyz", "b.bottom: y, b.left: x, b.back: z")
+    wide = free.replace("plate.stl,", "plate.stl, scale: 2,")
+    equal, larger = ([i.force("t").y for i in pr.solve(loads(t, folder=folder).problem)][-1] for t in (free, wide))
+    assert equal == pytest.approx(larger, rel=0.1)
+    slide = text.replace("increments: 1}]", "increments: 1}, {name: s, by: {t: {x: 2.5}}, increments: 5}]")
+    slide = slide.replace("contacts:", "friction: {type: coulomb, mu: 0.1}\ncontacts:")
+    made = list(pr.solve(loads(slide, folder=folder).problem))
+    assert made[-1].time == pytest.approx(2.0)
+    assert -made[-1].force("t").x == pytest.approx(0.1 * made[-1].force("t").y, rel=0.05)
+
+
+def octant(half=40.0, n=6, m=9, seed=0):
+    """Points and triangles, of uneven sizes, of a cap of radius 10 that looks down, between the planes x = 0 and z = 0."""
+    rng = np.random.default_rng(seed)
+    points, triangles = [(0.0, 0.0, 0.0)], [(0, 1 + j, 2 + j) for j in range(m)]
+    for k in range(1, n + 1):
+        for j in range(m + 1):
+            t = np.radians(half) * (k + (rng.uniform(-0.3, 0.3) if k < n else 0.0)) / n
+            w = 0.5 * np.pi * (j + (rng.uniform(-0.3, 0.3) if 0 < j < m else 0.0)) / m
+            points.append((10 * np.sin(t) * np.cos(w), 10 - 10 * np.cos(t), 10 * np.sin(t) * np.sin(w)))
+    for k in range(n - 1):
+        a, b = 1 + k * (m + 1), 1 + (k + 1) * (m + 1)
+        for j in range(m):
+            triangles += [(a + j, b + j, b + j + 1), (a + j, b + j + 1, a + j + 1)]
+    return np.array(points), np.array(triangles)
+
+
+QUARTER = """
+name: quarter
+space: solid
+bodies:
+  b: {mesh: {type: box, size: [6, 6, 6], n: [8, 4, 8]}, material: {type: elastic, E: 1000, nu: 0.3}}
+tools:
+  t: {TOOL, at: [0, 6, 0]}
+contacts: [{surface: b.top, against: t}]
+fixed: {b.bottom: y, b.left: x, b.back: z}
+steps: [{name: press, move: {t: {y: -0.5}}, increments: 2}]
+"""
+
+
+def test_points_in_a_plane_of_symmetry_see_the_border_of_half_a_tool(folder):
+    """A cap that ends there within a file's digits, with normals that lean: the force is that of the whole sphere."""
+    write(folder / "octant.stl", *octant())
+    shape = pr.Stl(str(folder / "octant.stl")).shape(DOWN, 0.0)
+    u = np.linspace(0.1, 6.0, 100)
+    for depth in (-0.1, -1e-3, 1e-3):
+        r = (10.0 + depth) / 10.0
+        x = np.stack([0 * u, 10.0 - r * np.sqrt(100.0 - u**2), r * u], axis=1)
+        for points in (x, x[:, [2, 1, 0]]):
+            assert not shape.past_border(points).any() and np.abs(shape.closest(points).g - depth).max() < 5e-3
+            assert np.abs(shape.closest(points).n[:, 0 if points is x else 2]).max() > np.sin(np.radians(1.0))
+    forces = []
+    for tool in ("type: stl, file: octant.stl", "type: sphere, radius: 10"):
+        text = QUARTER.replace("TOOL", tool).replace("at: [0, 6, 0]", "at: [0, 16, 0]" if "sphere" in tool else "at: [0, 6, 0]")
+        forces.append([i.force("t").y for i in pr.solve(loads(text, folder=folder).problem)][-1])
+    assert forces[0] == pytest.approx(forces[1], rel=2e-3)
+
+
+BESIDE = """
+name: beside
+space: solid
+bodies:
+  b: {mesh: {type: box, size: [20, 4, 20], n: [10, 2, 10], origin: [-10, 0, -10]}, material: {type: elastic, E: 1000, nu: 0.3}}
+tools:
+  t: {TOOL}
+contacts: [{surface: b.top, against: t}]
+fixed: {b.bottom: xyz}
+steps: [{name: press, move: {t: {y: -0.1}}, increments: 1}]
+"""
+
+
+@pytest.mark.parametrize("key", ["touching", "above"])
+@pytest.mark.parametrize("x", [9.0, 12.0, 15.0, 17.0])
+def test_a_cap_half_beside_a_body_is_placed_as_its_sphere(folder, x, key):
+    """By what meets along the way: within the height of a chord of where the sphere of the cap stands."""
+    points, triangles = octant(50.0, 9)
+    whole = [np.stack([a * points[:, 0], points[:, 1], b * points[:, 2]], 1) for a in (1, -1) for b in (1, -1)]
+    turned = [triangles if k in (0, 3) else triangles[:, ::-1] for k in range(4)]
+    number = [t + k * len(points) for k, t in enumerate(turned)]
+    write(folder / "cap.stl", np.concatenate(whole), np.concatenate(number))
+    at = []
+    for tool in ("type: stl, file: cap.stl", "type: sphere, radius: 10"):
+        text = BESIDE.replace("TOOL", f"{tool}, {key}: b.top, at: [{x}, 0, 0]")
+        at.append(pr.discretise(loads(text, folder=folder).problem).tools[0].at[1])
+    assert at[0] + 10.0 == pytest.approx(at[1], abs=0.02)
+
+
+TOOLS_WITH_AN_END = {
+    "cap": "type: stl, file: octant.stl",
+    "plate": "type: stl, file: plate.stl",
+    "sphere": "type: sphere, radius: 4",
+    "round punch": "type: revolved, section: {type: stamp, width: 8, fillet: 0.5}",
+    "disc": "type: revolved, section: {type: polygon, points: [[0, 0], [4, 0], [4, 5], [0, 5]], fillet: 0.5}",
+    "torus": "type: revolved, section: {type: circle, radius: 1, at: [4, 0]}",
+    "roll": "type: extruded, section: {type: circle, radius: 4}",
+    "bar": "type: extruded, section: {type: stamp, width: 8, fillet: 0.5}",
+    "pointed": "type: revolved, section: {type: profile, points: [[0, 0], [4, 2], [4, 6]]}",
+    "polyhedron": "type: polyhedron, points: [[-4, 0, -4], [4, 0, -4], [4, 0, 4], [-4, 0, 4], [0, 5, 0]], radius: 0.1",
+    "square": (
+        "type: swept, section: {type: profile, points: [[-4, 0], [0, 0], [0, 6]], fillet: [0, 1, 0]}, "
+        "plan: {type: polygon, points: [[-4, -4], [4, -4], [4, 4], [-4, 4]], fillet: 1.2}"
+    ),
+}
+
+
+@pytest.mark.parametrize("tool", TOOLS_WITH_AN_END)
+def test_a_tool_beside_the_body_it_is_to_touch_is_refused_with_where_it_lies(folder, tool):
+    """One sentence; half beside it is placed, and no node lies in it."""
+    words = r"never meets 'b.top': it passes beside it, from .* along \+x where that is from -10 to 10"
+    write(folder / "octant.stl", *octant())
+    write(folder / "plate.stl", np.array([[-4.0, 0, -4], [4, 0, -4], [4, 0, 4], [-4, 0, 4]]), np.array([[0, 1, 2], [0, 2, 3]]))
+    for x, key in ((18, "touching"), (50, "above")):
+        text = BESIDE.replace("TOOL", f"{TOOLS_WITH_AN_END[tool]}, {key}: b.top, at: [{x}, 0, 0]")
+        with pytest.raises(pr.PrensaError, match=words):
+            pr.discretise(loads(text, folder=folder).problem)
+    half = BESIDE.replace("TOOL", f"{TOOLS_WITH_AN_END[tool]}, touching: b.top, at: [{8 if tool == 'cap' else 12}, 0, 0]")
+    system = pr.discretise(loads(half, folder=folder).problem)
+    placed = system.tools[0]
+    assert abs(placed.shape.closest(system.X - placed.at).g.min()) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("tool", "words"),
+    [
+        ("type: sphere, radius: 0.3, touching: b.top, at: [1, 0, 1]", r"it goes in between its nodes, as at \(1, 4, 1\), where"),
+        ("type: stl, file: octant.stl, scale: 0.05, touching: b.top, at: [0.9, 0, 0.9]", "it goes in between its nodes.*'unit'"),
+        ("type: plane, normal: [0, 1, 0], touching: b.top", "never meets 'b.top'; change 'at'"),
+    ],
+)
+def test_why_a_tool_cannot_be_placed(folder, tool, words):
+    """Between nodes; a plane that looks the other way is beside nothing."""
+    write(folder / "octant.stl", *octant())
+    with pytest.raises(pr.PrensaError, match=words):
+        pr.discretise(loads(BESIDE.replace("TOOL", tool), folder=folder).problem)
 
 
 def test_what_files_get_wrong_is_mended(folder):
@@ -301,7 +489,7 @@ def test_a_run_says_how_coarse_it_is(folder, tmp_path, caplog):
         for increment in pr.solve(problem):
             fields.append(increment)
     said = " ".join(r.message for r in caplog.records)
-    assert "the contact goes beyond an open border of its surface" in said
+    assert re.search(r"an open border of its surface presses within 'b.top', as near \(.*\): nothing presses past it", said)
     assert re.search("leave chords of 0.0062 mm .9° between them., 2.5 % of the depth of contact 0.249", said)
     grid = meshio.read(tmp_path / "fields" / "tools_0001.vtu")
     tool = problem.tools["t"]

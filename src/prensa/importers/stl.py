@@ -135,7 +135,13 @@ def joined(name: str, points: Array, triangles: Index) -> Surface:
     triangles = np.where(flip[:, None], triangles[:, ::-1], triangles)
     other = _inside_out(points, triangles, part, sides)
     triangles = np.where(other[:, None], triangles[:, ::-1], triangles)
-    return Surface(points, triangles, edges, sides, int((flip != other).sum()), left_out, doubled, parts)
+    surface = Surface(points, triangles, edges, sides, int((flip != other).sum()), left_out, doubled, parts)
+    if surface.closed and 2.0 * abs(surface.volume) < DRAWN * size * area[good].sum():
+        raise ValueError(
+            f"the closed surface of {name!r} encloses nothing beside its size of {size:.3g}: its sides lie on each other; export "
+            "the one side that presses, or the body with its thickness"
+        )
+    return surface
 
 
 def _inside_out(points: Array, triangles: Index, part: Index, sides: Index) -> Flags:

@@ -6,6 +6,7 @@ whatever its header says ("solid" too). In a text, keywords are of either case.
 
 from __future__ import annotations
 
+import codecs
 import re
 import warnings
 from pathlib import Path
@@ -30,7 +31,7 @@ def corners(path: Path) -> Array:
         If it is no STL file, is cut off, or has coordinates that are no numbers.
 
     """
-    data, name = path.read_bytes(), path.name
+    data, name = _plain(path.read_bytes()), path.name
     said = int.from_bytes(data[BINARY_HEADER - 4 : BINARY_HEADER], "little") if len(data) >= BINARY_HEADER else -1
     there = (len(data) - BINARY_HEADER) // BINARY_TRIANGLE
     if said == there or (said >= 0 and not _is_text(data)):
@@ -46,6 +47,15 @@ def corners(path: Path) -> Array:
 
 
 _BINARY = np.dtype([("n", "<f4", 3), ("x", "<f4", (3, 3)), ("attribute", "<u2")])
+
+
+def _plain(data: bytes) -> bytes:
+    """Bytes of a text as editors of some systems write it, without their mark at its start and of one byte a letter."""
+    for mark, code in ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be")):
+        text = data[len(mark) :].decode(code, errors="replace") if data.startswith(mark) else ""
+        if text.lstrip()[:5].lower() == "solid":
+            return text.encode()
+    return data
 
 
 def _is_text(data: bytes) -> bool:

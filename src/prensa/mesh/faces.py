@@ -10,6 +10,7 @@ from itertools import product
 
 import numpy as np
 
+from prensa.geometry.box_tree import box_tree
 from prensa.precision import DRAWN, NEGLIGIBLE, SMALLEST
 from prensa.types import Array, Index
 
@@ -200,17 +201,14 @@ def first_met(start: Array, way: Array, x: Array) -> tuple[Index, Array]:
 
     T. Möller, B. Trumbore, Fast, minimum storage ray/triangle intersection (1997). Those in which a ray begins do not count.
     """
+    from prensa.kernels import rays  # compiled: most meshes need none
+
     met, far = np.full(len(start), -1), np.full(len(start), np.inf)
-    a, b = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]
+    if not len(x):
+        return met, far
     least = NEGLIGIBLE * float(np.ptp(x.reshape(-1, 3), axis=0).max())
-    for k, (origin, d) in enumerate(zip(start, way)):
-        p, from_corner = np.cross(d, b), origin - x[:, 0]
-        det = (a * p).sum(axis=1)
-        q = np.cross(from_corner, a)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            u, v, t = (from_corner * p).sum(axis=1) / det, q @ d / det, (b * q).sum(axis=1) / det
-            inside = (u >= -NEGLIGIBLE) & (v >= -NEGLIGIBLE) & (u + v <= 1.0 + NEGLIGIBLE) & (t > least)
-        if inside.any():
-            met[k] = np.argmin(np.where(inside, t, np.inf))
-            far[k] = t[met[k]]
+    slack = 4.0 * least  # beyond a side of a triangle, a part of its own size, which is less
+    boxes, order = box_tree(x.min(axis=1) - slack, x.max(axis=1) + slack, x.mean(axis=1))
+    x, start, way = (np.ascontiguousarray(v, dtype=np.float64) for v in (x, start, way))
+    rays.first_met(boxes, order, x, least, start, way, met, far)
     return met, far

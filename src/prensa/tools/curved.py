@@ -13,10 +13,12 @@ they meet at 180°.)
 
 from __future__ import annotations
 
+import copy
 from functools import cached_property
 
 import numpy as np
 
+from prensa.geometry.box_tree import box_tree
 from prensa.importers.stl import Surface
 from prensa.precision import DRAWN, ROUND_OFF
 from prensa.tools import patches
@@ -48,6 +50,7 @@ class Curved(Analytic):
         self._T = self._trims()
         self._curved = np.ascontiguousarray((self._C != 0.0).any(axis=(1, 2)))
         self._kinds, self._means = self._places()
+        self.lip = 0.0
 
     # ------------------------------------------------------------------------------------------------------ as a tool
     @property
@@ -76,20 +79,35 @@ class Curved(Analytic):
 
     @property
     def radius(self) -> float:
-        """0 with sharp edges; else nothing is said."""
-        return 0.0 if (self.facets.edge_kinds == CREASE).any() else np.inf
+        """0 with sharp edges, that of borders; else nothing is said."""
+        kinds = self.facets.edge_kinds
+        return 0.0 if (kinds == CREASE).any() else self.lip if (kinds == BORDER).any() else np.inf
 
     def closest(self, xi: Array) -> Closest:
         """Points (k, 3) → `Closest`."""
+        return self._seen(xi)[0]
+
+    def with_lip(self, radius: float) -> Curved:
+        """The same with open borders that turn away with a radius: see `prensa.tools.patches`."""
+        out = copy.copy(self)
+        out.lip = radius
+        return out
+
+    def past_border(self, xi: Array) -> Flags:
+        """Which points (k, 3) lie past an open border, where nothing of the surface is."""
+        return self._seen(xi)[1]
+
+    def _seen(self, xi: Array) -> tuple[Closest, Flags]:
         xi = np.ascontiguousarray(xi)
         k = len(xi)
-        out = Closest(np.empty(k), np.empty((k, 3)), np.empty((k, 3, 3)))
+        out, past = Closest(np.empty(k), np.empty((k, 3)), np.empty((k, 3, 3))), np.zeros(k, dtype=bool)
         triangle, where, at = self._nearest(xi)
+        slack = self.chords if self.lip else self.chords + DRAWN * self.size
         patches.closest(
-            self._P, self._C, self._R, self._curved, self._kinds, self._means, ROUND_OFF * self.size,
-            xi, triangle, where, at, *out[:3],
+            self._P, self._C, self._R, self._curved, self._kinds, self._means, slack, self.lip, ROUND_OFF * self.size,
+            xi, triangle, where, at, *out[:3], past,
         )  # fmt: skip
-        return out
+        return out, past
 
     def along(self, xi: Array, direction: Array, limit: float) -> Array:
         """Distance (k,) from points (k, 3) along a unit vector (3,) to the surface."""
@@ -97,9 +115,8 @@ class Curved(Analytic):
 
     def touched(self, xi: Array) -> Touched:
         """What there is to say of the surface at the places closest to points (k, 3)."""
-        triangle, where, _ = self._nearest(np.ascontiguousarray(xi))
-        beyond = bool((self._kinds[triangle, where] == BORDER).any())
-        return Touched(float(self.chords[triangle].max()), float(self.facet_angles[triangle].max()), beyond)
+        triangle, _, _ = self._nearest(np.ascontiguousarray(xi))
+        return Touched(float(self.chords[triangle].max()), float(self.facet_angles[triangle].max()))
 
     def _nearest(self, xi: Array) -> tuple[Index, Index, Array]:
         k = len(xi)
@@ -212,29 +229,4 @@ class Curved(Analytic):
         ends = P[:, SIDE_CORNERS].sum(axis=2)
         net = np.concatenate([P, 0.5 * (ends - self._C), 0.5 * (ends - self._R)], axis=1)
         slack = ROUND_OFF * self.size
-        low, high = net.min(axis=1) - slack, net.max(axis=1) + slack
-        m = len(P)
-        leaves = 1 << max(m - 1, 0).bit_length()
-        order = np.full(leaves, -1)
-        order[:m] = np.arange(m)
-        centre = np.full((leaves + 1, 3), np.inf)  # the last row is that of no triangle
-        centre[:m] = P.mean(axis=1)
-        blocks = 1
-        while blocks < leaves:
-            rows = order.reshape(blocks, -1)
-            at = centre[rows]
-            known = np.isfinite(at)
-            width = np.where(known, at, -np.inf).max(axis=1) - np.where(known, at, np.inf).min(axis=1)
-            key = np.take_along_axis(at, np.argmax(width, axis=1)[:, None, None], axis=2)[:, :, 0]
-            order = np.take_along_axis(rows, np.argsort(key, axis=1, kind="stable"), axis=1).ravel()
-            blocks *= 2
-        boxes = np.tile([np.inf] * 3 + [-np.inf] * 3, (2 * leaves, 1))
-        there = order >= 0
-        boxes[leaves:][there] = np.concatenate([low, high], axis=1)[order[there]]
-        first = leaves
-        while first > 1:
-            pairs = boxes[first : 2 * first].reshape(-1, 2, 6)
-            first //= 2
-            boxes[first : 2 * first, :3] = pairs[:, :, :3].min(axis=1)
-            boxes[first : 2 * first, 3:] = pairs[:, :, 3:].max(axis=1)
-        return boxes, order
+        return box_tree(net.min(axis=1) - slack, net.max(axis=1) + slack, P.mean(axis=1))

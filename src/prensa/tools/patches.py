@@ -7,9 +7,15 @@ A triangle with corners x0, x1, x2 is the quadratic patch (Nagata 2005, Computer
 whose sides 0-1, 1-2, 0-2 are the parabolas a + (b − a) s − c s (1 − s). All c zero: it is flat. At sharp edges it goes on to, or
 only as far as, other parabolas, the edges.
 
-Where the closest point lies on a side or corner at which the surface is smooth, or ends, the patch itself goes on beyond it:
-normals of neighbours differ a little there, and a fan of normals between them would be one of a tiny radius. At sharp edges and
-corners normals do fan out: they are arcs and spheres of radius zero.
+Where the closest point lies on a side or corner at which the surface is smooth, the patch itself goes on beyond it: normals of
+neighbours differ a little there, and a fan of normals between them would be one of a tiny radius. At sharp edges and corners
+normals do fan out: they are arcs and spheres of radius zero.
+
+At open borders the surface ends, and turns away with a radius, the ``lip``: of points past a border the gap is the distance of a
+curve so far behind it, less the radius. A node that slides past leaves the surface by and by, as at other edges without fillets.
+Where a border runs is known to the height of a chord of its triangle: so far the patch goes on, so that points in a plane of
+symmetry do not miss the border of half a tool. With a lip of zero points past a border are outside in any case, and what a file's
+digits leave counts besides.
 """
 
 from __future__ import annotations
@@ -107,9 +113,9 @@ def _on_side(a, b, c, p):
                 low = s
             slope = f1 + s * (2.0 * f2 + s * 3.0 * f3)
             to = s - f / slope if slope > 0.0 else 0.5 * (low + high)
-            if to <= low or to >= high:
+            done = abs(to - s) < ROUND_OFF  # round-off may lead beyond s itself, one end of what is left
+            if not done and (to <= low or to >= high):
                 to = 0.5 * (low + high)
-            done = abs(to - s) < ROUND_OFF
             s = to
             if done:
                 break
@@ -251,16 +257,17 @@ def _of_patch(C, xe, xz, x, p, n, H):
 
 
 @njit(cache=True, error_model="numpy")
-def _fan(foot, t, bend, mean, p, least, n, H):
+def _fan(foot, t, bend, mean, outside, p, least, n, H):
     """Gap of p over a sharp place at ``foot``; t (3,): tangent of the side there, 0 at corners; bend (3,): half its derivative.
 
-    ``mean`` (3,): mean normal, which says on which side of the surface p is; ``least``: distance below which it is the normal.
+    ``mean`` (3,): mean normal, which says on which side of the surface p is, if it is not ``outside`` in any case; ``least``:
+    distance below which it is the normal.
     """
     d, side = np.empty(3), 0.0
     for i in range(3):
         d[i] = p[i] - foot[i]
         side += d[i] * mean[i]
-    r, sign = np.sqrt(_dot(d, d)), 1.0 if side >= 0.0 else -1.0
+    r, sign = np.sqrt(_dot(d, d)), 1.0 if outside or side >= 0.0 else -1.0
     length = _dot(t, t)
     along = 0.0
     if length > 0.0:
@@ -289,34 +296,42 @@ def _place(where, at):
 
 
 @njit(cache=True, error_model="numpy")
-def closest(P, C, R, curved, kinds, means, least, xi, triangle, where, at, g, n, H):
-    """Points xi (k, 3) and what `nearest` says of them → gaps g (k,), normals n (k, 3), H = ∂n/∂ξ (k, 3, 3).
+def closest(P, C, R, curved, kinds, means, slack, lip, least, xi, triangle, where, at, g, n, H, past):
+    """Points xi (k, 3) and what `nearest` says of them → gaps g (k,), normals n (k, 3), H = ∂n/∂ξ (k, 3, 3), past (k,).
 
     kinds (m, 7): what sides 0 to 2 (from column 1) and corners 0 to 2 (from column 4) of triangles are; means (m, 7, 3): mean
-    normals of the surface there.
+    normals of the surface there; slack (m,): how far from a border a point is ``past`` it; ``lip``: radius of borders.
     """
-    x, xe, xz, t = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    x, xe, xz, t, foot, q = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     none = np.zeros(3)
     for k in range(xi.shape[0]):
         p, m, w = xi[k], triangle[k], where[k]
+        kind = kinds[m, w]
         e, z = _place(w, at[k])
-        if kinds[m, w] != CREASE:
+        _at(P[m], C[m], e, z, foot, xe, xz)
+        if kind != CREASE:
             e_foot, z_foot, there = _foot(P[m], C[m], p, e, z, x, xe, xz)
             # A curved patch is not followed farther than by its own size, nor where it has turned over.
             near = not curved[m] or (abs(e_foot - 0.5) <= 1.5 and abs(z_foot - 0.5) <= 1.5)
+            if there and near and kind == BORDER:
+                way = 0.0
+                for i in range(3):
+                    way += (x[i] - foot[i]) ** 2
+                near = way <= slack[m] ** 2
             if there and near and _triple(xe, xz, means[m, 0]) > 0.0:
                 g[k] = _of_patch(C[m], xe, xz, x, p, n[k], H[k])
                 continue
-        _at(P[m], C[m], e, z, x, xe, xz)
-        if kinds[m, w] == BORDER:  # it goes on straight
-            g[k] = _of_patch(C[m], xe, xz, x, p, n[k], H[k])
-            H[k] = 0.0
-            continue
+        past[k] = kind == BORDER
+        behind = lip if past[k] else 0.0
+        for i in range(3):  # from the curve behind the border p is where q is from the border
+            q[i] = p[i] + behind * means[m, w, i]
         if w >= _CORNER or w == _WITHIN:
-            g[k] = _fan(x, none, none, means[m, w], p, least, n[k], H[k])
+            g[k] = _fan(foot, none, none, means[m, w], past[k], q, least, n[k], H[k]) - behind
             continue
         a, b, c, s = P[m, 1 if w == _SIDE + 1 else 0], P[m, 1 if w == _SIDE else 2], R[m, w - _SIDE], at[k, 0]
+        if past[k]:
+            s = _on_side(a, b, c, q)[1]
         for i in range(3):
-            x[i] = a[i] + (b[i] - a[i]) * s - c[i] * (s * (1.0 - s))
-            t[i] = b[i] - a[i] - c[i] * (1.0 - 2.0 * s)
-        g[k] = _fan(x, t, c, means[m, w], p, least, n[k], H[k])
+            foot[i] = a[i] + (b[i] - a[i]) * s - c[i] * (s * (1.0 - s))
+            t[i] = b[i] - a[i] - c[i] * (1.0 - 2.0 * s) if 0.0 < s < 1.0 else 0.0
+        g[k] = _fan(foot, t, c, means[m, w], past[k], q, least, n[k], H[k]) - behind

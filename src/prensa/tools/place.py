@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from prensa.errors import PrensaError, along
+from prensa.errors import PrensaError, along, coordinates
+from prensa.geometry.sections import section_axes
+from prensa.mesh.faces import first_met
 from prensa.mesh.mesh import Mesh
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.tools.analytic import Tool
@@ -89,6 +92,61 @@ def _endwise(d: ToolShape, outward: Array) -> str:
     return ": its 'axis' points at the boundary, and along it the tool has no end that could press"
 
 
+class _Way(NamedTuple):
+    """A tool on its way from ``start`` (d,) along -outward (d,) to the nodes of a boundary, with its ``faces`` (k, 2 | 4)."""
+
+    shape: Tool
+    start: Array
+    outward: Array
+    faces: Index
+    reach: float
+
+    def gaps(self, points: Array, back: bool = False) -> Array:
+        """How far the tool goes until it touches points (k, d), infinite if it does not; ``back``: from the far side."""
+        start = self.start - 2.0 * back * self.reach * self.outward
+        return self.shape.along(points - start, -self.outward if back else self.outward, 10.0 * self.reach)
+
+    def why_missed(self, d: ToolShape, direction: Array, points: Array, mesh: Mesh) -> str:
+        """Why a tool in space that is no plane misses all points (k, 3) of the boundary; '' if that is not known."""
+        if len(self.outward) == 2 or self.shape.half_space:
+            return ""
+        looks = d.presented(self.shape)
+        # What looks the other way would be met from the far side, what looks aside from neither.
+        if (looks is not None and abs(looks @ self.outward) < FACING) or np.isfinite(self.gaps(points, back=True)).any():
+            return ""
+        x = d.facets(direction, self.reach)[0] + self.start
+        corners = mesh.points[self.faces[:, [(0, 1, 2), (0, 2, 3)]].reshape(-1, 3)]
+        met, far = first_met(x, np.broadcast_to(-self.outward, x.shape), corners)
+        if (met >= 0).any():
+            place = coordinates((x - far[:, None] * self.outward)[np.argmax(met >= 0)])
+            return f": it goes in between its nodes, as at ({place}), where elements are to be shorter"
+        for axis in section_axes(self.outward).T if len(x) else ():
+            (a, b), (low, high) = ((float((v @ axis).min()), float((v @ axis).max())) for v in (x, points))
+            if a > high or b < low:
+                there = f"from {a:.4g} to {b:.4g} along {along(axis)} where that is from {low:.4g} to {high:.4g}"
+                return f": it passes beside it, {there}"
+        return ""
+
+
+def _never_met(name: str, d: ToolShape, target: str, why: str, outward: Array) -> ToolError:
+    return ToolError(
+        f"tools.{name}: moving along {along(-outward)} the {d.type} tool never meets {target!r}{why}; change 'at' (its position "
+        f"across that direction) or its direction{_endwise(d, outward)}{d.hint(-outward)}"
+    )
+
+
+def _misfit(name: str, d: ToolShape, target: str, points: Array, g: Array, shape: Tool, outward: Array) -> ToolError:
+    """Of a tool with gaps g (k,) from points (k, d) of the boundary that it touches."""
+    k, hint, looks = int(np.argmin(g)), d.hint(-outward), d.presented(shape)
+    if looks is not None and looks @ outward < -FACING:
+        hint = f", or export the whole tool if it is an open border that presses there{hint}"
+    return ToolError(
+        f"tools.{name}: moved along {(0.0 - outward).tolist()} until it touches {target!r}, the {d.type} has the node at "
+        f"({', '.join(f'{v:g}' for v in points[k])}) inside by {-g[k]:.3g}: the boundary does not fit into it; change its "
+        + (f"shape or 'at'{hint}" if hint else UNFIT)
+    )
+
+
 def place(
     name: str, d: ToolShape, meshes: dict[str, Mesh], rounding: float = 0.0, way: Array | None = None
 ) -> PlacedTool:  # fmt: skip
@@ -133,19 +191,12 @@ def place(
     else:
         # from far outside, move in along −outward until the first node touches
         start = at + (reach - at @ outward + (points @ outward).max()) * outward
-    gaps = shape.along(points - start, outward, 10.0 * reach)
+    moved = _Way(shape, start, outward, mesh.edges.get(edge, np.zeros((0, 4), dtype=np.int64)), reach)
+    gaps = moved.gaps(points)
     if not np.isfinite(gaps).any():
-        raise ToolError(
-            f"tools.{name}: moving along {along(-outward)} the {d.type} tool never meets {target!r}; "
-            f"change 'at' (its position across that direction) or its direction{_endwise(d, outward)}{d.hint()}"
-        )
+        raise _never_met(name, d, target, "" if _endwise(d, outward) else moved.why_missed(d, direction, points, mesh), outward)
     where = start - gaps.min() * outward
-    inside = float(-shape.closest(points - where).g.min())
-    if inside > DRAWN * size:
-        k = int(np.argmin(shape.closest(points - where).g))
-        raise ToolError(
-            f"tools.{name}: moved along {(0.0 - outward).tolist()} until it touches {target!r}, the {d.type} has the node at "
-            f"({', '.join(f'{v:g}' for v in points[k])}) inside by {inside:.3g}: the boundary does not fit into it; change its "
-            + (f"shape or 'at'{d.hint()}" if d.hint() else UNFIT)
-        )
+    g = shape.closest(points - where).g
+    if g.min() < -DRAWN * size:
+        raise _misfit(name, d, target, points, g, shape, outward)
     return PlacedTool(name, shape, where, direction, d)

@@ -23,7 +23,7 @@ from prensa.model.fields import Position, Springs
 from prensa.model.names import Finding
 from prensa.model.press import Press, PressValue
 from prensa.tools.implicit import Implicit
-from prensa.types import Array, Index
+from prensa.types import Array, Flags, Index
 
 if TYPE_CHECKING:
     from prensa.tools.analytic import Tool
@@ -52,11 +52,10 @@ def rotation_of(turn: Sequence[float]) -> Array:
 
 
 class Touched(NamedTuple):
-    """Of triangles that are touched: largest height of their chords (length) and angle between them; ``beyond`` open borders."""
+    """Of triangles that are touched: largest height of their chords (length) and angle between them."""
 
     chord: float
     angle: float
-    beyond: bool
 
 
 class ToolShape(Member, abstract=True):
@@ -153,13 +152,17 @@ class ToolShape(Member, abstract=True):
         """Key of what makes the end towards a surface sharp, '' where `face` says enough; needs ``across`` of the shape."""
         return ""
 
-    def hint(self) -> str:
-        """What to add to the message that the tool cannot be placed, or starts inside a body."""
+    def hint(self, way: Array | None = None) -> str:
+        """What to add to the message that the tool cannot be placed, on a ``way`` (d,) if given, or starts inside a body."""
         return ""
 
     def touched(self, shape: Tool, xi: Array) -> Touched | None:
         """How coarse the surface is where points (k, 3) in its frame touch it; None of what has no triangles."""
         return None
+
+    def past_border(self, shape: Tool, xi: Array) -> Flags:
+        """Which points (k, 3) in its frame lie past an open border, where nothing of the surface is."""
+        return np.zeros(len(xi), dtype=bool)
 
     def presented(self, shape: Tool) -> Array | None:
         """Unit vector (d,) along which an open surface looks as a whole; None of a closed one, and of other tools."""

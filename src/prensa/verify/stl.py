@@ -46,18 +46,20 @@ def icosphere(radius: float, level: int) -> tuple[Array, Index]:
     return radius * x @ (turn * np.linalg.det(turn)).T, t
 
 
-def faceted(points: Sequence[tuple[float, float]], fillet: float, step: float = np.radians(10.0)) -> Array:
-    """Points (n, 2) of a profile whose corners are arcs of radius ``fillet`` in facets of ``step`` or less."""
-    out = [np.array(points[0])]
-    for a, b, c in zip(points, points[1:], points[2:]):
+def faceted(
+    points: Sequence[tuple[float, float]], fillet: float | Sequence[float], step: float = np.radians(10.0)
+) -> Array:  # fmt: skip
+    """Points (n, 2) of a profile with arcs of radius ``fillet``, one for all corners or each, in facets of ``step`` or less."""
+    out, radii = [np.array(points[0])], np.broadcast_to(fillet, len(points))
+    for a, b, c, radius in zip(points, points[1:], points[2:], radii[1:]):
         u, v = (np.subtract(q, p) / np.linalg.norm(np.subtract(q, p)) for p, q in ((a, b), (b, c)))
         turn = float(np.arctan2(u[0] * v[1] - u[1] * v[0], u @ v))
         to_middle = np.sign(turn) * np.array([-u[1], u[0]])
-        start = np.array(b) - fillet * np.tan(0.5 * abs(turn)) * u
+        start = np.array(b) - radius * np.tan(0.5 * abs(turn)) * u
         n = int(np.ceil(abs(turn) / step - 1e-9))
         for w in turn * np.arange(n + 1) / n:
             rotation = np.array([[np.cos(w), -np.sin(w)], [np.sin(w), np.cos(w)]])
-            out.append(start + fillet * (to_middle - rotation @ to_middle))
+            out.append(start + radius * (to_middle - rotation @ to_middle))
     return np.array([*out, points[-1]])
 
 

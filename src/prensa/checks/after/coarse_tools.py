@@ -9,11 +9,12 @@ import numpy as np
 
 from prensa.checks.check import Committed, warning
 from prensa.checks.thresholds import SLIGHT
+from prensa.contact.faces import FacePoints
 from prensa.contact.forces import ContactForces
 from prensa.contact.surface import Surface
-from prensa.errors import Finding
+from prensa.errors import Finding, coordinates
 from prensa.system.system import System
-from prensa.types import Array
+from prensa.types import Array, Flags, Index
 
 
 class CoarseTools:
@@ -34,9 +35,14 @@ class CoarseTools:
 
     def _of(self, s: Surface, forces: ContactForces, u: Array) -> Iterator[tuple[str, str]]:
         closed = np.flatnonzero(forces.p > 0.0)
-        master, unit = self.system.tool_masters[s.against], self.system.problem.units.length
         if not len(closed):
             return
+        yield from self._coarse(s, closed, u)
+        yield from self._at_border(s, forces.p > 0.0, u)
+
+    def _coarse(self, s: Surface, closed: Index, u: Array) -> Iterator[tuple[str, str]]:
+        """Chords of the triangles that the points ``closed`` (k,) touch, over the depth of contact."""
+        master, unit = self.system.tool_masters[s.against], self.system.problem.units.length
         x = s.points.at(self.system.positions(u))[closed]
         touched = master.tool.description.touched(master.shape, master.local(x, u))
         if touched is None:
@@ -49,8 +55,18 @@ class CoarseTools:
                 f"({math.degrees(touched.angle):.2g}° between them), {100.0 * touched.chord / depth:.2g} % of the depth of "
                 f"contact {depth:.3g}: what is between their corners is a guess; export the STL with a finer tolerance"
             )
-        if touched.beyond:
+
+    def _at_border(self, s: Surface, closed: Flags, u: Array) -> Iterator[tuple[str, str]]:
+        """Open borders between points of one face, of which some are ``closed`` (k,) and others have nothing before them."""
+        if not isinstance(s.points, FacePoints):
+            return
+        master, x = self.system.tool_masters[s.against], s.points.at(self.system.positions(u))
+        past = master.tool.description.past_border(master.shape, master.local(x, u))
+        across = closed[s.points.slots].any(axis=1) & past[s.points.slots].any(axis=1)
+        if across.any():
+            at = coordinates(x[s.points.slots[np.argmax(across)]].mean(axis=0))
             yield "border", (
-                f"tool {s.against!r}: the contact goes beyond an open border of its surface, where the tool goes on straight; "
-                "export a surface that is larger than the contact, or the whole body"
+                f"tool {s.against!r}: an open border of its surface presses within {'+'.join(s.description.surface)!r}, as near "
+                f"({at}): nothing presses past it, and forces are as rough there as the elements are; export a surface that is "
+                "larger than the contact, or the whole body, and shorten the elements along edges that press"
             )

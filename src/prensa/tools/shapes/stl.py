@@ -18,8 +18,9 @@ from prensa.model.tables import digest_of, found_file
 from prensa.model.units import Angle, Length, Number
 from prensa.tools.analytic import Tool
 from prensa.tools.facets import CREASE
+from prensa.tools.place import FACING
 from prensa.tools.tool import ToolShape, Touched, rotation_of
-from prensa.types import Array, Index
+from prensa.types import Array, Flags, Index
 
 if TYPE_CHECKING:
     from prensa.tools.curved import Curved
@@ -47,8 +48,9 @@ class Stl(ToolShape):
     origin of the file is the reference point. ``unit``: the unit of length of the file, such as mm or inch (default: that of the
     case); ``scale``: a factor besides. ``turn``: rotation at the start, by which a z that is upright in the file becomes y:
     ``[-90 deg, 0, 0]``. Of a closed surface the normals look outwards; ``reverse`` turns them round, and ``false`` says that a
-    closed one whose normals look inwards is a cavity with bodies inside. An open surface continues straight beyond its borders.
-    ``digest`` is filled in by the program: a run is resumed only with the file that it began with.
+    closed one whose normals look inwards is a cavity with bodies inside. An open surface ends at its borders, which are rounded
+    outwards with a quarter of an element if it moves on a surface. ``digest`` is filled in by the program: a run is resumed only
+    with the file that it began with.
     """
 
     file: Annotated[str, BeforeValidator(_found)]
@@ -78,7 +80,7 @@ class Stl(ToolShape):
 
     def shape(self, direction: Array, rounding: float) -> Tool:
         """See `prensa.tools.curved`."""
-        return self._made()
+        return self._made().with_lip(rounding)
 
     def _made(self) -> Curved:
         return _curved(self.file, self.digest or "", self.unit * self.scale, self.turn, bool(self.reverse), self.sharp)
@@ -88,6 +90,12 @@ class Stl(ToolShape):
         from prensa.tools.curved import Curved
 
         return shape.touched(xi) if isinstance(shape, Curved) else None
+
+    def past_border(self, shape: Tool, xi: Array) -> Flags:
+        """See `prensa.tools.curved`."""
+        from prensa.tools.curved import Curved
+
+        return shape.past_border(xi) if isinstance(shape, Curved) else super().past_border(shape, xi)
 
     def presented(self, shape: Tool) -> Array | None:
         """See `prensa.tools.curved`."""
@@ -106,12 +114,14 @@ class Stl(ToolShape):
         surface = self._made().surface
         return surface.points, surface.triangles
 
-    def hint(self) -> str:
+    def hint(self, way: Array | None = None) -> str:
         """Units, and of an open surface which way it and its normals look: of a closed one that is known."""
         turned = "its normals look the wrong way ('reverse: true' turns them round), or "
         unsure = self.reverse is not None or not stl.read(self.file, self.digest or "").closed
         looks = self._made().looks
         aside = f"it faces {along(looks)} and is to be turned ('turn'), or " if looks is not None else ""
+        if looks is not None and way is not None and looks @ way > FACING:  # as it should
+            return "; or its 'unit' is another one"
         return f"; or {aside}{turned * unsure}its 'unit' is another one"
 
     def details(self, shape: Tool, direction: Array) -> str:
