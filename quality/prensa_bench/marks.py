@@ -269,7 +269,7 @@ def answer(problem: pr.Problem, measure: Measure) -> tuple[float, list[str]]:
 
 
 def verdict(mark: Mark) -> tuple[str, float, list[str]]:
-    """Of what stands in `VERDICTS`, the error, what was said; 'none' without a reference."""
+    """Of what stands in `MARK_VERDICTS`, the error, what was said; 'none' without a reference."""
     value, said = answer(mark.problem, mark.measure)
     reference = mark.known if mark.better is None else answer(mark.better, mark.measure)[0]
     if np.isnan(reference):
@@ -282,7 +282,7 @@ def verdict(mark: Mark) -> tuple[str, float, list[str]]:
     return ("share" if all(GIVE_WAY in words for words in said) and penalties_show(mark, value) else "alarm"), error, said
 
 
-VERDICTS = {
+MARK_VERDICTS = {
     "right": "within the share allowed, and silent",
     "share": "right, and warned only of a share that the penalties take, which exact contact on the same mesh confirms",
     "alarm": "right, and warned of: by mistake",
