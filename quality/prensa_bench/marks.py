@@ -28,7 +28,7 @@ from prensa_bench.robustness.increments import enforced
 Measure = Callable[[Increment], float]
 
 EXACT_SHARE = 0.01
-"""Share of the force of exact contact on the same mesh by which that of the default may differ without a warning."""
+"""Share of the force of exact contact on the same mesh that the default may lack without a warning."""
 
 
 class Mark(NamedTuple):
@@ -292,6 +292,6 @@ MARK_VERDICTS = {
 
 
 def penalties_show(mark: Mark, value: float) -> bool:
-    """Whether a ``value`` is off from exact contact on the same mesh by more than that of the default may be."""
+    """Whether a ``value`` is too low for exact contact on the same mesh, by more than that of the default may be."""
     exact = answer(enforced(mark.problem, "exact"), mark.measure)[0]
-    return bool(abs(value / exact - 1.0) > EXACT_SHARE)
+    return bool(value / exact < 1.0 - EXACT_SHARE)
