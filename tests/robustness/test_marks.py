@@ -2,6 +2,8 @@
 
 import pytest
 
+from prensa.checks.after.quality import GIVE_WAY
+from prensa_bench import marks
 from prensa_bench.marks import draw, verdict
 
 
@@ -16,3 +18,21 @@ def test_marks_are_met(kind, number, expected):
     assert found == expected, (error, said)
     if number == 36:
         assert any("are too stiff by" in words for words in said)
+
+
+def test_a_share_of_penalties_that_exact_contact_confirms_is_no_false_alarm():
+    """1.4 % for exact contact on the same mesh, where the finer mesh, with its own error, is within 5 %."""
+    found, error, said = verdict(draw("bending", 9304, 58))
+    assert found == "share" and abs(error) < 0.05 and all(GIVE_WAY in words for words in said)
+
+
+@pytest.mark.parametrize(("exact", "said", "expected"), [
+    (1.02, [GIVE_WAY], "share"), (1.005, [GIVE_WAY], "alarm"), (0.98, [GIVE_WAY], "alarm"),
+    (float("nan"), [GIVE_WAY], "alarm"), (1.02, [GIVE_WAY, "something else"], "alarm"), (1.02, [], "right"),
+])  # fmt: skip
+def test_what_counts_as_a_false_alarm(monkeypatch, exact, said, expected):
+    """Right answers: a share that is not there, that nobody can confirm, or that is not all that is said, counts as one."""
+    mark = draw("bending", 9304, 58)
+    exacts = marks.enforced(mark.problem, "exact")
+    monkeypatch.setattr(marks, "answer", lambda problem, _: (exact if problem == exacts else 1.0, said))
+    assert verdict(mark)[0] == expected

@@ -183,3 +183,48 @@ def test_a_strip_that_bends_past_yield_is_reported_with_its_error(way, element, 
         error = force / lowered(strip((108, 12), "plane strain", way), caplog)[0] - 1.0
         assert float(said[0].partition("estimated ")[2].partition(" %")[0]) / 100.0 == pytest.approx(error, abs=0.02)
         assert "too stiff" in said[0]
+
+
+def ring(n, way, element=None, held="xy"):
+    """A plate of revolution from 5 to 20 whose inner edge is lowered: clamped outside, or free to turn on its lower edge."""
+    steps = [pr.Step("bend", fixed={"plate.bottom-left": pr.Fixed(y=-way)}, increments=8)]
+    body = pr.Body(pr.Rectangle((15.0, 1.0), n=n, origin=(5.0, 0.0)), METAL, element)
+    fixed = {"plate.right": "xy"} if held == "xy" else {"plate.bottom-right": "y"}
+    return pr.Problem("plate", bodies={"plate": body}, fixed=fixed, steps=steps, space="axisymmetric")
+
+
+@pytest.mark.parametrize(("way", "held", "reported"), [(0.5, "xy", "too stiff"), (0.1, "y", "too soft"), (0.5, "y", "")])
+def test_plates_of_revolution_that_bend_past_yield_are_reported_with_their_error(way, held, reported, caplog):
+    """Bent along the meridian most, or into a dish, along the hoop: three layers, against enhanced strains in finer elements."""
+
+    def force(n, element=None):
+        caplog.clear()
+        *_, last = pr.solve(ring(n, way, element, held))
+        return last.supports["plate.bottom-left"].y, [words for words in caplog.messages if "past yield" in words]
+
+    off, said = force((27, 3))
+    assert len(said) == bool(reported) and all(reported in words for words in said)
+    error = off / force((60, 8), "q4_enhanced")[0] - 1.0
+    if not reported:
+        assert abs(error) < 0.05
+    else:
+        share = float(said[0].partition("estimated ")[2].partition(" %")[0]) / 100.0
+        assert share == pytest.approx(abs(error), abs=0.01) and (error > 0.0) == (reported == "too stiff")
+
+
+@pytest.mark.parametrize("shape", ["sphere", "cone"])
+def test_curvatures_of_revolution_are_those_of_a_sphere_and_of_a_cone(shape):
+    """A flat plate bent to a sphere of radius 50, both 1/50; to a cone whose sides fall by 0.2, sin 0.2 over the radius."""
+    system = pr.discretise(ring((15, 2), 1e-3))
+    x = system.meshes["plate"].points
+    r, y = x.T
+    found = BentStrips.of(system.meshes["plate"])
+    if shape == "sphere":
+        bent = np.stack([(49.5 + y) * np.sin(r / 50.0), (49.5 + y) * np.cos(r / 50.0)], axis=1)
+        expected = np.broadcast_to([0.02, 0.02], (15, 2))
+    else:
+        bent = np.stack([r * np.cos(0.2) + y * np.sin(0.2), -r * np.sin(0.2) + y * np.cos(0.2)], axis=1)
+        expected = np.column_stack([np.zeros(15), np.sin(0.2) / found.of_revolution(bent)[1]])
+    curvatures, _ = found.of_revolution(bent)
+    sign = np.sign(curvatures[0, 1])
+    assert sign * curvatures == pytest.approx(expected, rel=5e-3, abs=1e-12)

@@ -8,6 +8,7 @@ from prensa.checks.after.bent_metal import MetalBends
 from prensa.checks.after.between_nodes import BetweenNodes, OnFiner
 from prensa.checks.after.coarse_tools import CoarseTools
 from prensa.checks.after.corners_of_faces import corners_of_faces
+from prensa.checks.after.friction_hills import FrictionHills
 from prensa.checks.after.quality import PenaltyShare, UntouchedTools, hidden_forces, penetrations, soft_springs
 from prensa.checks.before.table_starts import table_jumps
 from prensa.checks.check import (
@@ -53,6 +54,7 @@ class RunChecks:
         self.validity = validity or Validity(system, policy)
         self.penalties = penalties = PenaltyShare(system)
         self.untouched, self.metal_bends = UntouchedTools(system, self.between_nodes), MetalBends(system)
+        self.hills = FrictionHills(system)
         self.step_begins: list[Check[StepBegun]] = [partial(table_jumps, system)]
         # Each list has what there is to look at: in small strain no element folds, and no outline comes near itself.
         finite, space = system.problem.kinematics != "small", system.dofs.dimension == 3
@@ -68,7 +70,7 @@ class RunChecks:
         self.committed: list[Check[Committed]] = [self.validity, penalties, folding.note, self.untouched.note]
         self.step_ends: list[Check[Committed]] = [
             partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), self.between_nodes,
-            self.metal_bends,
+            self.metal_bends, self.hills,
         ]  # fmt: skip
         if space:
             self.step_ends += [CoarseTools(system), partial(corners_of_faces, system)]
@@ -90,6 +92,7 @@ class RunChecks:
         rest.untouched.reached = self.untouched.reached
         rest.between_nodes.reported |= self.between_nodes.reported
         rest.metal_bends.open &= self.metal_bends.open
+        rest.hills.open &= self.hills.open
         return rest
 
     def refusal(self, c: Context, result: NewtonResult) -> Failure | None:

@@ -165,6 +165,16 @@ class BentStrips(NamedTuple):
         angles = np.arctan2((d * along[:, :, None]).sum(axis=3), (d * across[:, :, None]).sum(axis=3))
         return np.asarray((angles[:, :, 1] - angles[:, :, 0]) / self.lengths)
 
+    def of_revolution(self, x: Array) -> tuple[Array, Array]:
+        """Curvatures (s, 2) in the meridian and along the hoop, and radii (s,), on nodes at x (n, 2) in axisymmetry.
+
+        Along the thickness a radius changes by the component of the unit vector across, over the radius a share of the hoop.
+        """
+        at = x[self.sides[:, 0]].mean(axis=3)
+        across, radius = (at[:, :, 1] - at[:, :, 0]).sum(axis=1), at[..., 0].mean(axis=(1, 2))
+        hoop = across[:, 0] / np.hypot(*across.T) / radius
+        return np.column_stack([self.curvatures(x)[:, 0], hoop]), radius
+
 
 _SECTIONS = {2: np.array([[[0], [1]]]), 3: np.array([[[0, 3], [1, 2]], [[0, 1], [3, 2]]])}
 """Corners (w, 2, a) of an end of a strip at its two sections along each way, by the dimension of space."""

@@ -42,7 +42,7 @@ class BentMetal:
     """A metal of Young's modulus E and Poisson's ratio ν with a flow stress ``flow`` (k,) at plastic strains (k,).
 
     ``space``: that of a problem: plane stress, in which the material is free to move along its width, plane strain, in which that
-    is held, or solid, where a plate bends along two ways.
+    is held, axisymmetric or solid, where a plate bends along two ways.
     """
 
     E: float
@@ -63,7 +63,7 @@ class BentMetal:
         return self._moments(bend, ways, lambda w: w.own * SECTION**2)
 
     def moments_of_layers(self, bend: Array, ways: Array, layers: Array, lengths: Array) -> Array:
-        """The same of ``layers`` (s,) of the default element, ``lengths`` (s, w) long over the thickness."""
+        """The same of ``layers`` (s,) of the default element, ``lengths`` (s, w) long over the thickness; 0 along a hoop."""
         out = np.empty(len(bend))
         for n in np.unique(layers):
             own = np.flatnonzero(layers == n)

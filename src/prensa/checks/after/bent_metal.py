@@ -28,15 +28,15 @@ class MetalBends:
     What `check` says before a run is of elastic stiffness. Here each strip through the thickness has the curvature that the nodes
     on the outline show, and its moment is that of its layers of elements and of the material (`BentMetal`). A force over a
     prescribed way is off by the work of the difference over all other work, in the last increment. Sections that straighten do so
-    elastically, and do not count. In space strips bend as plates, along two ways. Of axisymmetric sections nothing is said.
+    elastically, and do not count. In space strips bend as plates, along two ways, and so do those of bodies of revolution, along
+    the meridian and the hoop; no side of an element is straight along that. Of tetrahedra, which have no strips, nothing is said.
     """
 
     def __init__(self, system: System) -> None:
         self.system = system
         p = system.problem
-        flows = p.space != "axisymmetric"
         # Laws of users may yield otherwise in bending, or state no flow stress.
-        metals = {n: b.element for n, b in p.bodies.items() if flows and isinstance(b.material, J2)}
+        metals = {n: b.element for n, b in p.bodies.items() if isinstance(b.material, J2)}
         self.open = {n for n, element in metals.items() if element is None or n in system.chosen}
         self.strips: dict[str, BentStrips] = {}
 
@@ -65,8 +65,7 @@ class MetalBends:
         strips, span = self.strips[body], s.span(body)
         if not len(strips.layers):
             return 0.0
-        at_rest = strips.curvatures(s.X[span])
-        bent = [strips.curvatures(s.positions(state.u)[span]) - at_rest for state in (given.context.state, given.state)]
+        bent, lengths, width = self._bent(strips, span, given)
         size = [np.linalg.norm(one, axis=1) for one in bent]
         before, after = (one * strips.thickness for one in size)
         material = s.problem.bodies[body].material
@@ -81,12 +80,24 @@ class MetalBends:
 
         def more(bend: Array) -> Array:
             """Of the moments of sections, over the square of their thickness."""
-            lengths = strips.lengths / strips.thickness[:, None]
-            return metal.moments_of_layers(bend, ways, strips.layers, lengths) - metal.moments(bend, ways)
+            return metal.moments_of_layers(bend, ways, strips.layers, relative) - metal.moments(bend, ways)
 
-        area = strips.lengths.prod(axis=1) * (s.problem.thickness if s.dofs.dimension == 2 else 1.0)
+        relative, area = lengths / strips.thickness[:, None], strips.lengths.prod(axis=1) * width
         grown = np.maximum(after - before, 0.0) * strips.thickness * area
         return float((0.5 * (more(before) + more(after)) * grown).sum())
+
+    def _bent(self, strips: BentStrips, span: slice, given: Committed) -> tuple[list[Array], Array, Array]:
+        """Changes of curvature (s, w) at both ends of the increment, lengths (s, w) of straight sides, width (s,)."""
+        s = self.system
+        places = [s.X[span], *(s.positions(state.u)[span] for state in (given.context.state, given.state))]
+        if s.axisymmetric:
+            found = [strips.of_revolution(x) for x in places]
+            (at_rest, radius), *bent = found
+            lengths = np.column_stack([strips.lengths, np.zeros_like(radius)])
+            return [one - at_rest for one, _ in bent], lengths, 2.0 * np.pi * radius
+        rest, before, after = (strips.curvatures(x) for x in places)
+        width = s.problem.thickness if s.dofs.dimension == 2 else 1.0
+        return [before - rest, after - rest], strips.lengths, np.full(len(rest), width)
 
     def _words(self, body: str, share: float) -> str:
         default = self.system.problem.element_name(body)

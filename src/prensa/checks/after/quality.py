@@ -20,6 +20,8 @@ from prensa.system.system import System
 
 HIDDEN_FORCE_RATIO = 100.0
 """A tool force below this multiple of the residual allowed is no result."""
+GIVE_WAY = "the penalties of the contacts give way"
+"""How the warning of `PenaltyShare` begins, by which those who judge warnings know it."""
 
 
 def penetrations(system: System, given: Committed) -> Iterator[Finding]:
@@ -72,7 +74,7 @@ class PenaltyShare:
         share = self.of_springs.at_most_work()
         if share > SLIGHT:
             yield warning(
-                f"the penalties of the contacts give way, that of {self.softest!r} most, and forces of prescribed travels are "
+                f"{GIVE_WAY}, that of {self.softest!r} most, and forces of prescribed travels are "
                 f"too low by an estimated {100.0 * share:.2g} %; raise 'beta' and 'beta_T', or use "
                 "'enforcement: {type: exact}'"
             )
