@@ -211,7 +211,8 @@ def further(quick: bool) -> str:
     note = (
         "Upsetting to 30 % in 30 increments, the force with its derivatives in every increment. By 1: over the run alone; then "
         "what the second to the tenth add, in per cent of the run alone: numbers of the law, then friction, places at the "
-        "beginning, motions of the punch. Curve and metal: a user's flow curve and J2 plasticity, written as point functions. Processor time, of each increment the least of the rounds. Goal: at most 10."
+        "beginning, motions of the punch. Curve and metal: a user's flow curve and J2 plasticity, written as point functions. "
+        "Processor time, of each increment the least of the rounds. Goal: at most 10."
     )
     return table("A further parameter", head, rows, note)
 

@@ -53,16 +53,21 @@ _V, _VL, _VB = ir.VectorType(_D, WIDE), ir.VectorType(_L, WIDE), ir.VectorType(i
 
 
 class Rows(NamedTuple):
-    """An array with a row of so many numbers for each row of the kernel, or with ``points`` of them one after the other."""
+    """An array with a row of so many numbers for each row of the kernel, or with ``points`` of them one after the other.
+
+    With ``directions`` each number is one of every direction, beside one another: the last axis of the array.
+    """
 
     columns: int
     points: bool = False
+    directions: bool = False
 
 
 class Shared(NamedTuple):
     """An array of numbers that all rows share; with ``columns`` so many for each point, one after the other."""
 
     columns: int = 0
+    directions: bool = False
 
 
 class Marks(NamedTuple):
@@ -93,7 +98,11 @@ def total(k: int) -> Node:
 
 
 class Program(NamedTuple):
-    """What a kernel computes: ``puts``, of numbers ``given`` by its arrays and of `total`s; ``points`` of a row, 0 for none."""
+    """What a kernel computes: ``puts``, of numbers ``given`` by its arrays and of `total`s; ``points`` of a row, 0 for none.
+
+    Where arrays have directions, what follows from them is computed of one after the other, of as many as there are, and all else
+    once. The sums belong to directions then.
+    """
 
     arrays: Mapping[str, Kind]
     puts: Sequence[Put]
@@ -259,6 +268,7 @@ class _Emitter:
     def __init__(self, b: Any, tables: Mapping[str, tuple[Any, Any]], goes_on: Any, never: Any) -> None:
         self.b, self.tables = b, tables
         self.goes_on, self.never = goes_on, never
+        self.directed, self.directions, self.direction = frozenset[str](), None, None
 
     def now_and_then(self) -> None:
         """End a block of instructions that has become long, and begin another.
@@ -424,8 +434,14 @@ class _Emitter:
         for j in range(WIDE):
             lane = ir.Constant(_S, j)
             place = b.add(b.mul(b.extract_element(pieces, lane), ir.Constant(_L, width)), ir.Constant(_L, column))
+            if array in self.directed:
+                place = b.add(b.mul(place, self.directions), self.direction)
             out = b.insert_element(out, b.load(b.gep(base, [place])), lane)
         return out
+
+    def place_of(self, column: int) -> Any:
+        """Where the number of a column of the direction at hand stands among those of all directions."""
+        return self.b.add(self.b.mul(ir.Constant(_L, column), self.directions), self.direction)
 
     def spread(self, number: Any) -> Any:
         """A number in all lanes."""
@@ -454,6 +470,10 @@ def _column(n: Node) -> int:
     return n.value[1]
 
 
+def _of_directions(kind: Kind) -> bool:
+    return not isinstance(kind, Marks) and kind.directions
+
+
 class _Writer:
     """One kernel's instructions."""
 
@@ -466,16 +486,28 @@ class _Writer:
         tables = {}
         for k, array in enumerate(program.arrays):
             header = b.load(b.gep(table, [ir.Constant(_L, k)]))
-            data, _, shape, strides = (self._field(header, i) for i in range(4))
+            data, axes, shape, strides = (self._field(header, i) for i in range(4))
             self.base[array], self.stride[array] = data, self._first(strides)
             tables[array] = b.inttoptr(data, _D.as_pointer()), self._first(shape)
+            if _of_directions(program.arrays[array]):
+                last = b.sub(b.trunc(axes, _S), ir.Constant(_S, 1))
+                self.directions = b.load(b.gep(b.inttoptr(shape, _L.as_pointer()), [last]))
         never = b.append_basic_block("never")
         ir.IRBuilder(never).ret_void()
         self.emitter = _Emitter(b, tables, b.icmp_signed(">", count, ir.Constant(_L, 0)), never)
-        self.room = b.alloca(_V, max(len(program.sums), 1))
-        self.room.align = 64
+        self._rooms()
         self._groups(count)
         b.ret_void()
+
+    def _rooms(self) -> None:
+        """Memory for the sums over points."""
+        self.room = self._vectors(ir.Constant(_L, max(len(self.program.sums), 1)))
+
+    def _vectors(self, count: Any) -> Any:
+        """Memory for so many vectors."""
+        room = self.b.alloca(_V, count)
+        room.align = 64
+        return room
 
     def _field(self, header: Any, k: int) -> Any:
         """Field k of an array's header, a whole number."""
@@ -541,10 +573,13 @@ class _Writer:
         for k, n in enumerate(self.program.sums):
             if n not in known:
                 last = nodes.index(n, done) + 1
-                self.emitter.all(nodes[done:last], known)
+                self._all(nodes[done:last], known)
                 done = last
             b.store(b.fadd(b.load(self._sum(k), align=64), known[n]), self._sum(k), align=64)
-        self.emitter.all(nodes[done:], known)
+        self._all(nodes[done:], known)
+
+    def _all(self, nodes: Iterable[Node], known: dict[Node, Any]) -> None:
+        self.emitter.all(nodes, known)
 
     def _sum(self, k: int) -> Any:
         return self.b.gep(self.room, [ir.Constant(_L, k)])
@@ -577,7 +612,8 @@ class _Writer:
         if row is not None:
             at = b.add(at, b.mul(row, self.stride[array]))
         if q is not None and self._has_points(array):
-            at = b.add(at, b.mul(q, ir.Constant(_L, 1 if isinstance(kind, Marks) else size * kind.columns)))
+            width = ir.Constant(_L, 1 if isinstance(kind, Marks) else size * kind.columns)
+            at = b.add(at, b.mul(q, b.mul(width, self.directions) if _of_directions(kind) else width))
         return b.inttoptr(at, type_.as_pointer())
 
     def _read(self, nodes: Iterable[Node], known: dict[Node, Any], q: Any) -> None:
@@ -648,6 +684,190 @@ class _Writer:
         for k, v in enumerate(values):
             for j, place in enumerate(places):
                 b.store(b.extract_element(v, ir.Constant(_S, j)), b.gep(place, [ir.Constant(_L, k)]))
+
+
+class _WriterOfDirections(_Writer):
+    """One kernel's instructions, of which some are gone through for each direction.
+
+    Unrolled, those of five directions do not fit into the cache of instructions, and values they share are spilled as often.
+    Numbers of arrays with directions lie transposed in memory of the kernel's own (``own``), as do values of directions that
+    points share (``saved``).
+    """
+
+    def _rooms(self) -> None:
+        b, m, arrays = self.b, self.directions, self.program.arrays
+        self.emitter.directed = frozenset(name for name, kind in arrays.items() if _of_directions(kind))
+        self.emitter.directions = m
+        self.room = self._vectors(b.mul(m, ir.Constant(_L, len(self.program.sums))))
+        self.own = {
+            name: self._vectors(b.mul(m, ir.Constant(_L, kind.columns)))
+            for name, kind in arrays.items() if isinstance(kind, Rows) and kind.directions
+        }  # fmt: skip
+        self.read = {str(n.value[0]) for n in self._nodes() if n.op == "given" and isinstance(n.value, tuple)}
+        self.written = {x.array for x in self.program.puts}
+        self.common, self.each = self._by_direction()
+        at_end = [x.node for x in self.program.puts if not self._has_points(x.array)]
+        pointwise = [x.node for x in self.program.puts if self._has_points(x.array)]
+        later = self._from_before(self.each[1], [*self.program.sums, *pointwise]) + self._from_before(self.each[2], at_end)
+        self.places = {n: k for k, n in enumerate(dict.fromkeys(n for n in later if n.op != "given"))}
+        self.saved = self._vectors(b.mul(m, ir.Constant(_L, max(len(self.places), 1))))
+
+    def _nodes(self) -> list[Node]:
+        return demanded([*self.program.sums, *(x.node for x in self.program.puts)])
+
+    def _by_direction(self) -> tuple[list[list[Node]], list[list[Node]]]:
+        """Of each phase the nodes that directions share, and those that they have of their own."""
+        own = set[Node]()
+        for n in self._nodes():
+            array = str(n.value[0]) if n.op in ("given", "cell") and isinstance(n.value, tuple) else ""
+            if array == "total" or array in self.emitter.directed or any(x in own for x in _arguments(n)):
+                own.add(n)
+        phases = self._phases()
+        return [[n for n in p if n not in own] for p in phases], [[n for n in p if n in own] for p in phases]
+
+    def _from_before(self, nodes: Sequence[Node], outputs: Sequence[Node]) -> list[Node]:
+        """What nodes and outputs of a phase need of what directions have of their own before; of products their factors too."""
+        before = set(self.each[0]) - set(nodes)
+        found = [x for n in nodes for x in _arguments(n) if x in before] + [x for x in outputs if x in before]
+        return found + [y for x in found if x.op == "*" for y in x.args if y in before]
+
+    def _group(self) -> None:
+        b, p, known = self.b, self.program, dict[Node, Any]()
+        self._read(self.common[0], known, None)
+        self.emitter.all(self.common[0], known)
+        self._transpose_in(None)
+        self._loop(self.directions, 1, lambda j: self._before_points(j, known))
+        sums = b.mul(self.directions, ir.Constant(_L, len(p.sums)))
+        self._loop(sums, 1, lambda k: b.store(_both(0.0), b.gep(self.room, [k]), align=64))
+        self._loop(ir.Constant(_L, p.points), 1, lambda q: self._point(q, known))
+        self._loop(self.directions, 1, lambda j: self._after_points(j, known))
+        self._transpose_out(None)
+
+    def _before_points(self, j: Any, shared: Mapping[Node, Any]) -> None:
+        known = self._begin(j, shared)
+        self._all(self.each[0], known)
+        for n in self.places:
+            self.b.store(known[n], self._saved(n), align=64)
+
+    def _point(self, q: Any, shared: Mapping[Node, Any]) -> None:
+        known = dict(shared)
+        self._read(self.common[1], known, q)
+        self.emitter.all(self.common[1], known)
+        self._transpose_in(q)
+        self._loop(self.directions, 1, lambda j: self._at_point(j, known))
+        self._transpose_out(q)
+
+    def _at_point(self, j: Any, shared: Mapping[Node, Any]) -> None:
+        known = self._begin(j, shared)
+        self._add(self.each[1], known)
+        self._keep(known, True)
+
+    def _after_points(self, j: Any, shared: Mapping[Node, Any]) -> None:
+        known = self._begin(j, shared)
+        self._all(self.each[2], known)
+        self._keep(known, False)
+
+    def _begin(self, j: Any, shared: Mapping[Node, Any]) -> dict[Node, Any]:
+        self.emitter.direction = j
+        return dict(shared)
+
+    def _all(self, nodes: Iterable[Node], known: dict[Node, Any]) -> None:
+        """As `_Emitter.all`; what has been found before is fetched where it is first wanted."""
+        for n in nodes:
+            if n.op == "given":
+                continue
+            for x in _arguments(n):
+                self._fetch(x, known)
+                if n.op in ("+", "-") and x.op == "*":
+                    for y in x.args:
+                        self._fetch(y, known)
+            self.emitter.all([n], known)
+
+    def _fetch(self, n: Node, known: dict[Node, Any]) -> None:
+        b = self.b
+        if n in known:
+            return
+        if n.op != "given":
+            known[n] = b.load(self._saved(n), align=64)
+            return
+        assert isinstance(n.value, tuple)
+        array, column = str(n.value[0]), _column(n)
+        if array == "total":
+            known[n] = b.load(self._sum(column), align=64)
+        elif array in self.own:
+            known[n] = b.load(b.gep(self.own[array], [self.emitter.place_of(column)]), align=64)
+        else:
+            known[n] = self.emitter.spread(b.load(b.gep(self.emitter.tables[array][0], [self.emitter.place_of(column)])))
+
+    def _keep(self, known: dict[Node, Any], pointwise: bool) -> None:
+        """Numbers of the direction at hand that are written → the kernel's own memory."""
+        for x in self.program.puts:
+            if self._has_points(x.array) == pointwise:
+                self._fetch(x.node, known)
+                self.b.store(known[x.node], self.b.gep(self.own[x.array], [self.emitter.place_of(x.column)]), align=64)
+
+    def _saved(self, n: Node) -> Any:
+        return self.b.gep(self.saved, [self.emitter.place_of(self.places[n])])
+
+    def _sum(self, k: int) -> Any:
+        return self.b.gep(self.room, [self.emitter.place_of(k)])
+
+    def _loop(self, count: Any, step: int, body: Callable[[Any], object]) -> None:
+        """Instructions for k = 0, ``step``, … below a count, of which there is at least one."""
+        b = self.b
+        before, loop, after = b.block, b.append_basic_block("each"), b.append_basic_block("done")
+        b.branch(loop)
+        b.position_at_end(loop)
+        k = b.phi(_L)
+        k.add_incoming(ir.Constant(_L, 0), before)
+        body(k)
+        then = b.add(k, ir.Constant(_L, step))
+        k.add_incoming(then, b.block)
+        b.cbranch(b.icmp_signed("<", then, count), loop, after)
+        b.position_at_end(after)
+
+    def _transpose_in(self, q: Any) -> None:
+        """Numbers of all directions → the kernel's own memory, those of point q or, without, of whole rows."""
+        for array in self.own:
+            if array in self.read and self._has_points(array) == (q is not None):
+                self._transpose(array, q, self._in_together, self._in_one_by_one)
+
+    def _transpose_out(self, q: Any) -> None:
+        """The kernel's own memory → numbers of all directions."""
+        for array in self.own:
+            if array in self.written and self._has_points(array) == (q is not None):
+                self._transpose(array, q, self._out_together, self._out_one_by_one)
+
+    def _transpose(self, array: str, q: Any, together: Callable[..., object], one_by_one: Callable[..., object]) -> None:
+        """Eight numbers of each row at a time; the last eight begin earlier instead of reaching beyond the row."""
+        b, own, kind = self.b, self.own[array], self.program.arrays[array]
+        assert isinstance(kind, Rows)
+        places = [self._place(array, row, 0, q) for row in self.rows]
+        count, wide = b.mul(self.directions, ir.Constant(_L, kind.columns)), ir.Constant(_L, WIDE)
+
+        def some(k: Any) -> None:
+            last = b.sub(count, wide)
+            first = b.select(b.icmp_signed("<", k, last), k, last)
+            together(b.gep(own, [first]), [b.gep(place, [first]) for place in places])
+
+        with b.if_else(b.icmp_signed("<", count, wide)) as (few, many):
+            with few:
+                self._loop(count, 1, lambda k: one_by_one(b.gep(own, [k]), [b.gep(place, [k]) for place in places]))
+            with many:
+                self._loop(count, WIDE, some)
+
+    def _in_together(self, own: Any, places: Sequence[Any]) -> None:
+        for k, v in enumerate(self._columns(places, WIDE)):
+            self.b.store(v, self.b.gep(own, [ir.Constant(_L, k)]), align=64)
+
+    def _in_one_by_one(self, own: Any, places: Sequence[Any]) -> None:
+        self.b.store(self._columns(places, 1)[0], own, align=64)
+
+    def _out_together(self, own: Any, places: Sequence[Any]) -> None:
+        self._put([self.b.load(self.b.gep(own, [ir.Constant(_L, k)]), align=64) for k in range(WIDE)], places)
+
+    def _out_one_by_one(self, own: Any, places: Sequence[Any]) -> None:
+        self._put([self.b.load(own, align=64)], places)
 
 
 # --- machine code -----------------------------------------------------------------------------------------------------
@@ -742,7 +962,8 @@ def _compile(program: Program, name: str) -> bytes:
     for say in listeners:
         say()
     compiled += 1
-    module = llvm.parse_assembly(str(_Writer(program, name).module))
+    writer = _WriterOfDirections if any(map(_of_directions, program.arrays.values())) else _Writer
+    module = llvm.parse_assembly(str(writer(program, name).module))
     module.triple, module.data_layout = _machine().triple, str(_machine().target_data)
     return bytes(_machine().emit_object(module))
 

@@ -135,6 +135,7 @@ class Direction:
     """What it changes of the system, where the closed derivatives know of it; None: differences are taken."""
     _plans: tuple[int, tuple[StepPlan, StepPlan]] | None = None
     _leaves: tuple[int, bool] | None = None
+    _knows: tuple[int, bool] | None = None
 
     @classmethod
     def of(cls, system: System, path: str, share: float, policy: Policy, start: State) -> Direction:
@@ -217,9 +218,11 @@ class Direction:
 
     def is_known(self, c: Context) -> bool:
         """Whether closed derivatives know what it changes in the step of an increment; of damage they know nothing."""
-        above, below = self.plans(c)
-        same = above.seconds == below.seconds and all(map(alike, above.friction, below.friction))
-        return self.change is not None and same and not c.state.damage
+        if self._knows is None or self._knows[0] != c.plan.number:
+            above, below = self.plans(c)
+            same = above.seconds == below.seconds and all(map(alike, above.friction, below.friction))
+            self._knows = c.plan.number, self.change is not None and same
+        return self._knows[1] and not c.state.damage
 
     # ------------------------------------------------------------------------------------------------------ equilibrium
     def at_fixed_dofs(self, at: Solution) -> tuple[Side, Side]:
