@@ -141,6 +141,44 @@ def test_sums_over_points_and_what_follows_from_them() -> None:
     assert np.array_equal(large, sums[:, 0] > 1.0)
 
 
+@pytest.mark.parametrize("m", [1, 2, 3, 8, 11])
+def test_directions_are_gone_through_one_after_the_other(m: int) -> None:
+    """What follows from an array of directions is that of each of them, to the bit, however many there are.
+
+    Numbers of rows, of points of rows and of all; rows of fewer than eight numbers and of more; products that are added to what
+    points share and what they have of their own; sums and what follows from these; numbers that differ from piece to piece.
+    """
+    rng = np.random.default_rng(m)
+    record.fresh()
+    a, q, da, dq, dp = given("a", 0), given("q", 0), many("da", 2), given("dq", 0), given("dp", 0)
+    product = a * da[0]
+    slope = product - da[1] + q * dq + dp * cell(piece(q, "knots"), "dcells", 2, 1) + sqrt(q) * product
+    arrays = {
+        "a": Rows(1), "q": Rows(1, points=True), "knots": Shared(), "da": Rows(2, directions=True),
+        "dq": Rows(1, points=True, directions=True), "dp": Shared(directions=True), "dcells": Shared(directions=True),
+        "each": Rows(2, points=True, directions=True), "sum": Rows(2, directions=True),
+    }  # fmt: skip
+    written = [*puts("each", [slope, dq]), *puts("sum", [total(0), total(0) * da[1] + product])]
+    kernel = Kernel(Program(arrays, written, [slope], 3))
+    x, points_, knots = rng.random((N, 1)), 0.1 + rng.random((N, 3)), np.array([0.0, 0.5, 0.8, 1.2])
+    dx, dpoints, numbers, cells = (rng.random((*of, m)) for of in ((N, 2), (N, 3, 1), (1,), (3, 2)))
+    each, sums = np.empty((N, 3, 2, m)), np.empty((N, 2, m))
+    kernel(N, x, points_, knots, dx, dpoints, numbers, cells, each, sums)
+    at = np.clip(np.searchsorted(knots, points_, side="right") - 1, 0, 2)
+    p = x[:, :, None] * dx[:, :1]
+    by = p - dx[:, 1:] + points_[:, :, None] * dpoints[:, :, 0] + numbers[0] * cells[at, 1] + np.sqrt(points_)[:, :, None] * p
+    assert np.allclose(each[:, :, 0], by, rtol=1e-13, atol=1e-15)
+    assert np.array_equal(each[:, :, 1], dpoints[:, :, 0])
+    assert np.allclose(sums[:, 0], by.sum(axis=1), rtol=1e-13, atol=1e-15)
+    assert np.allclose(sums[:, 1], by.sum(axis=1) * dx[:, 1] + p[:, 0], rtol=1e-13, atol=1e-15)
+    for j in range(m):
+        one = [np.ascontiguousarray(d[..., j : j + 1]) for d in (dx, dpoints, numbers, cells)]
+        own, whole = np.empty((N, 3, 2, 1)), np.empty((N, 2, 1))
+        kernel(N, x, points_, knots, *one, own, whole)
+        assert own[..., 0].tobytes() == each[..., j].tobytes()
+        assert whole[..., 0].tobytes() == sums[..., j].tobytes()
+
+
 def test_tables_are_looked_up() -> None:
     """Pieces between any number of knots, the first and the last one beyond them."""
     rng = np.random.default_rng(2)
