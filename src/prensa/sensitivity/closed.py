@@ -227,7 +227,7 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
         r[:, given.moved] += columns.times(given.motion)
     # By changes of each parameter's own size, so that one tolerance judges columns of all units.
     left = -before.sizes * r
-    x = columns.begun(left, predictor_basis(carried, c.plan.fixed))
+    x = columns.initial_guess(left, predictor_basis(carried, c.plan.fixed))
     x = (x + columns.solve(left)) / before.sizes
     x[:, given.moved] += given.motion
     reaction = left / -before.sizes  # r + K x

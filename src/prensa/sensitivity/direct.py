@@ -450,7 +450,7 @@ class Columns:
         """K x for x (ndof, d)."""
         return np.asarray(self.whole @ x)
 
-    def begun(self, left: Array, ways: Array) -> Array:
+    def initial_guess(self, left: Array, ways: Array) -> Array:
         """Where the solution of K x = b (ndof, d) begins; ``left`` is b, and becomes what that leaves of it.
 
         It is the combination of ways (ndof, k d), by column, that leaves least of the free rows; they are zero where dofs are

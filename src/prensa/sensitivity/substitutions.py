@@ -16,7 +16,7 @@ LEEWAY = 10.0
 Solve = Callable[[Array], Array]
 
 
-def begun(A: Any, b: Array, before: Array, least: float) -> Array:
+def initial_guess(A: Any, b: Array, before: Array, least: float) -> Array:
     """Combinations (n, m) of vectors before (n, k m) that come nearest to solutions of A x = b (n, m), rows over their diagonals.
 
     Those make lengths of the forces of penalties, which would hide all others. ``least``: see `nearest`.
