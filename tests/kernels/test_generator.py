@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from prensa.kernels import emit, functions, record
+from prensa.kernels import functions, machine_code, record
 from prensa.kernels.compiling import LINE, announced
 from prensa.kernels.differentiate import forward, reverse, units
-from prensa.kernels.emit import Kernel, Marks, Program, Rows, Shared, puts, total
+from prensa.kernels.emit import Marks, Program, Rows, Shared, puts, total
+from prensa.kernels.machine_code import Kernel
 from prensa.kernels.record import cell, either, exp, given, local, log, many, piece, root, sqrt, where
 
 N = 37
@@ -233,14 +234,14 @@ RUN = """
 import sys
 from pathlib import Path
 import prensa as pr
-from prensa.kernels import emit
+from prensa.kernels import machine_code
 from prensa.model.schema import load
-emit.folder = lambda: Path(sys.argv[1])  # Numba's own kernels are not in question: they stay where they are
+machine_code.folder = lambda: Path(sys.argv[1])  # Numba's own kernels are not in question: they stay where they are
 problem = load("examples/ring_compression.yaml").problem
 for inc in pr.solve(problem):
     if inc.time > 0.05:
         break
-print(emit.compiled)
+print(machine_code.compiled)
 """
 
 
@@ -257,15 +258,15 @@ def test_the_next_process_compiles_nothing(tmp_path: Path) -> None:
 
 def test_code_that_is_not_whole_is_made_again(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A file that was cut is replaced by a whole one; what is whole is read."""
-    monkeypatch.setattr(emit, "folder", lambda: tmp_path)
+    monkeypatch.setattr(machine_code, "folder", lambda: tmp_path)
     counts = []
     for cut in (False, False, True, False):
         record.fresh()
         for path in tmp_path.iterdir() if cut else ():
             path.write_bytes(path.read_bytes()[:-8])
-        before, out = emit.compiled, np.empty((1, 1))
+        before, out = machine_code.compiled, np.empty((1, 1))
         Kernel(Program({"x": Rows(1), "y": Rows(1)}, puts("y", [given("x", 0) * 54321.0])))(1, np.ones((1, 1)), out)
-        counts.append(emit.compiled - before)
+        counts.append(machine_code.compiled - before)
         assert out[0, 0] == 54321.0
     assert counts == [1, 0, 1, 0]
 
@@ -273,12 +274,12 @@ def test_code_that_is_not_whole_is_made_again(monkeypatch: pytest.MonkeyPatch, t
 def test_kernels_are_kept_beside_those_of_numba(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Where the user has put these."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    assert emit.folder.__wrapped__() == tmp_path / "prensa_kernels"  # type: ignore[attr-defined]
+    assert machine_code.folder.__wrapped__() == tmp_path / "prensa_kernels"  # type: ignore[attr-defined]
 
 
 def test_a_kernel_that_is_compiled_is_said(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """One line, and none when it is found."""
-    monkeypatch.setattr(emit, "folder", lambda: tmp_path)
+    monkeypatch.setattr(machine_code, "folder", lambda: tmp_path)
     said: list[str] = []
     for _ in range(2):
         record.fresh()
@@ -289,10 +290,10 @@ def test_a_kernel_that_is_compiled_is_said(monkeypatch: pytest.MonkeyPatch, tmp_
 
 def test_threads_may_want_kernels_at_the_same_time(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Each is recorded by one thread alone, and once."""
-    monkeypatch.setattr(emit, "folder", lambda: tmp_path)
+    monkeypatch.setattr(machine_code, "folder", lambda: tmp_path)
     made: list[float] = []
 
-    @emit.generated
+    @machine_code.generated
     def scaled(by: float) -> Program:
         made.append(by)
         f = everything(many("x", 3))

@@ -26,7 +26,8 @@ from prensa.elements.gradients import (
     without_mean,
 )  # fmt: skip
 from prensa.kernels.differentiate import forward, reverse, units
-from prensa.kernels.emit import Kind, Program, Put, Rows, Shared, generated, puts, total
+from prensa.kernels.emit import Kind, Program, Put, Rows, Shared, puts, total
+from prensa.kernels.machine_code import generated
 from prensa.kernels.record import ONE, Node, answered, cell, constant, given, lift, many, piece, where
 from prensa.materials.hardening import SHIFT_BEGUN, SHIFT_COMMITTED, SHIFT_NOW, TABLE_ARRAYS
 from prensa.materials.hencky_j2 import first_piola
