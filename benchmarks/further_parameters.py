@@ -18,15 +18,22 @@ from typing import Any
 import numpy as np
 
 import prensa as pr
-from prensa.materials.hill import Hill
+from prensa.materials.solids.hill import Hill
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from users_metals import Metal, Power
 
-MOST = 4
+MOST = 10
 INCREMENTS = 30
-FLOW, MATERIAL, FRICTION = "bodies.billet.material.flow", "bodies.billet.material", "contacts.0.friction"
+FLOW, MATERIAL, FRICTION, MESH = (
+    "bodies.billet.material.flow", "bodies.billet.material", "contacts.0.friction", "bodies.billet.mesh",
+)  # fmt: skip
 LAW = (f"{FLOW}.K", f"{FLOW}.n", f"{FLOW}.s0", f"{MATERIAL}.E")
+OTHERS = (
+    f"{FRICTION}.mu", f"{MESH}.size.0", f"{MESH}.size.1", f"{MESH}.origin.1",
+    *(f"steps.0.move.punch.y.{k}.1" for k in (3, 2)),
+)  # fmt: skip
+"""Numbers of any kind of problem: friction, places at the beginning, motions of the punch."""
 
 
 def upset(n: tuple[int, int], element: str = "q4_fbar", material: Any = None, friction: Any = None) -> pr.Problem:
@@ -41,21 +48,21 @@ def upset(n: tuple[int, int], element: str = "q4_fbar", material: Any = None, fr
 
 Kind = tuple[Callable[[tuple[int, int]], pr.Problem], tuple[int, int], tuple[str, ...]]
 KINDS: dict[str, Kind] = {
-    "q4_fbar": (upset, (24, 18), LAW),
-    "t6": (lambda n: upset(n, "t6"), (16, 12), LAW),
-    "q8": (lambda n: upset(n, "q8"), (14, 10), LAW),
-    "q8, finer": (lambda n: upset(n, "q8"), (20, 14), LAW),
+    "q4_fbar": (upset, (24, 18), LAW + OTHERS),
+    "t6": (lambda n: upset(n, "t6"), (16, 12), LAW + OTHERS),
+    "q8": (lambda n: upset(n, "q8"), (14, 10), LAW + OTHERS),
+    "q8, finer": (lambda n: upset(n, "q8"), (20, 14), LAW + OTHERS),
     "capped friction": (
-        lambda n: upset(n, friction=pr.Capped(mu=0.1, m=0.17)), (24, 18), (f"{FRICTION}.mu", f"{FRICTION}.m", *LAW[:2]),
+        lambda n: upset(n, friction=pr.Capped(mu=0.1, m=0.17)), (24, 18), (f"{FRICTION}.mu", f"{FRICTION}.m", *LAW, *OTHERS[1:]),
     ),
-    "curve": (lambda n: upset(n, material=pr.J2(200e3, 0.3, Power(250.0, 500.0, 0.3))), (24, 18), LAW),
+    "curve": (lambda n: upset(n, material=pr.J2(200e3, 0.3, Power(250.0, 500.0, 0.3))), (24, 18), LAW + OTHERS),
     "metal": (
         lambda n: upset(n, material=Metal(E=200e3, nu=0.3, s0=250.0, H=500.0)), (32, 24),
-        (f"{MATERIAL}.s0", f"{MATERIAL}.H", f"{MATERIAL}.E", f"{MATERIAL}.nu"),
+        (f"{MATERIAL}.s0", f"{MATERIAL}.H", f"{MATERIAL}.E", f"{MATERIAL}.nu", *OTHERS),
     ),
     "hill": (
         lambda n: upset(n, material=Hill(E=200e3, nu=0.3, flow=pr.Linear(250.0, 500.0))), (32, 24),
-        (f"{FLOW}.s0", f"{FLOW}.H", f"{MATERIAL}.E", f"{MATERIAL}.nu"),
+        (f"{FLOW}.s0", f"{FLOW}.H", f"{MATERIAL}.E", f"{MATERIAL}.nu", *OTHERS),
     ),
 }  # fmt: skip
 

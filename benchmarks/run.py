@@ -195,22 +195,24 @@ def derivatives(quick: bool) -> str:
 
 
 def further(quick: bool) -> str:
-    """What the second, third and fourth parameter add to a run with derivatives."""
+    """What each further parameter adds to a run with derivatives."""
+    counts = range(2, further_parameters.MOST + 1)
     rows: Rows = []
     for kind in ("q8",) if quick else further_parameters.KINDS:
         m = measured("further_parameters.py", kind, *((2,) if quick else ()))
         if "skipped" in m:
-            rows.append([kind, "", m["skipped"], *[""] * 5])
+            rows.append([kind, "", m["skipped"], *[""] * (2 + len(counts))])
             continue
         size = f"{m['n'][0]} × {m['n'][1]}"
         rows.append([
-            kind, size, f"{m['run']:.2f}", f"{m['by 1']:.2f}", *(f"{m[str(k)]:.1f}" for k in (2, 3, 4)), f"**{m['mean']:.1f}**",
+            kind, size, f"{m['run']:.2f}", f"{m['by 1']:.2f}", *(f"{m[str(k)]:.1f}" for k in counts), f"**{m['mean']:.1f}**",
         ])  # fmt: skip
-    head = ["problem", "elements", "run, s", "by 1", "second, %", "third, %", "fourth, %", "mean, %"]
+    head = ["problem", "elements", "run, s", "by 1", *(f"{k}, %" for k in counts), "mean, %"]
     note = (
         "Upsetting to 30 % in 30 increments, the force with its derivatives in every increment. By 1: over the run alone; then "
-        "what each further parameter adds, in per cent of the run alone. Curve and metal: a user's flow curve and J2 plasticity, "
-        "written as point functions. Processor time, of each increment the least of the rounds. Goal: at most 10."
+        "what the second to the tenth add, in per cent of the run alone: numbers of the law, then friction, places at the "
+        "beginning, motions of the punch. Curve and metal: a user's flow curve and J2 plasticity, written as point functions. "
+        "Processor time, of each increment the least of the rounds. Goal: at most 10."
     )
     return table("A further parameter", head, rows, note)
 

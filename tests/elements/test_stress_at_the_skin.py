@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 import prensa as pr
 from prensa import reference as ref
-from prensa.contact.recovery import at_free_edges, borne, mises_of, recover
+from prensa.contact.recovery import at_free_edges, capped_at_flow_stress, mises_of, recover
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import boundary_edges
 from prensa.result.results import nodal_stress, skin_stress
@@ -359,7 +359,7 @@ def test_what_metal_bears_bounds_stresses_and_leaves_tractions_and_pressures(thi
     nodal = np.random.default_rng(5).normal(size=(len(x), 4))
     nodal[:, 2] *= not thin
     limit = np.full(len(x), 1.8)
-    found, skin = borne(x, cells, nodal, limit, thin), np.unique(boundary_edges(cells))
+    found, skin = capped_at_flow_stress(x, cells, nodal, limit, thin), np.unique(boundary_edges(cells))
     over, inside = mises_of(nodal) > limit, np.setdiff1d(np.arange(len(x)), skin)
     assert over.any() and (found[~over] == nodal[~over]).all()
     assert (mises_of(found) <= limit * (1 + 1e-12)).all() and mises_of(found)[over] == pytest.approx(limit[over])

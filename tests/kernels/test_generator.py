@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from prensa.kernels import emit, functions, record
+from prensa.kernels import functions, machine_code, record
 from prensa.kernels.compiling import LINE, announced
 from prensa.kernels.differentiate import forward, reverse, units
-from prensa.kernels.emit import Kernel, Marks, Program, Rows, Shared, puts, total
+from prensa.kernels.emit import Marks, Program, Rows, Shared, puts, total
+from prensa.kernels.machine_code import Kernel
 from prensa.kernels.record import cell, either, exp, given, local, log, many, piece, root, sqrt, where
 
 N = 37
@@ -141,6 +142,44 @@ def test_sums_over_points_and_what_follows_from_them() -> None:
     assert np.array_equal(large, sums[:, 0] > 1.0)
 
 
+@pytest.mark.parametrize("m", [1, 2, 3, 8, 11])
+def test_directions_are_gone_through_one_after_the_other(m: int) -> None:
+    """What follows from an array of directions is that of each of them, to the bit, however many there are.
+
+    Numbers of rows, of points of rows and of all; rows of fewer than eight numbers and of more; products that are added to what
+    points share and what they have of their own; sums and what follows from these; numbers that differ from piece to piece.
+    """
+    rng = np.random.default_rng(m)
+    record.fresh()
+    a, q, da, dq, dp = given("a", 0), given("q", 0), many("da", 2), given("dq", 0), given("dp", 0)
+    product = a * da[0]
+    slope = product - da[1] + q * dq + dp * cell(piece(q, "knots"), "dcells", 2, 1) + sqrt(q) * product
+    arrays = {
+        "a": Rows(1), "q": Rows(1, points=True), "knots": Shared(), "da": Rows(2, directions=True),
+        "dq": Rows(1, points=True, directions=True), "dp": Shared(directions=True), "dcells": Shared(directions=True),
+        "each": Rows(2, points=True, directions=True), "sum": Rows(2, directions=True),
+    }  # fmt: skip
+    written = [*puts("each", [slope, dq]), *puts("sum", [total(0), total(0) * da[1] + product])]
+    kernel = Kernel(Program(arrays, written, [slope], 3))
+    x, points_, knots = rng.random((N, 1)), 0.1 + rng.random((N, 3)), np.array([0.0, 0.5, 0.8, 1.2])
+    dx, dpoints, numbers, cells = (rng.random((*of, m)) for of in ((N, 2), (N, 3, 1), (1,), (3, 2)))
+    each, sums = np.empty((N, 3, 2, m)), np.empty((N, 2, m))
+    kernel(N, x, points_, knots, dx, dpoints, numbers, cells, each, sums)
+    at = np.clip(np.searchsorted(knots, points_, side="right") - 1, 0, 2)
+    p = x[:, :, None] * dx[:, :1]
+    by = p - dx[:, 1:] + points_[:, :, None] * dpoints[:, :, 0] + numbers[0] * cells[at, 1] + np.sqrt(points_)[:, :, None] * p
+    assert np.allclose(each[:, :, 0], by, rtol=1e-13, atol=1e-15)
+    assert np.array_equal(each[:, :, 1], dpoints[:, :, 0])
+    assert np.allclose(sums[:, 0], by.sum(axis=1), rtol=1e-13, atol=1e-15)
+    assert np.allclose(sums[:, 1], by.sum(axis=1) * dx[:, 1] + p[:, 0], rtol=1e-13, atol=1e-15)
+    for j in range(m):
+        one = [np.ascontiguousarray(d[..., j : j + 1]) for d in (dx, dpoints, numbers, cells)]
+        own, whole = np.empty((N, 3, 2, 1)), np.empty((N, 2, 1))
+        kernel(N, x, points_, knots, *one, own, whole)
+        assert own[..., 0].tobytes() == each[..., j].tobytes()
+        assert whole[..., 0].tobytes() == sums[..., j].tobytes()
+
+
 def test_tables_are_looked_up() -> None:
     """Pieces between any number of knots, the first and the last one beyond them."""
     rng = np.random.default_rng(2)
@@ -195,14 +234,14 @@ RUN = """
 import sys
 from pathlib import Path
 import prensa as pr
-from prensa.kernels import emit
+from prensa.kernels import machine_code
 from prensa.model.schema import load
-emit.folder = lambda: Path(sys.argv[1])  # Numba's own kernels are not in question: they stay where they are
+machine_code.folder = lambda: Path(sys.argv[1])  # Numba's own kernels are not in question: they stay where they are
 problem = load("examples/ring_compression.yaml").problem
 for inc in pr.solve(problem):
     if inc.time > 0.05:
         break
-print(emit.compiled)
+print(machine_code.compiled)
 """
 
 
@@ -219,15 +258,15 @@ def test_the_next_process_compiles_nothing(tmp_path: Path) -> None:
 
 def test_code_that_is_not_whole_is_made_again(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A file that was cut is replaced by a whole one; what is whole is read."""
-    monkeypatch.setattr(emit, "folder", lambda: tmp_path)
+    monkeypatch.setattr(machine_code, "folder", lambda: tmp_path)
     counts = []
     for cut in (False, False, True, False):
         record.fresh()
         for path in tmp_path.iterdir() if cut else ():
             path.write_bytes(path.read_bytes()[:-8])
-        before, out = emit.compiled, np.empty((1, 1))
+        before, out = machine_code.compiled, np.empty((1, 1))
         Kernel(Program({"x": Rows(1), "y": Rows(1)}, puts("y", [given("x", 0) * 54321.0])))(1, np.ones((1, 1)), out)
-        counts.append(emit.compiled - before)
+        counts.append(machine_code.compiled - before)
         assert out[0, 0] == 54321.0
     assert counts == [1, 0, 1, 0]
 
@@ -235,12 +274,12 @@ def test_code_that_is_not_whole_is_made_again(monkeypatch: pytest.MonkeyPatch, t
 def test_kernels_are_kept_beside_those_of_numba(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Where the user has put these."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    assert emit.folder.__wrapped__() == tmp_path / "prensa_kernels"  # type: ignore[attr-defined]
+    assert machine_code.folder.__wrapped__() == tmp_path / "prensa_kernels"  # type: ignore[attr-defined]
 
 
 def test_a_kernel_that_is_compiled_is_said(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """One line, and none when it is found."""
-    monkeypatch.setattr(emit, "folder", lambda: tmp_path)
+    monkeypatch.setattr(machine_code, "folder", lambda: tmp_path)
     said: list[str] = []
     for _ in range(2):
         record.fresh()
@@ -251,10 +290,10 @@ def test_a_kernel_that_is_compiled_is_said(monkeypatch: pytest.MonkeyPatch, tmp_
 
 def test_threads_may_want_kernels_at_the_same_time(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Each is recorded by one thread alone, and once."""
-    monkeypatch.setattr(emit, "folder", lambda: tmp_path)
+    monkeypatch.setattr(machine_code, "folder", lambda: tmp_path)
     made: list[float] = []
 
-    @emit.generated
+    @machine_code.generated
     def scaled(by: float) -> Program:
         made.append(by)
         f = everything(many("x", 3))

@@ -16,7 +16,8 @@ from prensa.friction.law import At, FrictionLaw
 from prensa.friction.point import Form, arrays, arrays_of, read, values_of
 from prensa.friction.return_map import BRANCH, DECIDE, OPEN, Bounds, Sides, magnitude, returned, trial
 from prensa.kernels.differentiate import forward, units
-from prensa.kernels.emit import Kind, Marks, Program, Rows, generated, puts
+from prensa.kernels.emit import Kind, Marks, Program, Rows, puts
+from prensa.kernels.machine_code import generated
 from prensa.kernels.record import Node, absolute, differs, given, many, where
 from prensa.precision import EPS
 from prensa.types import Array, Bytes, Flags

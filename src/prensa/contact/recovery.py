@@ -420,7 +420,7 @@ def mises_of(stress: Array) -> Array:
     return np.asarray(np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * shear))
 
 
-def borne(x: Array, cells: Index, nodal: Array, limit: Array, thin: bool) -> Array:
+def capped_at_flow_stress(x: Array, cells: Index, nodal: Array, limit: Array, thin: bool) -> Array:
     """Nodal stresses (n, 4) xx, yy, zz, xy of von Mises stresses up to ``limit`` (n,), the flow stress of the metal there.
 
     A patch carried to its ends may have more, and twice as much where a plastic zone ends within it. At the outline the

@@ -26,7 +26,8 @@ from prensa.elements.gradients import (
     without_mean,
 )  # fmt: skip
 from prensa.kernels.differentiate import forward, reverse, units
-from prensa.kernels.emit import Kind, Program, Put, Rows, Shared, generated, puts, total
+from prensa.kernels.emit import Kind, Program, Put, Rows, Shared, puts, total
+from prensa.kernels.machine_code import generated
 from prensa.kernels.record import ONE, Node, answered, cell, constant, given, lift, many, piece, where
 from prensa.materials.hardening import SHIFT_BEGUN, SHIFT_COMMITTED, SHIFT_NOW, TABLE_ARRAYS
 from prensa.materials.hencky_j2 import first_piola
@@ -34,8 +35,8 @@ from prensa.materials.j2 import TABLES
 from prensa.materials.point_form import Given, PointForm, PointLaw
 from prensa.types import Array
 
-BATCH = 5
-"""Directions at a time, at most: they share what there is of values; from five on one more costs what it does alone."""
+BATCH = 10
+"""Directions at a time, at most: their numbers of eight elements (4 kB each) are to stay in the first-level cache."""
 
 
 class Variant(NamedTuple):
@@ -173,64 +174,59 @@ def _arrays(v: Variant) -> dict[str, Kind]:
     }  # fmt: skip
 
 
-def _seeds(e: _Recorded, v: Variant, m: int) -> dict[Node, list[Node]]:
-    """Directions of all that an element depends on."""
+def _seeds(e: _Recorded, v: Variant) -> dict[Node, list[Node]]:
+    """A direction of all that an element depends on."""
     along = {
-        **dict(zip(e.X, _directions("dX", v.dofs, m))), **dict(zip(e.x_n, _directions("dx_n", v.dofs, m))),
-        **dict(zip(e.x, _directions("dx", v.dofs, m))),
-        **dict(zip(e.committed, _directions("dcommitted", v.fields, m))),
+        **dict(zip(e.X, many("dX", v.dofs))), **dict(zip(e.x_n, many("dx_n", v.dofs))), **dict(zip(e.x, many("dx", v.dofs))),
+        **dict(zip(e.committed, many("dcommitted", v.fields))), **dict(zip(e.p, many("dp", v.law.numbers))),
     }  # fmt: skip
-    along |= dict(zip(e.p, _directions("dp", v.law.numbers, m)))
     if (first := v.law.table_at) is not None:
         when = zip((SHIFT_COMMITTED, SHIFT_BEGUN, SHIFT_NOW), e.strains)
-        along |= {e.p[first + shift]: [_table_change(strain, e.p[first], m, j) for j in range(m)] for shift, strain in when}
-    return along
+        along |= {e.p[first + shift]: _table_change(strain, e.p[first]) for shift, strain in when}
+    return {n: [d] for n, d in along.items()}
 
 
-def _table_change(a: Node, last: Node, m: int, j: int) -> Node:
-    """What direction j of m changes of a table's stress at a strain, by its knots and coefficients; not by the last knot."""
+def _table_change(a: Node, last: Node) -> Node:
+    """What a direction changes of a table's stress at a strain, by its knots and coefficients; not by the last knot."""
     k = piece(a, TABLE_ARRAYS.knots)
     d = where(a < last, a, last) - cell(k, TABLE_ARRAYS.knots, 1, 0)
     c = [cell(k, TABLE_ARRAYS.coefficients, 4, i) for i in range(3)]
-    by = [cell(k, "dcoefficients", 4 * m, m * i + j) for i in range(4)]
+    by = [cell(k, "dcoefficients", 4, i) for i in range(4)]
     slope = (3.0 * c[0] * d + 2.0 * c[1]) * d + c[2]
-    return ((by[0] * d + by[1]) * d + by[2]) * d + by[3] - slope * cell(k, "dknots", m, j)
+    return ((by[0] * d + by[1]) * d + by[2]) * d + by[3] - slope * cell(k, "dknots", 1, 0)
 
 
-def _directions(array: str, count: int, m: int) -> list[list[Node]]:
-    """Numbers of an array with the m directions of each beside one another."""
-    return [many(array, m, m * k) for k in range(count)]
-
-
-def _along(v: Variant, m: int) -> dict[str, Kind]:
+def _along(v: Variant) -> dict[str, Kind]:
+    places = Rows(v.dofs, directions=True)
     return {
-        **_arrays(v), **({"dX": Rows(v.dofs * m)} if v.mean else {}),
-        "dx_n": Rows(v.dofs * m), "dx": Rows(v.dofs * m), "dcommitted": Rows(v.fields * m, points=True),
-        "dp": Shared(), "dknots": Shared(), "dcoefficients": Shared(),
+        **_arrays(v), **({"dX": places} if v.mean else {}), "dx_n": places, "dx": places,
+        "dcommitted": Rows(v.fields, points=True, directions=True),
+        "dp": Shared(directions=True), "dknots": Shared(directions=True), "dcoefficients": Shared(directions=True),
     }  # fmt: skip
 
 
 @generated
-def _forces_along(v: Variant, m: int) -> Program:
-    """Of m directions of all that an element depends on: what they change of its forces, (2a, m)."""
+def _forces_along(v: Variant) -> Program:
+    """Of directions m of all that an element depends on: what they change of its forces, (2a, m)."""
     e = _record(v)
     # Places and numbers of the law reach local values by more than what these name, so they are looked through here.
-    d = forward(e.forces, _seeds(e, v, m), m, locals_=False)
-    sums = [x for row in d for x in row]
-    return Program(_along(v, m) | {"r": Rows(v.dofs * m)}, puts("r", map(total, range(len(sums)))), sums, v.points)
+    d = forward(e.forces, _seeds(e, v), 1, locals_=False)
+    sums = [x for (x,) in d]
+    arrays = _along(v) | {"r": Rows(v.dofs, directions=True)}
+    return Program(arrays, puts("r", map(total, range(len(sums)))), sums, v.points)
 
 
 @generated
-def _history_along(v: Variant, m: int) -> Program:
-    """Of m directions: what they change of histories, (q, h, m), and of stored energy and plastic work, (2, m)."""
+def _history_along(v: Variant) -> Program:
+    """Of directions m: what they change of histories, (q, h, m), and of stored energy and plastic work, (2, m)."""
     e = _record(v)
-    d = forward([*e.history, *e.energies], _seeds(e, v, m), m, locals_=False)
-    volume = given("volume", 0)
-    sums = [volume * x for x in [*d[-2], *d[-1]]]
-    written = [
-        *puts("dnew", [x for row in d[: v.fields] for x in row]), *puts("energy", map(total, range(2 * m))),
-    ]  # fmt: skip
-    arrays = _along(v, m) | {"volume": Rows(1, points=True), "dnew": Rows(v.fields * m, points=True), "energy": Rows(2 * m)}
+    d = forward([*e.history, *e.energies], _seeds(e, v), 1, locals_=False)
+    volume, found = given("volume", 0), [x for (x,) in d]
+    sums = [volume * x for x in found[v.fields :]]
+    written = [*puts("dnew", found[: v.fields]), *puts("energy", map(total, range(len(sums))))]
+    arrays = _along(v) | {
+        "volume": Rows(1, points=True), "dnew": Rows(v.fields, points=True, directions=True), "energy": Rows(2, directions=True),
+    }  # fmt: skip
     return Program(arrays, written, sums, v.points)
 
 
@@ -312,7 +308,7 @@ def forces_along(at: At, d: Along) -> Array:
     """What directions change of the forces, (e, a, 2, m)."""
     m = int(d.x_n.shape[-1])
     r = np.empty((*at.x_n.shape, m))
-    _forces_along(at.variant, m)(len(r), *at.arrays(), *d.arrays(at.variant), r)
+    _forces_along(at.variant)(len(r), *at.arrays(), *d.arrays(at.variant), r)
     return r
 
 
@@ -320,7 +316,7 @@ def history_along(at: At, d: Along, volume: Array, dnew: Array) -> Array:
     """What directions change of histories → dnew (e, q, h, m); of stored energy and plastic work: (2, m). volume (e, q)."""
     e, m = len(dnew), dnew.shape[-1]
     energy = np.empty((e, 2, m))
-    _history_along(at.variant, m)(e, *at.arrays(), *d.arrays(at.variant), volume, dnew, energy)
+    _history_along(at.variant)(e, *at.arrays(), *d.arrays(at.variant), volume, dnew, energy)
     return np.asarray(energy.sum(axis=0))
 
 

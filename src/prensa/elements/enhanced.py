@@ -27,7 +27,8 @@ from prensa.elements.gradients import Gradients, dilatation, gradient, gradients
 from prensa.kernels.algebra import by_transposed, cofactors, product
 from prensa.kernels.algebra import total as sum_of
 from prensa.kernels.differentiate import forward, reverse, units
-from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts, total
+from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, puts, total
+from prensa.kernels.machine_code import generated
 from prensa.kernels.record import Node, absolute, answered, given, lift, local, many, power, where
 from prensa.types import Array, Flags
 

@@ -13,7 +13,8 @@ import numpy as np
 
 from prensa.elements import shapes
 from prensa.kernels.compiled import njit
-from prensa.kernels.emit import Kind, Marks, Program, Rows, generated, puts
+from prensa.kernels.emit import Kind, Marks, Program, Rows, puts
+from prensa.kernels.machine_code import generated
 from prensa.kernels.record import Node, absolute, many
 from prensa.types import Array, Flags
 

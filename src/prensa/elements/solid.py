@@ -30,7 +30,8 @@ from prensa.elements.gradients import (
     volume_of,
 )
 from prensa.kernels.differentiate import forward, reverse, units
-from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts, total
+from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, puts, total
+from prensa.kernels.machine_code import generated
 from prensa.kernels.record import Node, absolute, answered, as_found, given, lift, local, many, where
 from prensa.types import Array, Flags
 

@@ -14,7 +14,8 @@ import numpy as np
 
 from prensa.friction.at import At
 from prensa.kernels.differentiate import forward, units
-from prensa.kernels.emit import Kind, Program, Rows, Shared, generated, puts
+from prensa.kernels.emit import Kind, Program, Rows, Shared, puts
+from prensa.kernels.machine_code import generated
 from prensa.kernels.record import Node, given, lift, many
 from prensa.kernels.table import Table
 from prensa.kernels.template import Template

@@ -15,7 +15,8 @@ import numpy as np
 from prensa.friction.law import At, FrictionLaw, bounded
 from prensa.friction.point import Form, arrays, arrays_of, read, values_of
 from prensa.kernels.differentiate import forward, units
-from prensa.kernels.emit import Kind, Marks, Program, Rows, generated, puts
+from prensa.kernels.emit import Kind, Marks, Program, Rows, puts
+from prensa.kernels.machine_code import generated
 from prensa.kernels.record import NO_ROOT, Node, absolute, answered, differs, given, many, root, sqrt, where
 from prensa.precision import ROUND_OFF
 from prensa.types import Array, Bytes, Flags

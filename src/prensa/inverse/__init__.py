@@ -1,1 +1,1 @@
-"""From measurements to parameters: calibration with intervals, and what planned measurements could tell."""
+"""From measurements to parameters: calibration with intervals, and what planned measurements could determine."""

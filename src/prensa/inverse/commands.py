@@ -48,7 +48,7 @@ def identified(
     file: Path | Case, changes: Iterable[str], observe: Iterable[str], sigma: Iterable[str], fit: Iterable[str],
     rows: int | None,
 ) -> Identification:  # fmt: skip
-    """What the readings of a calibration file, or those that options plan for a case, would tell.
+    """What the readings of a calibration file, or those that options plan for a case, would determine.
 
     Raises
     ------

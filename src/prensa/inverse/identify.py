@@ -1,4 +1,4 @@
-"""Before any experiment: which parameters the planned readings can tell, how far to press, which reading matters."""
+"""Before any experiment: which parameters the planned readings can determine, how far to press, which reading matters."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ STOPPED_AT = (0.25, 0.5, 0.75)  # of the time at which one might stop
 
 @dataclass(frozen=True)
 class Identification:
-    """What planned readings would tell: half widths of expected 95 % intervals over the parameters' values, by plan.
+    """What planned readings would determine: half widths of expected 95 % intervals over the parameters' values, by plan.
 
     ``plans``: 'all readings', 'without <reading>', 'only the last <reading>', 'stopped at 50 % of the time'. Infinite where
     the readings cannot determine a parameter at all.
@@ -62,7 +62,7 @@ def identify(
     rows: int = 20,
     tests: Sequence[Test] = (),
 ) -> Identification:
-    """What readings of planned tests would tell of parameters, by one run of each case with its own values.
+    """What readings of planned tests would determine of parameters, by one run of each case with its own values.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def _planned(problem: Problem, names: Sequence[str], observe: Sequence[Observe],
     times, index = np.linspace(0.0, float(len(problem.steps)), rows + 1)[1:], np.arange(rows)
     channels = [
         Channel(
-            # Errors may be shares of readings, which the run has yet to tell: they come in `_readings`.
+            # Errors may be shares of readings, which the run has yet to give: they come in `_readings`.
             name, parse(o.measure, problem), o.scale, index, np.zeros(rows), np.ones(rows),
             0.0 if o.gain is None else share(o.gain, 1.0, f"the gain of {name!r}"), o.shift,
         )

@@ -126,7 +126,7 @@ class Fit:
     ``instruments``: gains and offsets that were found, by name; ``starts``: χ² from every start; ``words``: what there is to
     say in sentences; ``bands``: by the path of a flow curve, plastic strains, stresses and half widths of their 95 % intervals;
     ``rival``: the fit with the other law of friction; ``without``: by the name of a column, the parameters (k,) that the
-    others lead to, nan where they do not tell (linearised).
+    others lead to, nan where they determine none (linearised).
     """
 
     asked: Mapping[str, Case]
@@ -204,7 +204,7 @@ def scattered(J: Array, change: Array) -> Array:
     """Ways (n,) that residuals which change by so much (r,), each by itself one way or the other, move unknowns.
 
     Nodes that land one after the other make the error of a mesh go up and down along a test; what a refit shows of it in the
-    direction that readings tell worst is then a matter of chance.
+    direction that readings determine worst is then a matter of chance.
     """
     return np.asarray(np.sqrt(((np.linalg.pinv(J) * change) ** 2).sum(axis=1)))
 

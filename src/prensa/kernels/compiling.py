@@ -8,7 +8,7 @@ from typing import Any
 
 from numba.core import event
 
-from prensa.kernels import emit
+from prensa.kernels import machine_code
 
 LINE = "compiling kernels; this happens once, later runs find them on the disk"
 
@@ -36,9 +36,9 @@ class _Listener(event.Listener):
 def announced(say: Callable[[str], None]) -> Iterator[None]:
     """Inside the block, the first kernel that has to be compiled is announced with one line to *say*."""
     listener = _Listener(say)
-    emit.listeners.append(listener.once)
+    machine_code.listeners.append(listener.once)
     try:
         with event.install_listener("numba:compile", listener):
             yield
     finally:
-        emit.listeners.remove(listener.once)
+        machine_code.listeners.remove(listener.once)

@@ -1,4 +1,4 @@
-"""Graphs → SIMD machine code that answers for `WIDE` rows of arrays at once, kept on the disk.
+"""Graphs → SIMD instructions that answer for `WIDE` rows of arrays at once; `prensa.kernels.machine_code` compiles them.
 
 A kernel reads numbers of rows (points, or elements with points of their own), computes, and writes numbers of the same rows.
 Eight rows go side by side through explicit SIMD instructions, so that neither a loop vectoriser nor an inference of types sees
@@ -6,28 +6,15 @@ graphs of thousands of operations. A last, incomplete group is padded by repeati
 neither on its place nor on threads. A product that is added to something is always added in one operation, whatever else is
 computed beside it: a residual has the same bits with and without its tangent. No flag of fast arithmetic is set, which would
 leave that to the compiler; no-NaN and no-infinity would delete the tests by which points fail.
-
-Machine code is found again, by this process and by others, under a key of all that is computed, of this generator and of the
-processor.
 """
 
 from __future__ import annotations
 
-import hashlib
 import math
-import os
-import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from ctypes import CFUNCTYPE, POINTER, Structure, c_char, c_int64
-from functools import cache, wraps
-from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
-import llvmlite
-import llvmlite.binding as llvm
-import numpy as np
 from llvmlite import ir
-from numpy.typing import NDArray
 
 from prensa.kernels.differentiate import forward
 from prensa.kernels.lanes import WIDE, load, store, transposed
@@ -42,27 +29,30 @@ from prensa.kernels.record import (
     SEARCH_STEPS,
     Node,
     Part,
-    fresh,
     given,
     lift,
 )
-from prensa.kernels.uncollected import uncollected
 
 _D, _L, _S, _B = ir.DoubleType(), ir.IntType(64), ir.IntType(32), ir.IntType(8)
 _V, _VL, _VB = ir.VectorType(_D, WIDE), ir.VectorType(_L, WIDE), ir.VectorType(ir.IntType(1), WIDE)
 
 
 class Rows(NamedTuple):
-    """An array with a row of so many numbers for each row of the kernel, or with ``points`` of them one after the other."""
+    """An array with a row of so many numbers for each row of the kernel, or with ``points`` of them one after the other.
+
+    With ``directions`` each number is one of every direction, beside one another: the last axis of the array.
+    """
 
     columns: int
     points: bool = False
+    directions: bool = False
 
 
 class Shared(NamedTuple):
     """An array of numbers that all rows share; with ``columns`` so many for each point, one after the other."""
 
     columns: int = 0
+    directions: bool = False
 
 
 class Marks(NamedTuple):
@@ -93,7 +83,11 @@ def total(k: int) -> Node:
 
 
 class Program(NamedTuple):
-    """What a kernel computes: ``puts``, of numbers ``given`` by its arrays and of `total`s; ``points`` of a row, 0 for none."""
+    """What a kernel computes: ``puts``, of numbers ``given`` by its arrays and of `total`s; ``points`` of a row, 0 for none.
+
+    Where arrays have directions, what follows from them is computed of one after the other, of as many as there are, and all else
+    once. The sums belong to directions then.
+    """
 
     arrays: Mapping[str, Kind]
     puts: Sequence[Put]
@@ -236,13 +230,13 @@ def demanded(outputs: Iterable[Node]) -> list[Node]:
     return order
 
 
-def _described(n: Node, numbers: Mapping[Node, int]) -> str:
+def described(n: Node, numbers: Mapping[Node, int]) -> str:
     """A node in words: what differs in them is computed otherwise."""
     value = n.value
     if isinstance(value, Part):
         inner = demanded([value.value])
         own = {x: k for k, x in enumerate(inner)}
-        value = f"{value.smooth} {[p.value for p in value.places]} {'; '.join(_described(x, own) for x in inner)}"
+        value = f"{value.smooth} {[p.value for p in value.places]} {'; '.join(described(x, own) for x in inner)}"
     elif isinstance(value, float):
         # In hexadecimal every bit of a number counts for the key.
         value = value.hex()
@@ -259,6 +253,7 @@ class _Emitter:
     def __init__(self, b: Any, tables: Mapping[str, tuple[Any, Any]], goes_on: Any, never: Any) -> None:
         self.b, self.tables = b, tables
         self.goes_on, self.never = goes_on, never
+        self.directed, self.directions, self.direction = frozenset[str](), None, None
 
     def now_and_then(self) -> None:
         """End a block of instructions that has become long, and begin another.
@@ -424,8 +419,14 @@ class _Emitter:
         for j in range(WIDE):
             lane = ir.Constant(_S, j)
             place = b.add(b.mul(b.extract_element(pieces, lane), ir.Constant(_L, width)), ir.Constant(_L, column))
+            if array in self.directed:
+                place = b.add(b.mul(place, self.directions), self.direction)
             out = b.insert_element(out, b.load(b.gep(base, [place])), lane)
         return out
+
+    def place_of(self, column: int) -> Any:
+        """Where the number of a column of the direction at hand stands among those of all directions."""
+        return self.b.add(self.b.mul(ir.Constant(_L, column), self.directions), self.direction)
 
     def spread(self, number: Any) -> Any:
         """A number in all lanes."""
@@ -454,6 +455,10 @@ def _column(n: Node) -> int:
     return n.value[1]
 
 
+def _of_directions(kind: Kind) -> bool:
+    return not isinstance(kind, Marks) and kind.directions
+
+
 class _Writer:
     """One kernel's instructions."""
 
@@ -466,16 +471,28 @@ class _Writer:
         tables = {}
         for k, array in enumerate(program.arrays):
             header = b.load(b.gep(table, [ir.Constant(_L, k)]))
-            data, _, shape, strides = (self._field(header, i) for i in range(4))
+            data, axes, shape, strides = (self._field(header, i) for i in range(4))
             self.base[array], self.stride[array] = data, self._first(strides)
             tables[array] = b.inttoptr(data, _D.as_pointer()), self._first(shape)
+            if _of_directions(program.arrays[array]):
+                last = b.sub(b.trunc(axes, _S), ir.Constant(_S, 1))
+                self.directions = b.load(b.gep(b.inttoptr(shape, _L.as_pointer()), [last]))
         never = b.append_basic_block("never")
         ir.IRBuilder(never).ret_void()
         self.emitter = _Emitter(b, tables, b.icmp_signed(">", count, ir.Constant(_L, 0)), never)
-        self.room = b.alloca(_V, max(len(program.sums), 1))
-        self.room.align = 64
+        self._rooms()
         self._groups(count)
         b.ret_void()
+
+    def _rooms(self) -> None:
+        """Memory for the sums over points."""
+        self.room = self._vectors(ir.Constant(_L, max(len(self.program.sums), 1)))
+
+    def _vectors(self, count: Any) -> Any:
+        """Memory for so many vectors."""
+        room = self.b.alloca(_V, count)
+        room.align = 64
+        return room
 
     def _field(self, header: Any, k: int) -> Any:
         """Field k of an array's header, a whole number."""
@@ -541,10 +558,13 @@ class _Writer:
         for k, n in enumerate(self.program.sums):
             if n not in known:
                 last = nodes.index(n, done) + 1
-                self.emitter.all(nodes[done:last], known)
+                self._all(nodes[done:last], known)
                 done = last
             b.store(b.fadd(b.load(self._sum(k), align=64), known[n]), self._sum(k), align=64)
-        self.emitter.all(nodes[done:], known)
+        self._all(nodes[done:], known)
+
+    def _all(self, nodes: Iterable[Node], known: dict[Node, Any]) -> None:
+        self.emitter.all(nodes, known)
 
     def _sum(self, k: int) -> Any:
         return self.b.gep(self.room, [ir.Constant(_L, k)])
@@ -577,7 +597,8 @@ class _Writer:
         if row is not None:
             at = b.add(at, b.mul(row, self.stride[array]))
         if q is not None and self._has_points(array):
-            at = b.add(at, b.mul(q, ir.Constant(_L, 1 if isinstance(kind, Marks) else size * kind.columns)))
+            width = ir.Constant(_L, 1 if isinstance(kind, Marks) else size * kind.columns)
+            at = b.add(at, b.mul(q, b.mul(width, self.directions) if _of_directions(kind) else width))
         return b.inttoptr(at, type_.as_pointer())
 
     def _read(self, nodes: Iterable[Node], known: dict[Node, Any], q: Any) -> None:
@@ -650,177 +671,191 @@ class _Writer:
                 b.store(b.extract_element(v, ir.Constant(_S, j)), b.gep(place, [ir.Constant(_L, k)]))
 
 
-# --- machine code -----------------------------------------------------------------------------------------------------
+class _WriterOfDirections(_Writer):
+    """One kernel's instructions, of which some are gone through for each direction.
 
-listeners: list[Callable[[], None]] = []
-"""Called before a kernel is compiled that was not found on the disk."""
-compiled = 0
-"""Kernels that this process has compiled."""
-_lock = threading.RLock()
-_alive: list[Any] = []
-"""What machine code lives in."""
-
-
-@cache
-def _target() -> Any:
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    return llvm.Target.from_default_triple()
-
-
-@cache
-def _machine() -> Any:
-    features = llvm.get_host_cpu_features().flatten()
-    return _target().create_target_machine(
-        llvm.get_host_cpu_name(), features, opt=2, reloc="static", codemodel="jitdefault", jit=True
-    )
-
-
-@cache
-def _generator() -> bytes:
-    """What the same graph might become other code by: this package's own source, LLVM, the processor."""
-    h = hashlib.sha256()
-    here = Path(__file__).parent
-    # Point functions themselves (algebra, laws, elements) are in the graph, which is hashed with it.
-    for name in ("emit.py", "differentiate.py", "record.py", "lanes.py"):
-        h.update((here / name).read_bytes())
-    version = ".".join(map(str, llvm.llvm_version_info))
-    h.update(f"{llvmlite.__version__} {version} {llvm.get_host_cpu_name()} {llvm.get_host_cpu_features().flatten()}".encode())
-    return h.digest()
-
-
-@cache
-def folder() -> Path | None:
-    """Where kernels are kept: as Numba's own, or else in the user's folder for such things; None where nothing can be written."""
-    own = os.environ.get("NUMBA_CACHE_DIR")
-    user = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "prensa"
-    for place in [Path(own) / "prensa_kernels"] if own else [Path(__file__).parent / "__pycache__", user]:
-        try:
-            place.mkdir(parents=True, exist_ok=True)
-            probe = place / f".{os.getpid()}"
-            probe.write_bytes(b"")
-            probe.unlink()
-        except OSError:
-            continue
-        return place
-    return None
-
-
-def _key(program: Program) -> str:
-    outputs = [*program.sums, *(x.node for x in program.puts)]
-    nodes = demanded(outputs)
-    numbers = {n: k for k, n in enumerate(nodes)}
-    h = hashlib.sha256(_generator())
-    for n in nodes:
-        h.update(f"{_described(n, numbers)}\n".encode())
-    h.update(f"{list(program.arrays.items())} {program.points} {[numbers[o] for o in outputs]}".encode())
-    h.update(f"{[(x.array, x.column) for x in program.puts]}".encode())
-    return h.hexdigest()[:40]
-
-
-def _read_code(path: Path) -> bytes | None:
-    """Machine code from the disk; None where it is not there, or not whole."""
-    try:
-        whole = path.read_bytes()
-    except OSError:
-        return None
-    return whole[32:] if hashlib.sha256(whole[32:]).digest() == whole[:32] else None
-
-
-def _write_code(path: Path, code: bytes) -> None:
-    own = path.with_suffix(f".{os.getpid()}.{threading.get_ident()}")
-    try:
-        # Under a name of its own, then in one move: other processes see whole code or none.
-        own.write_bytes(hashlib.sha256(code).digest() + code)
-        own.replace(path)
-    except OSError:
-        own.unlink(missing_ok=True)
-
-
-def _compile(program: Program, name: str) -> bytes:
-    global compiled
-    for say in listeners:
-        say()
-    compiled += 1
-    module = llvm.parse_assembly(str(_Writer(program, name).module))
-    module.triple, module.data_layout = _machine().triple, str(_machine().target_data)
-    return bytes(_machine().emit_object(module))
-
-
-def _load_code(code: bytes, name: str) -> int:
-    """The address of a function in machine code."""
-    machine = _machine_of_engine()
-    # An engine wants a module; the code comes as an object file.
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
-    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-    engine.finalize_object()
-    _alive.append(engine)
-    return int(engine.get_function_address(name))
-
-
-def _machine_of_engine() -> Any:
-    """A machine of its own: an engine takes it over."""
-    return _target().create_target_machine(opt=0, reloc="static", codemodel="jitdefault", jit=True)
-
-
-class _Header(Structure):
-    """Of an array, as NumPy's interface for C has it."""
-
-    _fields_: ClassVar = [
-        ("object", c_char * object.__basicsize__), ("data", c_int64), ("dimensions", c_int64), ("shape", POINTER(c_int64)),
-        ("strides", POINTER(c_int64)),
-    ]  # fmt: skip
-
-
-@cache
-def _headers_are_known() -> None:
-    """Raise RuntimeError where arrays have other headers than machine code reads."""
-    a = np.zeros((3, 5))[:, 1:]
-    found = _Header.from_address(id(a))
-    if (found.data, found.shape[0], found.strides[0]) != (a.__array_interface__["data"][0], 3, 40):
-        raise RuntimeError("arrays of this version of NumPy are laid out otherwise than generated kernels read them")
-
-
-class Kernel:
-    """Machine code of a program, called with the number of rows and its arrays in their order.
-
-    Arrays are of double precision (flags: bool), any distance between rows, each row without gaps. Other threads run meanwhile.
-    Machine code looks for data, shape and strides in the header of an array itself (`PyArrayObject_fields` of NumPy's interface
-    for C): to ask each array for them in Python takes longer than a hundred elements.
+    Unrolled, those of five directions do not fit into the cache of instructions, and values they share are spilled as often.
+    Numbers of arrays with directions lie transposed in memory of the kernel's own (``own``), as do values of directions that
+    points share (``saved``).
     """
 
-    def __init__(self, program: Program) -> None:
-        _headers_are_known()
-        name = f"kernel_{_key(program)}"
-        with _lock:
-            place = folder()
-            path = None if place is None else place / f"{name}.bin"
-            code = None if path is None else _read_code(path)
-            if code is None:
-                code = _compile(program, name)
-                if path is not None:
-                    _write_code(path, code)
-            self._headers = c_int64 * len(program.arrays)
-            self._function = CFUNCTYPE(None, c_int64, POINTER(c_int64))(_load_code(code, name))
+    def _rooms(self) -> None:
+        b, m, arrays = self.b, self.directions, self.program.arrays
+        self.emitter.directed = frozenset(name for name, kind in arrays.items() if _of_directions(kind))
+        self.emitter.directions = m
+        self.room = self._vectors(b.mul(m, ir.Constant(_L, len(self.program.sums))))
+        self.own = {
+            name: self._vectors(b.mul(m, ir.Constant(_L, kind.columns)))
+            for name, kind in arrays.items() if isinstance(kind, Rows) and kind.directions
+        }  # fmt: skip
+        self.read = {str(n.value[0]) for n in self._nodes() if n.op == "given" and isinstance(n.value, tuple)}
+        self.written = {x.array for x in self.program.puts}
+        self.common, self.each = self._by_direction()
+        at_end = [x.node for x in self.program.puts if not self._has_points(x.array)]
+        pointwise = [x.node for x in self.program.puts if self._has_points(x.array)]
+        later = self._from_before(self.each[1], [*self.program.sums, *pointwise]) + self._from_before(self.each[2], at_end)
+        self.places = {n: k for k, n in enumerate(dict.fromkeys(n for n in later if n.op != "given"))}
+        self.saved = self._vectors(b.mul(m, ir.Constant(_L, max(len(self.places), 1))))
 
-    def __call__(self, count: int, *arrays: NDArray[Any]) -> None:
-        """Read and write ``count`` rows."""
-        self._function(count, self._headers(*map(id, arrays)))
+    def _nodes(self) -> list[Node]:
+        return demanded([*self.program.sums, *(x.node for x in self.program.puts)])
+
+    def _by_direction(self) -> tuple[list[list[Node]], list[list[Node]]]:
+        """Of each phase the nodes that directions share, and those that they have of their own."""
+        own = set[Node]()
+        for n in self._nodes():
+            array = str(n.value[0]) if n.op in ("given", "cell") and isinstance(n.value, tuple) else ""
+            if array == "total" or array in self.emitter.directed or any(x in own for x in _arguments(n)):
+                own.add(n)
+        phases = self._phases()
+        return [[n for n in p if n not in own] for p in phases], [[n for n in p if n in own] for p in phases]
+
+    def _from_before(self, nodes: Sequence[Node], outputs: Sequence[Node]) -> list[Node]:
+        """What nodes and outputs of a phase need of what directions have of their own before; of products their factors too."""
+        before = set(self.each[0]) - set(nodes)
+        found = [x for n in nodes for x in _arguments(n) if x in before] + [x for x in outputs if x in before]
+        return found + [y for x in found if x.op == "*" for y in x.args if y in before]
+
+    def _group(self) -> None:
+        b, p, known = self.b, self.program, dict[Node, Any]()
+        self._read(self.common[0], known, None)
+        self.emitter.all(self.common[0], known)
+        self._transpose_in(None)
+        self._loop(self.directions, 1, lambda j: self._before_points(j, known))
+        sums = b.mul(self.directions, ir.Constant(_L, len(p.sums)))
+        self._loop(sums, 1, lambda k: b.store(_both(0.0), b.gep(self.room, [k]), align=64))
+        self._loop(ir.Constant(_L, p.points), 1, lambda q: self._point(q, known))
+        self._loop(self.directions, 1, lambda j: self._after_points(j, known))
+        self._transpose_out(None)
+
+    def _before_points(self, j: Any, shared: Mapping[Node, Any]) -> None:
+        known = self._begin(j, shared)
+        self._all(self.each[0], known)
+        for n in self.places:
+            self.b.store(known[n], self._saved(n), align=64)
+
+    def _point(self, q: Any, shared: Mapping[Node, Any]) -> None:
+        known = dict(shared)
+        self._read(self.common[1], known, q)
+        self.emitter.all(self.common[1], known)
+        self._transpose_in(q)
+        self._loop(self.directions, 1, lambda j: self._at_point(j, known))
+        self._transpose_out(q)
+
+    def _at_point(self, j: Any, shared: Mapping[Node, Any]) -> None:
+        known = self._begin(j, shared)
+        self._add(self.each[1], known)
+        self._keep(known, True)
+
+    def _after_points(self, j: Any, shared: Mapping[Node, Any]) -> None:
+        known = self._begin(j, shared)
+        self._all(self.each[2], known)
+        self._keep(known, False)
+
+    def _begin(self, j: Any, shared: Mapping[Node, Any]) -> dict[Node, Any]:
+        self.emitter.direction = j
+        return dict(shared)
+
+    def _all(self, nodes: Iterable[Node], known: dict[Node, Any]) -> None:
+        """As `_Emitter.all`; what has been found before is fetched where it is first wanted."""
+        for n in nodes:
+            if n.op == "given":
+                continue
+            for x in _arguments(n):
+                self._fetch(x, known)
+                if n.op in ("+", "-") and x.op == "*":
+                    for y in x.args:
+                        self._fetch(y, known)
+            self.emitter.all([n], known)
+
+    def _fetch(self, n: Node, known: dict[Node, Any]) -> None:
+        b = self.b
+        if n in known:
+            return
+        if n.op != "given":
+            known[n] = b.load(self._saved(n), align=64)
+            return
+        assert isinstance(n.value, tuple)
+        array, column = str(n.value[0]), _column(n)
+        if array == "total":
+            known[n] = b.load(self._sum(column), align=64)
+        elif array in self.own:
+            known[n] = b.load(b.gep(self.own[array], [self.emitter.place_of(column)]), align=64)
+        else:
+            known[n] = self.emitter.spread(b.load(b.gep(self.emitter.tables[array][0], [self.emitter.place_of(column)])))
+
+    def _keep(self, known: dict[Node, Any], pointwise: bool) -> None:
+        """Numbers of the direction at hand that are written → the kernel's own memory."""
+        for x in self.program.puts:
+            if self._has_points(x.array) == pointwise:
+                self._fetch(x.node, known)
+                self.b.store(known[x.node], self.b.gep(self.own[x.array], [self.emitter.place_of(x.column)]), align=64)
+
+    def _saved(self, n: Node) -> Any:
+        return self.b.gep(self.saved, [self.emitter.place_of(self.places[n])])
+
+    def _sum(self, k: int) -> Any:
+        return self.b.gep(self.room, [self.emitter.place_of(k)])
+
+    def _loop(self, count: Any, step: int, body: Callable[[Any], object]) -> None:
+        """Instructions for k = 0, ``step``, … below a count, of which there is at least one."""
+        b = self.b
+        before, loop, after = b.block, b.append_basic_block("each"), b.append_basic_block("done")
+        b.branch(loop)
+        b.position_at_end(loop)
+        k = b.phi(_L)
+        k.add_incoming(ir.Constant(_L, 0), before)
+        body(k)
+        then = b.add(k, ir.Constant(_L, step))
+        k.add_incoming(then, b.block)
+        b.cbranch(b.icmp_signed("<", then, count), loop, after)
+        b.position_at_end(after)
+
+    def _transpose_in(self, q: Any) -> None:
+        """Numbers of all directions → the kernel's own memory, those of point q or, without, of whole rows."""
+        for array in self.own:
+            if array in self.read and self._has_points(array) == (q is not None):
+                self._transpose(array, q, self._in_together, self._in_one_by_one)
+
+    def _transpose_out(self, q: Any) -> None:
+        """The kernel's own memory → numbers of all directions."""
+        for array in self.own:
+            if array in self.written and self._has_points(array) == (q is not None):
+                self._transpose(array, q, self._out_together, self._out_one_by_one)
+
+    def _transpose(self, array: str, q: Any, together: Callable[..., object], one_by_one: Callable[..., object]) -> None:
+        """Eight numbers of each row at a time; the last eight begin earlier instead of reaching beyond the row."""
+        b, own, kind = self.b, self.own[array], self.program.arrays[array]
+        assert isinstance(kind, Rows)
+        places = [self._place(array, row, 0, q) for row in self.rows]
+        count, wide = b.mul(self.directions, ir.Constant(_L, kind.columns)), ir.Constant(_L, WIDE)
+
+        def some(k: Any) -> None:
+            last = b.sub(count, wide)
+            first = b.select(b.icmp_signed("<", k, last), k, last)
+            together(b.gep(own, [first]), [b.gep(place, [first]) for place in places])
+
+        with b.if_else(b.icmp_signed("<", count, wide)) as (few, many):
+            with few:
+                self._loop(count, 1, lambda k: one_by_one(b.gep(own, [k]), [b.gep(place, [k]) for place in places]))
+            with many:
+                self._loop(count, WIDE, some)
+
+    def _in_together(self, own: Any, places: Sequence[Any]) -> None:
+        for k, v in enumerate(self._columns(places, WIDE)):
+            self.b.store(v, self.b.gep(own, [ir.Constant(_L, k)]), align=64)
+
+    def _in_one_by_one(self, own: Any, places: Sequence[Any]) -> None:
+        self.b.store(self._columns(places, 1)[0], own, align=64)
+
+    def _out_together(self, own: Any, places: Sequence[Any]) -> None:
+        self._put([self.b.load(self.b.gep(own, [ir.Constant(_L, k)]), align=64) for k in range(WIDE)], places)
+
+    def _out_one_by_one(self, own: Any, places: Sequence[Any]) -> None:
+        self._put([self.b.load(own, align=64)], places)
 
 
-def generated(build: Callable[..., Program]) -> Callable[..., Kernel]:
-    """What records a program, as what gives its kernel: made once for each set of arguments, by one thread at a time."""
-    found: dict[tuple[Any, ...], Kernel] = {}
-
-    # `cache` answers for what is known without a call in Python, but lets several threads make what is not
-    @cache
-    @wraps(build)
-    def kernel(*args: Any) -> Kernel:
-        with _lock:
-            if args not in found:
-                fresh()
-                with uncollected():
-                    found[args] = Kernel(build(*args))
-            return found[args]
-
-    return kernel
+def instructions(program: Program, name: str) -> str:
+    """LLVM's instructions of a program, as a function of a name: of the number of rows and of the arrays' headers."""
+    writer = _WriterOfDirections if any(map(_of_directions, program.arrays.values())) else _Writer
+    return str(writer(program, name).module)

@@ -27,8 +27,9 @@ from prensa.kernels.algebra import (
     times,
     total,
 )
-from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts
+from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, puts
 from prensa.kernels.functions import expm1, half_log1p
+from prensa.kernels.machine_code import generated
 from prensa.kernels.record import ZERO, Node, absolute, differs, given, lift, many, sqrt, where
 from prensa.types import Array, Flags
 

@@ -354,7 +354,7 @@ class Factorisation:
         self._matrix: Any = None
         self._frame: Any = None  # a matrix of the pattern, for the values of the one that is being solved
         self._points_changed = 0  # contact points that have another status in that matrix than in that of the factors
-        self._to_check: Any = None  # the matrix of factors in single precision of which it is not known what they tell
+        self._to_check: Any = None  # the matrix of factors in single precision that may not resolve soft modes
         self._soft_mode_error = True
 
     def begin(self, made_from: Single | None = None) -> None:
@@ -387,7 +387,7 @@ class Factorisation:
 
     @property
     def own(self) -> bool:
-        """Whether the factors were made since `begin`, and are so near their matrix that they tell its softest modes."""
+        """Whether the factors were made since `begin`, and are so near their matrix that they resolve its softest modes."""
         if self._own and self._to_check is not None:
             assert self._solve is not None
             self._soft_mode_error = self.believed(self._to_check, self._solve)
@@ -395,7 +395,7 @@ class Factorisation:
         return self._own and self._soft_mode_error
 
     def believed(self, A: csc_matrix | csr_matrix, solve: Solve) -> bool:
-        """Whether factors of single precision of a matrix near A are so near that they tell its softest modes."""
+        """Whether factors of single precision of a matrix near A are so near that they resolve its softest modes."""
         return departure(A, solve) <= self.policy.soft_mode_error
 
     @property
@@ -414,7 +414,7 @@ class Factorisation:
 
     @property
     def positive(self) -> bool:
-        """Whether the last factors show that all eigenvalues of their matrix are positive; False where they cannot tell."""
+        """Whether the last factors show that all eigenvalues of their matrix are positive; False where they cannot show it."""
         return bool(getattr(self._solve, "positive", False)) and self.own
 
     def solve_with_factors(self, b: Array) -> Array:

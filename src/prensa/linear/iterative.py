@@ -488,7 +488,7 @@ class Iterative:
         """See `Factors`."""
         return self.direct.exactly(b, share) if self.by_lu else self._columns(b, share)
 
-    # --------------------------------------------------------------------------------------------- what factors tell
+    # --------------------------------------------------------------------------------------------- what factors show
     @property
     def iterates(self) -> bool:
         """See `Factors`."""
@@ -516,7 +516,7 @@ class Iterative:
 
     @property
     def may_resolve_soft_modes(self) -> bool:
-        """See `Factors`: P does not tell the softest modes of A; those are found with A itself (`exactly`)."""
+        """See `Factors`: P does not resolve the softest modes of A; those are found with A itself (`exactly`)."""
         return self.by_lu and self.direct.may_resolve_soft_modes
 
     def resolves_soft_modes(self, b: Array, x: Array) -> bool:

@@ -97,14 +97,14 @@ class Factors(Protocol):
 
     @property
     def positive(self) -> bool:
-        """Whether they show that all eigenvalues are positive; False where they cannot tell."""
+        """Whether they show that all eigenvalues are positive; False where they cannot show it."""
 
     @property
     def may_resolve_soft_modes(self) -> bool:
-        """Whether they were made in this attempt, and are not known to be too far from their matrix to tell the softest modes."""
+        """Whether they were made in this attempt, and are not known to be too far from their matrix to resolve soft modes."""
 
     def resolves_soft_modes(self, b: Array, x: Array) -> bool:
-        """Whether they tell the softest modes: x (f,) is what they answer to the forces b (f,) of the softest."""
+        """Whether they resolve the softest modes: x (f,) is what they answer to the forces b (f,) of the softest."""
 
     @property
     def made_from(self) -> Single | None:
@@ -112,7 +112,7 @@ class Factors(Protocol):
 
     @property
     def iterates(self) -> bool:
-        """Whether solutions are found by GMRES with factors of another matrix, which tell nothing of this one."""
+        """Whether solutions are found by GMRES with factors of another matrix, which say nothing of this one."""
 
     @property
     def krylov_iterations(self) -> int:

@@ -29,8 +29,9 @@ from prensa.kernels.algebra import (
     trace,
 )
 from prensa.kernels.differentiate import forward, units
-from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts
+from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, puts
 from prensa.kernels.functions import half_log1p
+from prensa.kernels.machine_code import generated
 from prensa.kernels.record import Node, as_found, given, many, sqrt
 from prensa.types import Array, Flags
 

@@ -13,7 +13,8 @@ import numpy as np
 
 from prensa.kernels import record
 from prensa.kernels.differentiate import forward, units
-from prensa.kernels.emit import Kind, Program, Rows, Shared, generated, puts
+from prensa.kernels.emit import Kind, Program, Rows, Shared, puts
+from prensa.kernels.machine_code import generated
 from prensa.kernels.record import Node, given, many, where
 from prensa.kernels.table import Table
 from prensa.kernels.template import Template

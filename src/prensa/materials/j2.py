@@ -14,7 +14,8 @@ import numpy as np
 
 from prensa.kernels import record
 from prensa.kernels.differentiate import forward, units
-from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts
+from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, puts
+from prensa.kernels.machine_code import generated
 from prensa.kernels.record import Node, differs, given, many
 from prensa.kernels.template import Template
 from prensa.materials.flow_curve import NO_TABLE, FlowParameters

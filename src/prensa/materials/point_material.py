@@ -25,7 +25,8 @@ import numpy as np
 from prensa.errors import ArgumentError
 from prensa.kernels import algebra
 from prensa.kernels.differentiate import forward, reverse, units
-from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts
+from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, puts
+from prensa.kernels.machine_code import generated
 from prensa.kernels.record import ONE, ZERO, Node, as_found, differs, given, many, one_like, sqrt, where
 from prensa.kernels.template import Template
 from prensa.layout import PLANE, TensorLayout

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.kernels.differentiate import forward, units
-from prensa.kernels.emit import Kind, Program, Rows, Shared, generated, puts
+from prensa.kernels.emit import Kind, Program, Rows, Shared, puts
+from prensa.kernels.machine_code import generated
 from prensa.kernels.record import Node, many, sqrt
 from prensa.kernels.template import Template
 from prensa.materials.flow_curve import FlowParameters

@@ -100,7 +100,7 @@ class Display:
         if not self._quiet:
             self._print(line)
 
-    def tell(self, text: str) -> None:
+    def show_always(self, text: str) -> None:
         """Show a line that stays, also when asked to be quiet."""
         from rich.console import Console
 
@@ -108,7 +108,7 @@ class Display:
 
     def warn(self, text: str) -> None:
         """Show a warning, also when asked to be quiet."""
-        self.tell(self.warned(text))
+        self.show_always(self.warned(text))
 
     def _print(self, line: str) -> None:
         if self._line is not None:

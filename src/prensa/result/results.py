@@ -13,7 +13,7 @@ from prensa.contact import recovery_in_space
 from prensa.contact.forces import ContactForces
 from prensa.contact.recovery import (
     at_free_edges,
-    borne,
+    capped_at_flow_stress,
     mises_of,
     recover,
     smoothed,
@@ -438,11 +438,11 @@ def skin_stress(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
     for b, h in zip(system.blocks, e.history):
         if b.law.plastic:
             own = _own(b)
-            out[own] = _borne(system, state, b, h, out[own])
+            out[own] = _capped_at_flow_stress(system, state, b, h, out[own])
     return out
 
 
-def _borne(system: System, state: State, b: Block, history: Array, nodal: Array) -> Array:
+def _capped_at_flow_stress(system: System, state: State, b: Block, history: Array, nodal: Array) -> Array:
     """Stresses (n, 4) of the nodes of a plastic body of which none is more than the flow stress of the metal there.
 
     Plastic strains begin with a kink, on whose far side patches have too little of them: those carried from the elements
@@ -457,7 +457,7 @@ def _borne(system: System, state: State, b: Block, history: Array, nodal: Array)
     limit = law.flow_stress(np.maximum(strain[:, 0], 0.0))
     # Points may carry more than the curve at rest: rate-dependent metals, and those that yield on the Kirchhoff stress.
     np.maximum.at(limit, cells, points.max(axis=1)[:, None])
-    return borne(x[own], cells, nodal, limit, system.problem.space == "plane stress")
+    return capped_at_flow_stress(x[own], cells, nodal, limit, system.problem.space == "plane stress")
 
 
 def _without_traction(system: System, state: State, e: Evaluation, plan: StepPlan, nodal: Array) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -102,9 +102,7 @@ class Elements:
         dxn, dx (n, 2, d): motions of nodes as the increment begins, and at its end beyond those of initial places; None: none.
         """
         cells, own = self.block.cells[some], slice(g.first, g.first + g.size)
-        # One row of zeros stands for all elements where all nodes stay.
-        still = np.broadcast_to(np.zeros((1, cells.shape[1], 2, g.size)), (*cells.shape, 2, g.size))
-        initial = changes.X[..., own].take(cells, axis=0) if len(changes.X) else still
+        initial = changes.X[..., own].take(cells, axis=0) if len(changes.X) else _still(*cells.shape, g.size)
         end = initial if dx is None else dx[..., own].take(cells, axis=0)
         if dx is not None and len(changes.X):
             end += initial
@@ -139,10 +137,16 @@ class Elements:
     def in_volumes(self, volumes: Array, energy: Array) -> None:
         """Add what initial volumes that change by (e, q, d) make of energies (2, d)."""
         if volumes.shape[-1]:
-            energy[0] += np.einsum("eq,eqd->d", self.block.law.energy(self.new), volumes)
+            of_points = volumes.reshape(-1, volumes.shape[-1])
+            energy[0] += self.block.law.energy(self.new).ravel() @ of_points
             if self.block.law.plastic:
-                work = self.block.field(self.new, "plastic_work")[..., 0]
-                energy[1] += np.einsum("eq,eqd->d", work, volumes)
+                energy[1] += self.block.field(self.new, "plastic_work").ravel() @ of_points
+
+
+@cache
+def _still(elements: int, nodes: int, size: int) -> Array:
+    """Motions (e, a, 2, s) of nodes that stay: one row of zeros stands for all elements."""
+    return np.broadcast_to(np.zeros((1, nodes, 2, size)), (elements, nodes, 2, size))
 
 
 def point_law(block: Block, seconds: float) -> PointLaw:

@@ -213,21 +213,13 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
     unfolding(system, c, at.u, changes.each, r)
     points, x_now = [], system.positions(at.u)
     for k, (s, f) in enumerate(zip(c.surfaces, at.e.contacts)):
-        area = area_rates(s.points, c.x_n, dxn)
-        names = ("area", "slip", "speed", "coordinate", "traction")
-        area_was, slip, speed, coordinate, traction = (carried[f"contact.{name}"][s.rows] for name in names)
-        if c.through_air is not None:
-            # Where a tool lands depends on the parameter: slip is counted from that place.
-            coordinate = np.stack([d.coordinates(at, k) for d in before.directions], axis=-1)
-        scale, place = changes.scale[k], changes.place[system.tool_masters[s.against].number]
-        strong = _strengths(system, c, k, before)
-        was = Committed(slip, area, area_was, strong, speed, coordinate, traction, scale, given.laws[k], place, changes.X)
+        was = _committed_contact(at, before, k, dxn, given.laws[k])
         points.append(Points.of(c, k, f, was, carried["lam"][s.rows].copy(), at.u, x_now, r))
     if given.moved:
         r[:, given.moved] += columns.times(given.motion)
     # By changes of each parameter's own size, so that one tolerance judges columns of all units.
     left = -before.sizes * r
-    x = columns.begun(left, predictor_basis(carried, c.plan.fixed))
+    x = columns.initial_guess(left, predictor_basis(carried, c.plan.fixed))
     x = (x + columns.solve(left)) / before.sizes
     x[:, given.moved] += given.motion
     reaction = left / -before.sizes  # r + K x
@@ -240,6 +232,20 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
     found = Closed(x, reaction, force, points)
     after = _carried_on(at, before, found, np.sum([b[1] for b in bodies], axis=0), state)
     return replace(before, arrays=after, histories=[b[0] for b in bodies]), found
+
+
+def _committed_contact(at: Solution, before: Bundle, k: int, dxn: Array, law: Array) -> Committed:
+    """Contact number k as an increment begins, with nodes that move by dxn (n, 2, d) and numbers (n, d) of its law."""
+    system, c, changes = at.system, at.c, before.changes
+    s = c.surfaces[k]
+    names = ("area", "slip", "speed", "coordinate", "traction")
+    area_was, slip, speed, coordinate, traction = (before.arrays[f"contact.{name}"][s.rows] for name in names)
+    if c.through_air is not None:
+        # Where a tool lands depends on the parameter: slip is counted from that place.
+        coordinate = np.stack([d.coordinates(at, k) for d in before.directions], axis=-1)
+    area, strong = area_rates(s.points, c.x_n, dxn), _strengths(system, c, k, before)
+    place = changes.place[system.tool_masters[s.against].number]
+    return Committed(slip, area, area_was, strong, speed, coordinate, traction, changes.scale[k], law, place, changes.X)
 
 
 def _strengths(system: System, c: Context, number: int, before: Bundle) -> Array:

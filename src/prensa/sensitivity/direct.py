@@ -123,6 +123,26 @@ class Neighbour(NamedTuple):
 
 
 @dataclass
+class _StepBeside:
+    """The ``plans`` of a step, by its ``number``, with a parameter a step above and below."""
+
+    number: int
+    plans: tuple[StepPlan, StepPlan]
+
+    @cached_property
+    def leaves_motions(self) -> bool:
+        """Whether both are the same but for friction."""
+        above, below = self.plans
+        return above is below or pickle.dumps(vars(above) | {"friction": None}) == pickle.dumps(vars(below) | {"friction": None})
+
+    @cached_property
+    def leaves_laws(self) -> bool:
+        """Whether both take the same time, and laws of friction differ in numbers alone."""
+        above, below = self.plans
+        return above.seconds == below.seconds and all(map(alike, above.friction, below.friction))
+
+
+@dataclass
 class Direction:
     """A parameter: the systems a ``step`` above and below it, and the derivative of the committed state by it."""
 
@@ -133,8 +153,7 @@ class Direction:
     carried: Mapping[str, Array]
     change: Change | None = None
     """What it changes of the system, where the closed derivatives know of it; None: differences are taken."""
-    _plans: tuple[int, tuple[StepPlan, StepPlan]] | None = None
-    _leaves: tuple[int, bool] | None = None
+    _step: _StepBeside | None = None
 
     @classmethod
     def of(cls, system: System, path: str, share: float, policy: Policy, start: State) -> Direction:
@@ -180,10 +199,13 @@ class Direction:
 
     def plans(self, c: Context) -> tuple[StepPlan, StepPlan]:
         """Plans of both sides for the step of an increment; they begin where the step did."""
-        if self._plans is None or self._plans[0] != c.plan.number:
-            both = (c.plan, c.plan) if self._keeps_plan(c) else self._planned(c)
-            self._plans = c.plan.number, both
-        return self._plans[1]
+        return self._in_step(c).plans
+
+    def _in_step(self, c: Context) -> _StepBeside:
+        """Both sides of the step of an increment, found once a step."""
+        if self._step is None or self._step.number != c.plan.number:
+            self._step = _StepBeside(c.plan.number, (c.plan, c.plan) if self._keeps_plan(c) else self._planned(c))
+        return self._step
 
     def _keeps_plan(self, c: Context) -> bool:
         """Whether the step of an increment has the same plan on both sides as in it: a number of a body, and all begins alike."""
@@ -207,19 +229,11 @@ class Direction:
 
     def leaves_motions(self, c: Context) -> bool:
         """Whether the step of an increment has the same plan on both sides but for friction: no motion, no force changes."""
-        if self._leaves is None or self._leaves[0] != c.plan.number:
-            above, below = self.plans(c)
-            alike = above is below or pickle.dumps(vars(above) | {"friction": None}) == pickle.dumps(
-                vars(below) | {"friction": None}
-            )
-            self._leaves = c.plan.number, alike
-        return self._leaves[1]
+        return self._in_step(c).leaves_motions
 
     def is_known(self, c: Context) -> bool:
         """Whether closed derivatives know what it changes in the step of an increment; of damage they know nothing."""
-        above, below = self.plans(c)
-        same = above.seconds == below.seconds and all(map(alike, above.friction, below.friction))
-        return self.change is not None and same and not c.state.damage
+        return self.change is not None and self._in_step(c).leaves_laws and not c.state.damage
 
     # ------------------------------------------------------------------------------------------------------ equilibrium
     def at_fixed_dofs(self, at: Solution) -> tuple[Side, Side]:
@@ -447,7 +461,7 @@ class Columns:
         """K x for x (ndof, d)."""
         return np.asarray(self.whole @ x)
 
-    def begun(self, left: Array, ways: Array) -> Array:
+    def initial_guess(self, left: Array, ways: Array) -> Array:
         """Where the solution of K x = b (ndof, d) begins; ``left`` is b, and becomes what that leaves of it.
 
         It is the combination of ways (ndof, k d), by column, that leaves least of the free rows; they are zero where dofs are
@@ -508,8 +522,8 @@ class Columns:
             found += step
             rest = after
             # At the present rate, would as many substitutions as a factorisation costs leave more than is allowed?
-            enough = not sizes.max() * (sizes.max() /
-                before) ** policy.substitutions_per_factorisation > policy.column_residual_share
+            rate = sizes.max() / before
+            enough = not sizes.max() * rate**policy.substitutions_per_factorisation > policy.column_residual_share
         if found is x:
             left[:] = rest
         else:

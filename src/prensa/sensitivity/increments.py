@@ -25,7 +25,7 @@ from prensa.system.state import State
 from prensa.system.system import System
 from prensa.types import Array
 
-BORNE = 1e-9  # share of the bound of friction within which a traction is the bound of friction
+ON_BOUND = 1e-9  # share of the bound of friction within which a traction lies on it
 
 
 @dataclass(frozen=True)
@@ -148,14 +148,14 @@ class Differentiation:
         columns = Columns(self.reduced, at.e, system.pattern)
         known = [d for d in self.directions if d.is_known(c)] if covers(c) else []
         known.sort(key=lambda d: d.change is not None and d.change.X is not None)  # those that move bodies go last
-        found = self._closed(at, columns, known, state)
+        found = self._by_closed_forms(at, columns, known, state)
         for d in self.directions:
             if d.parameter.path not in found:
                 found[d.parameter.path] = self._by_differences(at, columns, d, result, state)
         paths = [d.parameter.path for d in self.directions]
         return {p: found[p][0] for p in paths}, {p: found[p][1] for p in paths}
 
-    def _closed(self, at: Solution, columns: Columns, known: Sequence[Direction], state: State) -> dict[str, Any]:
+    def _by_closed_forms(self, at: Solution, columns: Columns, known: Sequence[Direction], state: State) -> dict[str, Any]:
         """Neighbours and what is left along the parameters whose derivatives are known in closed form."""
         if not known:
             return {}
@@ -165,17 +165,17 @@ class Differentiation:
         self.bundle, found = differentiate(at, columns, bundle, state)
         assert self.reduced is not None
         # The residual itself is asked where it pays: once when the closed forms are first used, and where users read results.
-        look, beside = at.c.ends_step or at.c.state.clock.number == 0, {}
-        looked = self._looked(at, bundle, found) if look else np.zeros(len(known))
+        checks, beside = at.c.ends_step or at.c.state.clock.number == 0, {}
+        checked = self._checked_by_residuals(at, bundle, found) if checks else np.zeros(len(known))
         unmet = np.sum([p.unmet() for p in found.points], axis=0) if found.points else np.zeros(len(known))
-        left = np.maximum(self.reduced.weight @ np.abs(self.reduced.restriction.part(found.reaction)), looked) + unmet
+        left = np.maximum(self.reduced.weight @ np.abs(self.reduced.restriction.part(found.reaction)), checked) + unmet
         for k, (d, rest) in enumerate(zip(known, left)):
             both = tuple(Beside(system, d, sign, k, at, found) for sign, system, _ in d.sides)
-            beside[d.parameter.path] = both, self._proved(at, d, rest, found.reaction[:, k])
+            beside[d.parameter.path] = both, self._verified(at, d, rest, found.reaction[:, k])
         self.bundle.hand_on()
         return beside
 
-    def _looked(self, at: Solution, before: Bundle, found: Closed) -> Array:
+    def _checked_by_residuals(self, at: Solution, before: Bundle, found: Closed) -> Array:
         """Norms (d,) of what the residual itself does along closed derivatives: of their forms it knows nothing.
 
         Along a mixture of all of them: two residuals show that none is wrong. Where one is, each is looked at.
@@ -188,16 +188,16 @@ class Differentiation:
             mixed.carried = before.mixed(shares * sizes)
             rest = self.reduced.norm(mixed.rest(at, found.x @ (shares * sizes)))
             # Two residuals clear all parameters at once; only where they do not is each looked at alone.
-            if rest <= 0.5 * self._may_be_left(at, mixed):
+            if rest <= 0.5 * self._allowed_residual(at, mixed):
                 return rest / sizes
-        return np.array([self._left_along(at, d, x) for d, x in zip(known, found.x.T)])
+        return np.array([self._residual_along(at, d, x) for d, x in zip(known, found.x.T)])
 
-    def _left_along(self, at: Solution, d: Direction, x: Array) -> float:
+    def _residual_along(self, at: Solution, d: Direction, x: Array) -> float:
         """Norm of what the residual does along a derivative x (ndof,), with finer steps where there is too much."""
         assert self.reduced is not None
         rest = self.reduced.norm(d.rest(at, x))
         for share in self.policy.finer_step_ratios:
-            if rest <= self._may_be_left(at, d):
+            if rest <= self._allowed_residual(at, d):
                 break
             rest = min(rest, self.reduced.norm(self._with_steps(d, share, d.carried).rest(at, x)))
         return rest
@@ -228,7 +228,7 @@ class Differentiation:
         # Not with finer steps for all: their round-off leaves 10 to 50 times more along tools' shapes with exact contacts.
         neighbours, rest, reaction = self._differences(at, columns, d, result, state)
         for share in self.policy.finer_step_ratios:
-            if rest <= self._may_be_left(at, taken):
+            if rest <= self._allowed_residual(at, taken):
                 break
             finer = self._with_steps(d, share, carried)
             found = self._differences(at, columns, finer, result, state)
@@ -237,7 +237,7 @@ class Differentiation:
         if neighbours is None:
             raise PrensaError(f"derivatives: the perturbed increment, with another {d.parameter.path}, cannot be evaluated")
         d.carried = taken.carried
-        return neighbours, self._proved(at, taken, rest, reaction)
+        return neighbours, self._verified(at, taken, rest, reaction)
 
     def _differences(
         self, at: Solution, columns: Columns, d: Direction, result: NewtonResult, state: State
@@ -253,16 +253,16 @@ class Differentiation:
         dr, given = d.equation(at, sides)
         size, r = d.parameter.size, dr[:, None] + columns.times(given[:, None])
         left = -size * r
-        x = columns.begun(left, d.ways(at))
+        x = columns.initial_guess(left, d.ways(at))
         x = (x + columns.solve(left)) / size
         reaction = left[:, 0] / -size  # r + K x
         neighbours, rest, unmet = d.neighbours(at, sides, given + x[:, 0], reaction, result, state.clock.dt)
         return neighbours, self.reduced.norm(rest) + unmet, reaction
 
-    def _proved(self, at: Solution, d: Direction, rest: float, reaction: Array) -> float:
+    def _verified(self, at: Solution, d: Direction, rest: float, reaction: Array) -> float:
         """What is left of the residual along a derivative, over the forces, for a change of the parameter by its size."""
-        left, may = rest * d.parameter.size / at.e.scale, self._may_be_left(at, d)
-        if not rest <= may and not rest <= self._matters(at, d, reaction) and d.parameter.path not in self.reported:
+        left, may = rest * d.parameter.size / at.e.scale, self._allowed_residual(at, d)
+        if not rest <= may and not rest <= self._significant_residual(at, d, reaction) and d.parameter.path not in self.reported:
             self.reported.add(d.parameter.path)
             self.doubts.append(
                 f"step {at.c.plan.name!r}, time {at.c.time:.6g}: the derivative by {d.parameter.path} is not exact: along it "
@@ -271,11 +271,11 @@ class Differentiation:
             )
         return left
 
-    def _may_be_left(self, at: Solution, d: Direction) -> float:
+    def _allowed_residual(self, at: Solution, d: Direction) -> float:
         """Norm of the residual along a derivative that is as it should be."""
         return self.policy.derivative_residual_share * at.e.scale / d.parameter.size + at.e.floor / d.step
 
-    def _matters(self, at: Solution, d: Direction, reaction: Array) -> float:
+    def _significant_residual(self, at: Solution, d: Direction, reaction: Array) -> float:
         """Norm of the residual along a derivative above which it says something wrong of forces.
 
         That is a share of the largest of them up to now, or of what the derivative itself does to them where dofs are prescribed,
@@ -300,7 +300,7 @@ class Differentiation:
             at = (np.abs(f.g) <= least) & (f.p <= scale.k_n * least)
             if f.bound is not None:
                 bound = f.bound[:, 0]
-                full = ~f.slip & (f.p > scale.k_n * least) & (magnitude(f.t) >= (1.0 - BORNE) * bound) & (bound > 0.0)
+                full = ~f.slip & (f.p > scale.k_n * least) & (magnitude(f.t) >= (1.0 - ON_BOUND) * bound) & (bound > 0.0)
                 at = at | full if f.redundant is None else at | (full & ~f.redundant.points.bounded)
             out[s.name] = int(at.sum())
         return out

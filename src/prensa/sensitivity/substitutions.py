@@ -11,12 +11,12 @@ from prensa.sensitivity.combinations import nearest, row_sums
 from prensa.types import Array
 
 LEEWAY = 10.0
-"""Shares ``fine`` of a solution that what it leaves may come from: rates of substitutions do not tell them better."""
+"""Shares ``fine`` of a solution that what it leaves may come from: rates of substitutions do not show them better."""
 
 Solve = Callable[[Array], Array]
 
 
-def begun(A: Any, b: Array, before: Array, least: float) -> Array:
+def initial_guess(A: Any, b: Array, before: Array, least: float) -> Array:
     """Combinations (n, m) of vectors before (n, k m) that come nearest to solutions of A x = b (n, m), rows over their diagonals.
 
     Those make lengths of the forces of penalties, which would hide all others. ``least``: see `nearest`.
@@ -44,7 +44,7 @@ class Substitutions:
         """Solution (n,) of A x = b (n,) from x (n,) on by substitutions ``again``; None where they do not lead there.
 
         What is left is judged by x: forces on tools make right-hand sides of their penalties, far larger than what comes of them.
-        Where the factors are of a nearly singular matrix, single precision answers by noise, and directions tell nothing: what is
+        Where the factors are of a nearly singular matrix, single precision answers by noise, and directions mean nothing: what is
         taken for a solution has to leave no more of any equation than a change of x by a few ``fine`` could.
         """
         P, Q, size, rate, first = self._ways, self._changes, np.inf, np.inf, np.inf

@@ -25,7 +25,7 @@ from prensa.linear.reduction import Reduced, Selected
 from prensa.materials.j2 import CURVE_AT
 from prensa.sensitivity.bodies import SHIFT, Elements, elements_of, point_law
 from prensa.sensitivity.contacts import slopes_of, strength_behind, turning
-from prensa.sensitivity.substitutions import Solve, Substitutions, begun
+from prensa.sensitivity.substitutions import Solve, Substitutions, initial_guess
 from prensa.system.assembly import Block, Pattern, scatter_forces
 from prensa.system.interaction import ActiveSets, Context
 from prensa.system.planning import plan_step
@@ -315,7 +315,7 @@ class Backwards:
 
     def _refined(self, b: Array, again: Solve) -> Array | None:
         """Free dofs (f, m) for b (f, m) by substitutions with factors nearby; None where they do not lead to it."""
-        out = begun(self.part, b, self.common.solutions, self.reduced.policy.column_dependence)
+        out = initial_guess(self.part, b, self.common.solutions, self.reduced.policy.column_dependence)
         for k in range(b.shape[1]):
             one, first = np.ascontiguousarray(b[:, k]), np.ascontiguousarray(out[:, k])
             x = self.common.substitutions.solve(self.part, again, one, first)

@@ -39,12 +39,12 @@ class StudyProgress(Display):
         if outcome.status != "completed":
             self._failed += 1
             if outcome.reason not in self._reasons:
-                self.tell(f"{outcome.status}: {', '.join(point.changes)}: {outcome.reason}")
+                self.show_always(f"{outcome.status}: {', '.join(point.changes)}: {outcome.reason}")
             else:
                 self._alike += 1
             self._reasons.add(outcome.reason)
         if self._alike and self._done == self._todo:
-            self.tell(f"{self._alike} more cases failed for the same {'reason' if len(self._reasons) == 1 else 'reasons'}")
+            self.show_always(f"{self._alike} more cases failed for the same {'reason' if len(self._reasons) == 1 else 'reasons'}")
         if self._bar:
             failed = f", {self._failed} failed" if self._failed else ""
             self._bar.update(self._task, completed=self._done, left=self.left(), description=f"computing{failed}")

@@ -11,7 +11,7 @@ class LawError(AssertionError):
     """A law that cannot be right; the text says what was found wrong, one sentence a line."""
 
 
-def tell(what: str, found: list[str]) -> None:
+def raise_if_wrong(what: str, found: list[str]) -> None:
     """Raise `LawError` with what was found, if anything was."""
     if found:
         raise LawError("\n".join([f"{what}:", *(f"- {line}" for line in found)]))

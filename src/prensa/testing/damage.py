@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from prensa.materials.damage_law import DamageLaw, StressState
-from prensa.testing.common import TRIALS, tell
+from prensa.testing.common import TRIALS, raise_if_wrong
 from prensa.types import Array
 
 
@@ -34,7 +34,7 @@ def check_damage(law: DamageLaw, *, stress: float = 300.0, strain: float = 0.5, 
     start, end = (_random(rng, stress, strain) for _ in range(2))
     end = end._replace(strain=start.strain + 0.1 * end.strain)
     before = rng.uniform(0.0, 1.0, TRIALS)
-    tell(f"damage law {law!r}", list(_wrong(law, before, start, end)))
+    raise_if_wrong(f"damage law {law!r}", list(_wrong(law, before, start, end)))
 
 
 def _random(rng: np.random.Generator, stress: float, strain: float) -> StressState:

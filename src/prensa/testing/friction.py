@@ -9,7 +9,7 @@ import numpy as np
 from prensa.friction.law import At, FrictionLaw, bounded
 from prensa.friction.return_map import Tangential, return_map
 from prensa.precision import FIRST_DIFFERENCE, NEGLIGIBLE, ROUND_OFF, SMALLEST
-from prensa.testing.common import FD_ERROR, KINK, TRIALS, tell
+from prensa.testing.common import FD_ERROR, KINK, TRIALS, raise_if_wrong
 from prensa.types import Array, Flags
 
 
@@ -46,7 +46,7 @@ def check_friction(
     if not found:
         found += [*_claims_wrong(law, p, kappa, at)]
         found += [*_map_wrong(law, p, kappa, at, components, rng)]
-    tell(f"friction law {law!r}", found)
+    raise_if_wrong(f"friction law {law!r}", found)
 
 
 def _bound_wrong(law: FrictionLaw, p: Array, kappa: Array, at: At) -> Iterator[str]:

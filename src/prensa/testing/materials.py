@@ -10,7 +10,7 @@ import numpy as np
 from prensa.materials.flow_curve import FlowCurve, partial, stress_at
 from prensa.materials.material import IsotropicMaterial, Material, principal_stress
 from prensa.precision import EPS, FIRST_DIFFERENCE, NEGLIGIBLE, ROUND_OFF
-from prensa.testing.common import FD_ERROR, KINK, TRIALS, tell
+from prensa.testing.common import FD_ERROR, KINK, TRIALS, raise_if_wrong
 from prensa.types import Array
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def check_flow(curve: FlowCurve, *, strain: float = 1.0, rate: float = 1.0, seed
         found = [*_curve_wrong(curve, a, r)]
         if not found:
             found += [*_compiled_wrong(curve, a, r), *_return_wrong(curve, a, rate, rng)]
-    tell(f"flow curve {curve!r}", found)
+    raise_if_wrong(f"flow curve {curve!r}", found)
 
 
 def _curve_wrong(curve: FlowCurve, a: Array, r: Array) -> Iterator[str]:
@@ -163,7 +163,7 @@ def check_material(material: Material, *, strain: float = 0.03, dt: float = 0.1,
             with np.errstate(all="ignore"):
                 said = [*_law_wrong(material.law(kinematics, space), kinematics == "finite", space, strain, dt, rng)]
             found += [f"{kinematics} strain, {space}: {line}" for line in said]
-    tell(f"material {material!r}", found)
+    raise_if_wrong(f"material {material!r}", found)
 
 
 def _principal_wrong(material: IsotropicMaterial, strain: float, rng: np.random.Generator) -> Iterator[str]:

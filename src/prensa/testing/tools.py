@@ -9,7 +9,7 @@ import numpy as np
 
 from prensa.geometry.plane import turned
 from prensa.precision import DRAWN, NEGLIGIBLE, ROUND_OFF
-from prensa.testing.common import KINK, TRIALS, tell
+from prensa.testing.common import KINK, TRIALS, raise_if_wrong
 from prensa.tools.analytic import Closest, Tool
 from prensa.tools.implicit import SHARP
 from prensa.tools.tool import ToolShape
@@ -58,7 +58,7 @@ def check_tool(tool: ToolShape, *, size: float | None = None, rounding: float = 
             *_walk_wrong(shape, x, size),
             *_edges_wrong(tool, shape, size),
         ]
-    tell(f"tool {tool!r}", found)
+    raise_if_wrong(f"tool {tool!r}", found)
 
 
 def _about(shape: Tool, size: float, rng: np.random.Generator) -> Array:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from prensa.friction.wear_law import Sliding, WearLaw
-from prensa.testing.common import TRIALS, tell
+from prensa.testing.common import TRIALS, raise_if_wrong
 
 
 def check_wear(law: WearLaw, *, pressure: float = 500.0, speed: float = 50.0, seed: int = 0) -> None:
@@ -31,7 +31,7 @@ def check_wear(law: WearLaw, *, pressure: float = 500.0, speed: float = 50.0, se
     """
     rng = np.random.default_rng(seed)
     at = Sliding(pressure * rng.uniform(0.0, 2.0, TRIALS), speed * rng.uniform(0.0, 2.0, TRIALS))
-    tell(f"wear law {law!r}", list(_wrong(law, at)))
+    raise_if_wrong(f"wear law {law!r}", list(_wrong(law, at)))
 
 
 def _wrong(law: WearLaw, at: Sliding) -> Iterator[str]:
