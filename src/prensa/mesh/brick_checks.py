@@ -40,6 +40,25 @@ def face_keys(faces: Index) -> Index:
     return np.sort(rows, axis=1)
 
 
+def corner_edges(places: Array) -> Array:
+    """Edges (m, 8, 3, 3) from the corners of bricks with nodes at ``places`` (m, 8, 3) to `EDGE_ENDS`, right-handed.
+
+    A corner of a wedge that coincides with another has the edge of that one in the place of the collapsed one between the two, so
+    that there are three edges of the wedge at each.
+    """
+    edges = np.asarray(places[:, EDGE_ENDS] - places[:, :, None])
+    gone = np.asarray((edges == 0.0).all(axis=3))
+    for corner, way in np.argwhere(gone.any(axis=0)).tolist():
+        at = gone[:, corner, way]
+        for end in EDGE_ENDS[EDGE_ENDS[corner, way]]:
+            beyond = places[:, end] - places[:, corner]
+            known = (beyond[:, None] == edges[:, corner]).all(axis=2).any(axis=1)
+            new = at & beyond.any(axis=1) & ~known
+            edges[new, corner, way] = beyond[new]
+            at = at & ~new
+    return edges
+
+
 def jacobians(places: Array) -> Array:
     """Determinants (m, 8) at the 2 x 2 x 2 integration points of bricks with nodes at ``places`` (m, 8, 3)."""
     slopes = []

@@ -188,10 +188,8 @@ def remedy(eq: Equilibrium, failure: Failure) -> str:
     without_way_on = LimitPoint | Unstable | Jumped | Stagnated | NotConverged | Diverged | Collapsed
     if isinstance(failure, without_way_on) and mostly_sheared(eq.system, state, eq.policy):
         words = f"friction below the metal's shear strength ('shear' with m below 1, or 'capped'): the surface slides; {words}"
-    space = eq.system.dofs.dimension == 3
-    if space and isinstance(failure, without_way_on) and any(worn(eq.system, eq.context, eq.policy)) and IN_A_SECTION not in words:
-        words = f"{words}; {IN_A_SECTION}"
-    return words
+    in_space = eq.system.dofs.dimension == 3 and isinstance(failure, without_way_on) and not isinstance(failure, Collapsed)
+    return f"{words}; {IN_A_SECTION}" if in_space and any(worn(eq.system, eq.context, eq.policy)) else words
 
 
 def where(eq: Equilibrium, failure: Failure, result: NewtonResult) -> str:

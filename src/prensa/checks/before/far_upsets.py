@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.before.extrusions import confined, extruded, spread
+from prensa.checks.before.extrusions import confined, extruded, mouth, spread
 from prensa.checks.during.validity import STRAIN_WARNING, YIELDS_BEFORE, elastic_metal
 from prensa.checks.thresholds import TOWARDS
 from prensa.errors import Finding
@@ -32,8 +32,9 @@ class Upset(NamedTuple):
 
     ``across`` (d,): the line of travel. ``sticking``: ends of it along which friction or a support may hold the metal.
     ``surrounded``: whether tools surround the body all along the height, as a container does; ``past_face``: shear of a layer of
-    elements between metal that stands before a face and what flows past it; ``by_force``: whether it ends where the largest force
-    of a tool that presses it does.
+    elements between metal that stands before a face and what flows past it; ``at_mouth``: shear of those between metal that a
+    container holds and what spreads before its mouth; ``by_force``: whether it ends where the largest force of a tool that
+    presses it does.
     """
 
     height: float
@@ -43,6 +44,7 @@ class Upset(NamedTuple):
     past_face: float
     surrounded: bool = False
     by_force: bool = False
+    at_mouth: float = 0.0
 
 
 def far_upsets(system: System) -> Iterator[Finding]:
@@ -56,11 +58,12 @@ def far_upsets(system: System) -> Iterator[Finding]:
         if u is not None and elastic:
             yield from _beyond_yield(name, u)
             continue
-        shear = 0.0 if u is None else u.past_face if u.surrounded else sheared(system, name, u)
+        shear = 0.0 if u is None else u.past_face if u.surrounded else max(u.at_mouth, sheared(system, name, u))
         if u is not None and shear > _WORN:
+            place = _BY_A_FACE if u.surrounded else _BY_THE_MOUTH if shear == u.at_mouth else _BY_FRICTION
             yield Finding(
                 f"bodies.{name}",
-                f"{_together(name, u)}: {_BY_A_FACE if u.surrounded else _BY_FRICTION}, by up to {shear:.2g}, and "
+                f"{_together(name, u)}: {place}, by up to {shear:.2g}, and "
                 "a run in space, which has no new meshes, may end before that, with what it has by then; press less far"
                 f"{', give the die a slope below 45°' * u.surrounded}, or compute a section in the plane with 'remesh: auto'",
                 seen_in_run=True,
@@ -88,6 +91,7 @@ def _together(body: str, u: Upset) -> str:
 _WORN = float(np.sqrt(1.0 / POOR**2 - 1.0))
 """Shear at which the scaled Jacobian of a rectangle, 1/√(1 + γ²), is `POOR`."""
 _BY_FRICTION = "where friction holds the metal its elements are sheared"
+_BY_THE_MOUTH = "where it spreads before the mouth of the die that holds the rest its elements are sheared"
 _BY_A_FACE = "where it flows past metal that stands before a face across its way its elements are sheared"
 
 
@@ -115,7 +119,8 @@ def upset(system: System, body: str) -> Upset | None:
     length = confined(system, body, most.across)  # which becomes no shorter
     if length >= most.left:
         return most._replace(surrounded=True)
-    return most._replace(height=most.height - length, left=most.left - length)
+    mouth = sheared_at_mouth(system, body, most, length)
+    return most._replace(height=most.height - length, left=most.left - length, at_mouth=mouth)
 
 
 def _gaps(system: System, body: str, t: Thickness, moment: Moment, of_forces: Array) -> tuple[Array, Index]:
@@ -183,3 +188,23 @@ def sheared(system: System, body: str, u: Upset) -> float:
         return 0.0
     wide = float(np.linalg.norm(list(out.values()), axis=0).max()) * ((u.height / u.left) ** (1.0 / len(out)) - 1.0)
     return 2.0 * wide * u.sticking / u.left
+
+
+def sheared_at_mouth(system: System, body: str, u: Upset, length: float) -> float:
+    """Shear of elements between metal that a container holds on a ``length`` and what spreads before its mouth; 0 without one.
+
+    What is pressed from h to λh spreads there by r (λ^(−1/m) − 1), as in `sheared`, with friction or without, and what the
+    container holds does not: one layer of elements goes from the one to the other, and as much more metal as lies along a mouth
+    that is rounded, λ times as high as at first.
+    """
+    out = spread(system, body, u.across)
+    if not out or length == 0.0:
+        return 0.0
+    rounded, element = mouth(system, body, u.across)
+    if not np.isfinite(rounded):
+        return 0.0
+    height, left = u.height - length - rounded, u.left - length - rounded
+    if left <= 0.0:
+        return float("inf")
+    wide = float(np.linalg.norm(list(out.values()), axis=0).max()) * ((height / left) ** (1.0 / len(out)) - 1.0)
+    return wide * height / (left * (element + rounded))

@@ -238,6 +238,7 @@ def _described(system: System, w: Watch, k: int, deep: Index, u: Array, depth: f
     met = any(s.body == body for s in system.against(system.tools[w.tool].name))
     through = ""
     if met and side and symmetric(system.problem, body, system.meshes[body], edges[side]).all():
-        again = f", or {IN_A_SECTION if z else "'remesh: auto'"}" if system.problem.bodies[body].material.plastic else ""
+        remesh = IN_A_SECTION if z else "'remesh: auto'"
+        again = f", or {remesh}" if system.problem.bodies[body].material.plastic else ""
         through = f"a finer mesh where the tool presses, a larger radius or 'fillet' of it{again}"
     return Inside(system.tools[w.tool].name, node - first, body, name, x, y, depth, -1, through, *z)
