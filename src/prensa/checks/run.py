@@ -71,7 +71,7 @@ class RunChecks:
             partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), self.between_nodes,
             self.metal_bends,
         ]  # fmt: skip
-        self.shape = OutOfShape(system)
+        self.shape = OutOfShape(system, policy)
         if space:
             self.committed.append(self.shape.note)
             self.step_ends += [CoarseTools(system), partial(corners_of_faces, system)]

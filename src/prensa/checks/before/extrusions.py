@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.checks.during.distortion import IN_A_SECTION
 from prensa.checks.thresholds import ALONG, NO_DIFFERENCE, SLIGHT, TOUCHING_DEPTH, TOWARDS
 from prensa.contact.masters import Seen
 from prensa.contact.surface import Surface
@@ -45,8 +46,7 @@ def extruded(system: System, body: str) -> Iterator[Finding]:
                 f"tools push {body!r} through an opening of {found.passes:.2g} of its width, at up to "
                 f"{np.degrees(np.arctan(found.slope)):.0f}°: corners of elements that pass its edge open up to "
                 f"{np.degrees(angle):.0f}°, they fold, and a run in space, which has no new meshes, may end before that, with "
-                "what it has by then; give the die a smaller slope, push less far, or compute a section in the plane with "
-                "'remesh: auto'",
+                f"what it has by then; give the die a smaller slope, push less far, or compute {IN_A_SECTION}",
                 seen_in_run=True,
             )
 
