@@ -95,7 +95,7 @@ def warned_from(mesh: object, mu: float) -> float:
 
 @pytest.mark.parametrize("mesh", [BOX, ROUND], ids=["box", "round"])
 def test_little_friction_bears_more(mesh):
-    """The pressure that presses it grows towards the middle, so that much friction sticks everywhere; of a ring it is taken to."""
+    """Its pressure grows towards the middle, so that much friction sticks everywhere; of a ring it is taken to."""
     found = [warned_from(mesh, mu) for mu in (0.05, 0.1, 0.3, 0.57)]
     assert found[0] > found[1] + 0.03 > found[2] + 0.06 and found[2] == pytest.approx(found[3], abs=0.01)
     assert warned_from(RING, 0.05) == pytest.approx(warned_from(RING, 0.57), abs=0.01)
@@ -103,7 +103,8 @@ def test_little_friction_bears_more(mesh):
 
 def head(travel: float) -> pr.Problem:
     """The end of a bolt that is pressed without friction against the face of the die that holds the rest."""
-    die = pr.Revolved(section=pr.Profile(points=((25.0, 5.0), (5.0, 5.0), (5.0, -2.0)), fillet=(0.0, 1.1, 0.0)), at=(0.0, 0.0, 0.0))
+    section = pr.Profile(points=((25.0, 5.0), (5.0, 5.0), (5.0, -2.0)), fillet=(0.0, 1.1, 0.0))
+    die = pr.Revolved(section=section, at=(0.0, 0.0, 0.0))
     tools = {"t": DOWN, "die": die, "e": pr.Plane(touching="b.bottom")}
     contacts = (pr.Contact(("b.top", "b.outer"), "t"), pr.Contact(("b.outer",), "die"), pr.Contact("b.bottom", "e"))
     bolt = pr.Cylinder(radius=5.0, height=11.8, n=(3, 9, 3), angle=np.pi / 2)

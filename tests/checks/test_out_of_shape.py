@@ -29,8 +29,7 @@ def said(p: pr.Problem, caplog: pytest.LogCaptureFixture) -> tuple[pr.Increment,
     last, ended = None, None
     with caplog.at_level(logging.WARNING, "prensa"):
         try:
-            for last in pr.solve(p):
-                pass
+            *_, last = pr.solve(p)
         except SolveError as error:
             last, ended = error.last, error
     assert last is not None
@@ -40,7 +39,8 @@ def said(p: pr.Problem, caplog: pytest.LogCaptureFixture) -> tuple[pr.Increment,
 def billet(travel: float, mu: float = 0.3, n: tuple[int, int, int] = (4, 5, 4)) -> pr.Problem:
     """An eighth of a flat billet whose free sides roll onto the die."""
     return pr.Problem(
-        "billet", space="solid", bodies={"b": pr.Body(pr.Box((5.0, 2.5, 5.0), n), STEEL)}, tools={"t": pr.Plane(touching="b.top")},
+        "billet", space="solid", bodies={"b": pr.Body(pr.Box((5.0, 2.5, 5.0), n), STEEL)},
+        tools={"t": pr.Plane(touching="b.top")},
         contacts=(pr.Contact(("b.top", "b.right", "b.front"), "t", pr.Coulomb(mu)),),
         fixed={"b.left": "x", "b.bottom": "y", "b.back": "z"},
         steps=(pr.Step("press", move={"t": pr.Motion(y=-travel * 2.5)}, increments=30),),

@@ -10,9 +10,9 @@ import pytest
 
 import prensa as pr
 from prensa import solver
+from prensa.checks.during.distortion import IN_A_SECTION
 from prensa.errors import SolveError
 from prensa.policy import Policy
-from prensa.checks.during.distortion import IN_A_SECTION
 from prensa.solver.diagnosis import InUse, hint
 from prensa.system import failure as f
 from prensa.system.failure import ElementFailed, Fold, FrictionTooSoft, Hang, Inside, Past, Why

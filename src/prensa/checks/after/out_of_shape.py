@@ -55,9 +55,9 @@ class OutOfShape:
             where, much = coordinates(now.points[now.cells[worst]].mean(axis=0)), int(folded.sum())
             yield warning(
                 f"{int(worn.sum())} of {len(worn)} elements of body {body!r} are out of shape where the run ends"
-                f"{f', {much} of them folded over' * (much > 0)}; the worst is element {worst}, now near ({where}), with a "
-                f"scaled Jacobian of {quality(now).jacobian[worst]:.2g} (1 is a box, 0 flat): stresses are poor there, and a "
-                f"longer run may end on it; use a mesh that is finer there, a larger fillet of the tool, or {IN_A_SECTION}"
+                f"{f', {much} of them folded over' * (much > 0)}, the worst is element {worst}, now near ({where}), with a "
+                f"scaled Jacobian of {quality(now).jacobian[worst]:.2g} (1 is a box, 0 flat): stresses are poor there, and runs "
+                f"end on such elements; use a mesh that is finer there, a larger fillet of the tool, or {IN_A_SECTION}"
             )
 
 
