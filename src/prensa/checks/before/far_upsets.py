@@ -78,7 +78,7 @@ def _wears(system: System, body: str, u: Upset) -> Iterator[Finding]:
         place = _BY_A_FACE if u.surrounded else _BY_THE_MOUTH if shear == u.at_mouth > 0.0 else _BY_FRICTION
         yield Finding(
             f"bodies.{body}",
-            f"{_together(body, u)}: {place}, by up to {shear:.2g}{_FLATTENED * (sound >= POOR)}, and "
+            f"{_together(body, u)}: {place}{f', by up to {shear:.2g}' * math.isfinite(shear)}{_FLATTENED * (sound >= POOR)}, and "
             "a run in space, which has no new meshes, may end before that, with what it has by then; press less far"
             f"{', give the die a slope below 45°' * u.surrounded}, or compute {IN_A_SECTION}",
             seen_in_run=True,
