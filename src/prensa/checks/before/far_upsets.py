@@ -102,7 +102,7 @@ def _together(body: str, u: Upset) -> str:
 
 
 INTERVALS = 100
-"""Intervals of the travel, and of the width, over which shear and pressure are summed: within 1 % of twice as many."""
+"""Intervals of the travel, and of the width, over which shear and pressure are summed: the travel to a given shear within 0.2 %."""
 _BY_FRICTION = "where friction holds the metal its elements are sheared"
 _BY_THE_MOUTH = "where it spreads before the mouth of the die that holds the rest its elements are sheared"
 _FLATTENED = ", and all of them flattened"
@@ -122,7 +122,7 @@ def upset(system: System, body: str) -> Upset | None:
             left = np.where((contacts >= 0).any(axis=1) & (left > 0.0), left, np.inf)
             k = int(np.argmin(left / t.size))
             if left[k] < t.size[k] and (most is None or left[k] * most.height < most.left * t.size[k]):
-                ends = [_sticks(system, held[t.ends[k, end]], t.across[k], int(contacts[k, end])) for end in range(2)]
+                ends = [_held_by(system, held[t.ends[k, end]], t.across[k], int(contacts[k, end])) for end in range(2)]
                 pressing = [system.tool_contacts[i] for i in contacts[k] if i >= 0]
                 depth = max(float(s.points.depth.max()) for s in pressing)
                 by_force = any(not moment.known[system.tool_masters[s.against].number] for s in pressing)
@@ -182,7 +182,7 @@ def _forces(step: Step) -> tuple[Mapping[str, Push | ToolForce], ...]:
     return (step.push, step.until.force) if step.until is not None else (step.push,)
 
 
-def _sticks(system: System, held: Flags, across: Array, contact: int) -> FrictionLaw | bool:
+def _held_by(system: System, held: Flags, across: Array, contact: int) -> FrictionLaw | bool:
     """What acts along the end of a strip: friction by its law, or whether a support does, by what is ``held`` (a, d)."""
     if contact < 0:
         return bool((held.all(axis=0) & (np.abs(across) < TOWARDS)).any())
