@@ -102,7 +102,7 @@ def _together(body: str, u: Upset) -> str:
 
 
 INTERVALS = 100
-"""Intervals of the travel, and of the width, over which shear and pressure are summed: the travel to a given shear within 0.2 %."""
+"""Intervals of the travel, and of the width, over which shear and pressure are summed: travels are 0.2 % off at most."""
 _BY_FRICTION = "where friction holds the metal its elements are sheared"
 _BY_THE_MOUTH = "where it spreads before the mouth of the die that holds the rest its elements are sheared"
 _FLATTENED = ", and all of them flattened"
