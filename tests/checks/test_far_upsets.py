@@ -10,8 +10,9 @@ import pytest
 
 import prensa as pr
 from blocks_of_bricks import tetrahedra
-from prensa.checks.before.extrusions import Opening, corner_angle
+from prensa.checks.before.extrusions import Opening, corner_angle, mouth
 from prensa.checks.before.far_upsets import far_upsets
+from prensa.checks.during.acceptance import least_corner
 from prensa.errors import SolveError
 from prensa.mesh.mesh import displaced
 from prensa.mesh.quality import POOR, quality
@@ -65,6 +66,79 @@ def test_elements_wear_out_where_it_is_reported(travel, worn):
     last = increments[-1] if increments else last
     shape = quality(displaced(pr.discretise(p).meshes["b"], last.bodies["b"].x)).jacobian
     assert bool(said(p)) == (ended or np.quantile(shape, 0.1) < POOR) == worn
+
+
+def shear_said(words: str) -> float:
+    """The shear that is reported, 0 where nothing is."""
+    return float(words.split("by up to ")[-1].split(",")[0].split(" ")[0]) if words else 0.0
+
+
+def test_friction_that_slips_shears_as_the_flow_rule_says():
+    """√3 m/√(1 − m²) ln(1/λ) of a shear factor m: where metal that sticks would be sheared more all the way."""
+    m, travel = 0.97, 0.85
+    rate = np.sqrt(3.0) * m / np.sqrt(1.0 - m**2)
+    expected = rate * np.log(1.0 / (1.0 - travel))
+    flat = pr.Box((5.0, 0.5, 5.0), (4, 3, 4))
+    sides = (pr.Contact(("b.top", "b.right", "b.front"), "t", pr.Shear(m=m)),)
+    assert shear_said(said(upset(flat, travel, contacts=sides))) == pytest.approx(expected, rel=0.01)
+    assert shear_said(said(upset(flat, travel, contacts=(replace(sides[0], friction=pr.Shear(m=1.0)),)))) > 10.0 * expected
+
+
+def warned_from(mesh: object, mu: float) -> float:
+    """Share of the height from which an upset is reported, 1 if it is not."""
+    low, high = 0.0, 0.98
+    for _ in range(7):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if said(upset(mesh, middle, mu)) else (middle, high)
+    return high
+
+
+@pytest.mark.parametrize("mesh", [BOX, ROUND], ids=["box", "round"])
+def test_little_friction_bears_more(mesh):
+    """Its pressure grows towards the middle, so that much friction sticks everywhere; of a ring it is taken to."""
+    found = [warned_from(mesh, mu) for mu in (0.05, 0.1, 0.3, 0.57)]
+    assert found[0] > found[1] + 0.03 > found[2] + 0.06 and found[2] == pytest.approx(found[3], abs=0.01)
+    assert warned_from(RING, 0.05) == pytest.approx(warned_from(RING, 0.57), abs=0.01)
+
+
+def head(travel: float) -> pr.Problem:
+    """The end of a bolt that is pressed without friction against the face of the die that holds the rest."""
+    section = pr.Profile(points=((25.0, 5.0), (5.0, 5.0), (5.0, -2.0)), fillet=(0.0, 1.1, 0.0))
+    die = pr.Revolved(section=section, at=(0.0, 0.0, 0.0))
+    tools = {"t": DOWN, "die": die, "e": pr.Plane(touching="b.bottom")}
+    contacts = (pr.Contact(("b.top", "b.outer"), "t"), pr.Contact(("b.outer",), "die"), pr.Contact("b.bottom", "e"))
+    bolt = pr.Cylinder(radius=5.0, height=11.8, n=(3, 9, 3), angle=np.pi / 2)
+    fixed = {"b.base": "z", "b.cap": "x"}
+    return upset(bolt, travel / 11.8, tools=tools, contacts=contacts, fixed=fixed)
+
+
+def test_heads_fold_at_the_mouth_about_where_it_is_reported():
+    """Without friction too: the head spreads, the shank does not; within a tenth of the travel."""
+    p, folded = head(5.5), 5.5
+    block = pr.discretise(p).blocks[0]
+    try:
+        for increment in pr.solve(p):
+            if least_corner(increment.bodies["b"].x[block.corners].transpose(1, 0, 2)).min() < -0.1:
+                folded = -increment.tools["t"].place.y
+                break
+    except SolveError as error:
+        folded = -error.last.tools["t"].place.y
+    assert "before the mouth of the die" in said(head(1.1 * folded)) and said(head(0.9 * folded)) == ""
+
+
+def test_a_mouth_is_as_round_as_its_fillet():
+    """Of a die that begins to open where the last node is that it holds."""
+    rounded, element = mouth(pr.discretise(head(1.0)), "b", np.array([0.0, 1.0, 0.0]))
+    assert rounded == pytest.approx(1.1, rel=0.05) and element == pytest.approx(11.8 / 9, rel=1e-6)
+
+
+def test_tetrahedra_are_worn_by_flattening_alone():
+    """Without friction, where bricks stay boxes: as the scaled Jacobian of the flattened mesh falls to a fifth."""
+    p = upset(BOX, 0.9, 0.0)
+    split = replace(p, bodies={"b": pr.Body(of_tetrahedra(BOX.n, BOX.size), STEEL)})
+    assert said(p) == "" and "all of them flattened" in said(split)
+    mild = upset(BOX, 0.5, 0.0)
+    assert said(replace(mild, bodies=split.bodies)) == ""
 
 
 def test_the_length_in_a_container_is_not_shortened():

@@ -10,6 +10,7 @@ import pytest
 
 import prensa as pr
 from prensa import solver
+from prensa.checks.during.distortion import IN_A_SECTION
 from prensa.errors import SolveError
 from prensa.policy import Policy
 from prensa.solver.diagnosis import InUse, hint
@@ -131,9 +132,25 @@ def test_a_step_without_contacts_that_cannot_be_evaluated_ends_in_words():
         (f.LimitPoint(f.Jumped()), InUse(viscous_forces=True), ("'stabilise: auto'",)),
         (f.Distorted(1, "b", 0.0, 0.0, 0.1, 3, (), ()), InUse(remeshing=True), ("'remesh: auto'",)),
         (f.Distorted(1, "b", 0.0, 0.0, 0.1, 3, (), ()), InUse(friction=False), ("friction",)),
+        (f.Distorted(1, "b", 0.0, 0.0, 0.1, 3, (), ()), InUse(space=True), ("'t6'",)),
+        (f.Unevaluable(f.ElementFailed(1, "b", 0.0, 0.0, f.Why.INVERTED)), InUse(space=True), ("q4",)),
     ],
 )
 def test_nothing_is_advised_that_is_in_use_already(failure, in_use, words):
     """Without it the advice has these words."""
     for word in words:
         assert word in hint(failure) and word not in hint(failure, in_use)
+
+
+@pytest.mark.parametrize(
+    "failure",
+    [
+        f.Distorted(1, "b", 0.0, 0.0, 0.1, 3, (), (), z=0.0), f.CornerInverted(1, "b", 0.0, 0.0, 0.0),
+        f.Collapsed(1, "b", 0.0, 0.0, 2.0, 0.0), f.Unevaluable(f.ElementFailed(1, "b", 0.0, 0.0, f.Why.INVERTED)),
+    ],
+)  # fmt: skip
+def test_elements_in_space_that_fold_are_advised_what_there_is(failure):
+    """A section in the plane may have new meshes, and so may a finer mesh help; 'remesh' of the body itself is not there."""
+    words = hint(failure, InUse(space=True))
+    assert IN_A_SECTION in words and "finer" in words
+    assert words.count("remesh") == 1

@@ -9,6 +9,7 @@ from prensa.checks.after.between_nodes import BetweenNodes, OnFiner
 from prensa.checks.after.coarse_tools import CoarseTools
 from prensa.checks.after.corners_of_faces import corners_of_faces
 from prensa.checks.after.friction_hills import FrictionHills
+from prensa.checks.after.out_of_shape import OutOfShape
 from prensa.checks.after.quality import PenaltyShare, UntouchedTools, hidden_forces, penetrations, soft_springs
 from prensa.checks.before.table_starts import table_jumps
 from prensa.checks.check import (
@@ -72,15 +73,18 @@ class RunChecks:
             partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), self.between_nodes,
             self.metal_bends, self.hills,
         ]  # fmt: skip
+        self.shape = OutOfShape(system, policy)
         if space:
+            self.committed.append(self.shape.note)
             self.step_ends += [CoarseTools(system), partial(corners_of_faces, system)]
         self.tools_leave: list[Check[Finished]] = [self.untouched.warnings]
         self.run_ends: list[Check[Finished]] = [
-            *self.tools_leave, self.validity.warnings, penalties.warnings, folding.warnings,
+            *self.tools_leave, self.validity.warnings, penalties.warnings, folding.warnings, self.shape.warnings,
         ]  # fmt: skip
+        self.up_to_here: list[Check[Failed]] = [self.validity.warnings, folding.warnings, self.shape.warnings]
         # Who asks stops at the first finding that ends the run: what the run has seen up to here comes before that.
         self.failed: list[Check[Failed]] = [
-            self.validity.warnings, folding.warnings, partial(tool_balance, system), partial(unilateral_support, system),
+            *self.up_to_here, partial(tool_balance, system), partial(unilateral_support, system),
         ]  # fmt: skip
 
     def of(self, system: System) -> RunChecks:
@@ -89,6 +93,7 @@ class RunChecks:
         rest.closing.known = dict(self.closing.known)
         rest.penalties.go_on_from(self.penalties)
         rest.folding.go_on_from(self.folding)
+        rest.shape.go_on_from(self.shape)
         rest.untouched.reached = self.untouched.reached
         rest.between_nodes.reported |= self.between_nodes.reported
         rest.metal_bends.open &= self.metal_bends.open

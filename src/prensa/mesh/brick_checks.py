@@ -40,13 +40,43 @@ def face_keys(faces: Index) -> Index:
     return np.sort(rows, axis=1)
 
 
+def corner_edges(places: Array) -> Array:
+    """Edges (m, 8, 3, 3) from the corners of bricks with nodes at ``places`` (m, 8, 3) to `EDGE_ENDS`, right-handed.
+
+    A corner of a wedge that coincides with another has the edge of that one in the place of the collapsed one between the two, so
+    that there are three edges of the wedge at each.
+    """
+    edges = np.asarray(places[:, EDGE_ENDS] - places[:, :, None])
+    gone = np.asarray((edges == 0.0).all(axis=3))
+    for corner, way in np.argwhere(gone.any(axis=0)).tolist():
+        at = gone[:, corner, way]
+        for end in EDGE_ENDS[EDGE_ENDS[corner, way]]:
+            beyond = places[:, end] - places[:, corner]
+            known = (beyond[:, None] == edges[:, corner]).all(axis=2).any(axis=1)
+            new = at & beyond.any(axis=1) & ~known
+            edges[new, corner, way] = beyond[new]
+            at = at & ~new
+    return edges
+
+
 def jacobians(places: Array) -> Array:
     """Determinants (m, 8) at the 2 x 2 x 2 integration points of bricks with nodes at ``places`` (m, 8, 3)."""
+    return np.asarray(np.linalg.det(_tangents(places)))
+
+
+def scaled_jacobians(places: Array) -> Array:
+    """Volumes (m, 8) spanned there by the directions of the three tangents: 1 of a box, 0 where they lie in a plane."""
+    tangents = _tangents(places)
+    return np.asarray(np.linalg.det(tangents / np.maximum(np.linalg.norm(tangents, axis=3, keepdims=True), SMALLEST)))
+
+
+def _tangents(places: Array) -> Array:
+    """Derivatives (m, 8, 3, 3) of the place along each coordinate of the bricks, at their integration points."""
     slopes = []
     for at in _GAUSS_POINTS:
         x, y, z = (1.0 + _BRICK_CORNERS * at).T
         slopes.append(0.125 * _BRICK_CORNERS * np.stack([y * z, x * z, x * y], axis=1))
-    return np.asarray(np.linalg.det(np.swapaxes(slopes, 1, 2) @ places[:, None]))
+    return np.asarray(np.swapaxes(slopes, 1, 2) @ places[:, None])
 
 
 def tetrahedron_jacobians(places: Array) -> Array:

@@ -3,7 +3,7 @@
 Scaled Jacobian (P. Knupp 2000): at each corner the sine of the angle between the two sides (the tangents of curved ones),
 of a triangle over that of 60°, of a brick the volume spanned by the directions of its three edges; of an element the least of
 its corners: 1 is a rectangle, a box or an equilateral triangle, 0 a corner of 0° or 180°, negative one that is turned over.
-Corners at which a wedge is collapsed are passed over: they have no three edges, and nothing is evaluated there.
+Corners at which a wedge is collapsed, which are as sharp as the wedge is thin, count where they are turned over.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from prensa.geometry.plane import cross
-from prensa.mesh.brick_checks import EDGE_ENDS, TETRAHEDRON_ENDS
+from prensa.mesh.brick_checks import EDGE_ENDS, TETRAHEDRON_ENDS, corner_edges
 from prensa.mesh.bricks import wedges
 from prensa.mesh.mesh import CELL_NAMES, CORNERS, Mesh, corner_cells, sides
 from prensa.precision import SMALLEST
@@ -116,8 +116,9 @@ def _of_bricks(x: Array, wedge: Flags) -> Quality:
     edges = x[:, EDGE_ENDS] - x[:, :, None]
     length = np.linalg.norm(edges, axis=3)
     there = length > 0.0
-    directions = edges / np.where(there, length, 1.0)[..., None]
-    corner = np.where(there.all(axis=2), np.linalg.det(directions), np.inf)
+    ways = corner_edges(x)
+    corner = np.linalg.det(ways / np.maximum(np.linalg.norm(ways, axis=3), SMALLEST)[..., None])
+    corner[~there.all(axis=2) & (corner >= 0.0)] = np.inf
     longest = length.max(axis=(1, 2))
     least = np.where(there, length, np.inf).min(axis=(1, 2))
     kind = f"H8, {np.count_nonzero(wedge)} of them wedges" if wedge.any() else "H8"

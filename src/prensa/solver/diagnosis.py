@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from prensa.checks.during.distortion import IN_A_SECTION
 from prensa.errors import SolveError, coordinates
 from prensa.linear.rigid_modes import CLOSED, free_to_move
 from prensa.model.problem import stabilised
 from prensa.result.increment import Increment
 from prensa.solver.equilibrium import Equilibrium
-from prensa.solver.limits import friction_limits, limits, mostly_sheared
+from prensa.solver.limits import friction_limits, limits, mostly_sheared, worn
 from prensa.system.failure import (
     BeyondSmall,
     Collapsed,
@@ -57,6 +58,8 @@ class InUse:
     friction: bool = True
     forces: bool = True
     """Whether tools are pushed or hang on springs, or boundaries are loaded."""
+    space: bool = False
+    """Whether the problem is in space, where no mesh is made anew."""
 
     @classmethod
     def of(cls, system: System, c: Context) -> InUse:
@@ -64,7 +67,7 @@ class InUse:
         p, number = system.problem, c.plan.number
         forces = any(step.push or step.loads for step in p.steps[: number + 1]) or any(t.spring for t in p.tools.values())
         friction = any(law is not None for law in c.laws)
-        return cls(stabilised(p, number) != "off", p.remesh != "off", friction, forces)
+        return cls(stabilised(p, number) != "off", p.remesh != "off", friction, forces, system.dofs.dimension == 3)
 
 
 def hint(failure: Failure, in_use: InUse = InUse()) -> str:
@@ -72,18 +75,10 @@ def hint(failure: Failure, in_use: InUse = InUse()) -> str:
     match failure:
         case _ if isinstance(failure, FreeToMove):
             return _what_holds(failure)
-        case Unevaluable(ElementFailed(why=Why.INVERTED)):
-            return (
-                "more 'increments', a mesh that is coarser or better shaped there, another 'element' (q4_fbar, q4, "
-                "q4_enhanced, in space h8_fbar); if a free side slides past "
-                "the tool, make it part of the contact surface"
-            )
+        case Unevaluable(ElementFailed(why=Why.INVERTED)) | CornerInverted() | Collapsed():
+            return _of_elements(failure, in_use)
         case Unevaluable(FrictionTooSoft()):
             return "a smaller slope of mu, a larger 'beta_T', more 'increments'"
-        case CornerInverted():
-            return "smaller increments; make the free side part of the contact surface, or support it"
-        case Collapsed():
-            return "a hardening flow curve, a larger fillet of the tool, a finer mesh there, more 'increments'"
         case Tunnelled():
             return "more 'increments', or a shorter travel"
         case BeyondSmall():
@@ -107,13 +102,33 @@ def hint(failure: Failure, in_use: InUse = InUse()) -> str:
             return _listed(
                 ("a mesh that is finer there, or designed so that elements are well shaped when they get there", True),
                 ("a larger fillet of the tool" + (" or less friction" if in_use.friction else ""), True),
-                ("'remesh: auto', which remeshes a body of 't6' elements when they become distorted", not in_use.remeshing),
+                (
+                    "'remesh: auto', which remeshes a body of 't6' elements when they become distorted",
+                    not in_use.remeshing and not in_use.space,
+                ),
+                (IN_A_SECTION, in_use.space),
             )
         case LimitPoint() | Unstable() | Jumped():
             return _against_jumps(in_use)
         case Unsettled():
             return "a larger 'beta', or 'penalty'"
     return "more 'increments', a smaller motion per step, a larger fillet or a finer mesh where it happens, or less softening"
+
+
+def _of_elements(failure: Failure, in_use: InUse) -> str:
+    """For elements that fold, turn over or collapse."""
+    match failure:
+        case CornerInverted():
+            words = "smaller increments; make the free side part of the contact surface, or support it"
+        case Collapsed():
+            words = "a hardening flow curve, a larger fillet of the tool, a finer mesh there, more 'increments'"
+        case _:
+            others = "of bricks h8_fbar, h8_enhanced" if in_use.space else "q4_fbar, q4, q4_enhanced"
+            words = (
+                f"more 'increments', a mesh that is coarser or better shaped there, another 'element' ({others}); if a free side "
+                "slides past the tool, make it part of the contact surface"
+            )
+    return _listed((words, True), (f"where the mesh is worn, a finer one, or {IN_A_SECTION}", in_use.space))
 
 
 def _past_a_corner(in_use: InUse) -> str:
@@ -172,8 +187,9 @@ def remedy(eq: Equilibrium, failure: Failure) -> str:
     words = hint(failure, InUse.of(eq.system, eq.context))
     without_way_on = LimitPoint | Unstable | Jumped | Stagnated | NotConverged | Diverged | Collapsed
     if isinstance(failure, without_way_on) and mostly_sheared(eq.system, state, eq.policy):
-        return f"friction below the metal's shear strength ('shear' with m below 1, or 'capped'): the surface slides; {words}"
-    return words
+        words = f"friction below the metal's shear strength ('shear' with m below 1, or 'capped'): the surface slides; {words}"
+    in_space = eq.system.dofs.dimension == 3 and isinstance(failure, without_way_on) and not isinstance(failure, Collapsed)
+    return f"{words}; {IN_A_SECTION}" if in_space and any(worn(eq.system, eq.context, eq.policy)) else words
 
 
 def where(eq: Equilibrium, failure: Failure, result: NewtonResult) -> str:

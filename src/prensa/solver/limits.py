@@ -22,7 +22,7 @@ from prensa.types import Array
 def limits(system: System, c: Context, e: Evaluation, policy: Policy) -> Iterator[str]:
     """Clauses on the elements and contacts that are at their limit at an evaluated iterate of a failed increment."""
     yield from _flowing_alone(system, c, e, policy)
-    yield from _worn(system, c, policy)
+    yield from worn(system, c, policy)
     yield from friction_limits(system, c, e, policy)
 
 
@@ -46,7 +46,7 @@ def _flowing_alone(system: System, c: Context, e: Evaluation, policy: Policy) ->
             yield f"{_element(system, block, worst)} {flow}: it collapses"
 
 
-def _worn(system: System, c: Context, policy: Policy) -> Iterator[str]:
+def worn(system: System, c: Context, policy: Policy) -> Iterator[str]:
     """The worst element, if it lost its shape during the run."""
     if system.problem.kinematics == "small":
         return

@@ -352,6 +352,7 @@ class TimeStepping(IncrementSolver):
         c = given.context
         reason = self.messages.report(self.checks.solved, given)
         if reason is not None:
+            self.messages.report(self.checks.up_to_here, Failed(c, reason))
             raise SolveError(
                 f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}. {last_good(self.last)} "
                 f"What to try: {hint(reason, InUse.of(self.system, c))}.",

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.checks.during.distortion import IN_A_SECTION
 from prensa.checks.thresholds import ALONG, NO_DIFFERENCE, SLIGHT, TOUCHING_DEPTH, TOWARDS
 from prensa.contact.masters import Seen
 from prensa.contact.surface import Surface
@@ -15,7 +16,7 @@ from prensa.precision import NEGLIGIBLE, SMALLEST
 from prensa.system.held import held
 from prensa.system.moments import Moment, moments
 from prensa.system.system import System
-from prensa.types import Array
+from prensa.types import Array, Flags
 
 
 class Opening(NamedTuple):
@@ -45,8 +46,7 @@ def extruded(system: System, body: str) -> Iterator[Finding]:
                 f"tools push {body!r} through an opening of {found.passes:.2g} of its width, at up to "
                 f"{np.degrees(np.arctan(found.slope)):.0f}°: corners of elements that pass its edge open up to "
                 f"{np.degrees(angle):.0f}°, they fold, and a run in space, which has no new meshes, may end before that, with "
-                "what it has by then; give the die a smaller slope, push less far, or compute a section in the plane with "
-                "'remesh: auto'",
+                f"what it has by then; give the die a smaller slope, push less far, or compute {IN_A_SECTION}",
                 seen_in_run=True,
             )
 
@@ -134,16 +134,50 @@ def _narrowest(system: System, s: Surface, moment: Moment, way: Array, reach: Ar
     return outside, float(against / max(np.sqrt(1.0 - against**2), NO_DIFFERENCE))
 
 
+def beside(system: System, s: Surface, across: Array) -> Flags:
+    """Nodes (k,) of a contact that touch their tool at the start where it lies along ``across`` (d,), as walls do."""
+    seen = system.tool_masters[s.against].seen(system.X[s.points.nodes], system.initial().u)
+    return np.asarray((seen.g <= TOUCHING_DEPTH * s.points.depth.min()) & (np.abs(seen.n @ across) < TOWARDS))
+
+
+def mouth(system: System, body: str, across: Array) -> tuple[float, float]:
+    """How far beyond their end the walls of a container have turned by 45°, and how long an element is there; inf if they do not.
+
+    Beside a straight wall that is the radius by which a mouth is rounded.
+    """
+    found, cells = (float("inf"), 0.0), system.meshes[body].cells + system.offsets[body]
+    for s in system.tool_contacts:
+        if s.body != body or not (walls := beside(system, s, across)).any():
+            continue
+        at = system.X[s.points.nodes]
+        for way in (across, -across):
+            node = s.points.nodes[walls][int(np.argmax(at[walls] @ way))]
+            last, far = system.X[node], float((system.X[system.span(body)] @ way).max())
+            free = far - float(last @ way)
+            if free > 0.0 and _turned(system, s, last + free * way, across):
+                near = 0.0
+                while free - near > NO_DIFFERENCE * abs(far):
+                    middle = 0.5 * (near + free)
+                    near, free = (near, middle) if _turned(system, s, last + middle * way, across) else (middle, free)
+                element = np.ptp(system.X[cells[(cells == node).any(axis=1)]] @ way, axis=1)
+                found = min(found, (free, float(element.max())))
+    return found
+
+
+def _turned(system: System, s: Surface, x: Array, across: Array) -> bool:
+    """Whether the tool of a contact at a place (d,) looks more along ``across`` than beside it."""
+    n = system.tool_masters[s.against].seen(x[None], system.initial().u).n[0]
+    return bool(2.0 * (n @ across) ** 2 > 1.0)
+
+
 def confined(system: System, body: str, across: Array) -> float:
     """Length along ``across`` (d,) on which tools touch a body at the start from all sides, as the container of a shank does."""
-    normals, along = [np.zeros((0, len(across)))], [np.zeros(0)]
+    normals, along, u = [np.zeros((0, len(across)))], [np.zeros(0)], system.initial().u
     for s in system.tool_contacts:
         if s.body == body:
-            X = system.X[s.points.nodes]
-            seen = system.tool_masters[s.against].seen(X, system.initial().u)
-            beside = (seen.g <= TOUCHING_DEPTH * s.points.depth.min()) & (np.abs(seen.n @ across) < TOWARDS)
-            normals.append(seen.n[beside])
-            along.append(X[beside] @ across)
+            X, walls = system.X[s.points.nodes], beside(system, s, across)
+            normals.append(system.tool_masters[s.against].seen(X[walls], u).n)
+            along.append(X[walls] @ across)
     n, at = np.concatenate(normals), np.concatenate(along)
     surrounded = len(n) > 0 and np.linalg.matrix_rank(n - np.outer(n @ across, across), tol=TOWARDS) == len(across) - 1
     return float(np.ptp(at)) if surrounded else 0.0

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.before.extrusions import confined, extruded, spread
+from prensa.checks.before.extrusions import confined, extruded, mouth, spread
+from prensa.checks.during.distortion import IN_A_SECTION
 from prensa.checks.during.validity import STRAIN_WARNING, YIELDS_BEFORE, elastic_metal
-from prensa.checks.thresholds import TOWARDS
+from prensa.checks.thresholds import NO_DIFFERENCE, TOWARDS
 from prensa.errors import Finding
-from prensa.friction.law import At, bounded
+from prensa.friction.law import At, FrictionLaw, bounded
 from prensa.materials.flow_curve import stress_at
 from prensa.mesh.bricks import BrickMesh
 from prensa.mesh.faces import enclosed_volume
-from prensa.mesh.quality import POOR
+from prensa.mesh.mesh import displaced
+from prensa.mesh.quality import POOR, quality
 from prensa.model.problem import Push, Step
 from prensa.model.until import ToolForce
 from prensa.policy import Policy
@@ -30,19 +33,22 @@ from prensa.types import Array, Index
 class Upset(NamedTuple):
     """The strip through a body that is pressed together most: its ``height`` between what presses it, and what is ``left`` of it.
 
-    ``across`` (d,): the line of travel. ``sticking``: ends of it along which friction or a support may hold the metal.
+    ``across`` (d,): the line of travel. ``held_by``: friction laws of the ends of it along which friction may hold the metal,
+    True for a support that does.
     ``surrounded``: whether tools surround the body all along the height, as a container does; ``past_face``: shear of a layer of
-    elements between metal that stands before a face and what flows past it; ``by_force``: whether it ends where the largest force
-    of a tool that presses it does.
+    elements between metal that stands before a face and what flows past it; ``at_mouth``: shear of those between metal that a
+    container holds and what spreads before its mouth; ``by_force``: whether it ends where the largest force of a tool that
+    presses it does.
     """
 
     height: float
     left: float
     across: Array
-    sticking: int
+    held_by: tuple[FrictionLaw | bool, ...]
     past_face: float
     surrounded: bool = False
     by_force: bool = False
+    at_mouth: float = 0.0
 
 
 def far_upsets(system: System) -> Iterator[Finding]:
@@ -56,17 +62,27 @@ def far_upsets(system: System) -> Iterator[Finding]:
         if u is not None and elastic:
             yield from _beyond_yield(name, u)
             continue
-        shear = 0.0 if u is None else u.past_face if u.surrounded else sheared(system, name, u)
-        if u is not None and shear > _WORN:
-            yield Finding(
-                f"bodies.{name}",
-                f"{_together(name, u)}: {_BY_A_FACE if u.surrounded else _BY_FRICTION}, by up to {shear:.2g}, and "
-                "a run in space, which has no new meshes, may end before that, with what it has by then; press less far"
-                f"{', give the die a slope below 45°' * u.surrounded}, or compute a section in the plane with 'remesh: auto'",
-                seen_in_run=True,
-            )
+        worn = [] if u is None or system.dofs.dimension == 2 else list(_wears(system, name, u))
+        if worn:
+            yield from worn
         elif not elastic and system.dofs.dimension == 3:
             yield from extruded(system, name)
+
+
+def _wears(system: System, body: str, u: Upset) -> Iterator[Finding]:
+    """What there is to say of a body that is pressed together further than its elements bear."""
+    shear = u.past_face if u.surrounded else max(u.at_mouth, sheared(system, body, u))
+    flat = 1.0 if u.surrounded else flattened(system, body, u)
+    sound = 1.0 / math.hypot(1.0, shear)  # the scaled Jacobian of a rectangle that is sheared
+    if flat * sound < POOR:
+        place = _BY_A_FACE if u.surrounded else _BY_THE_MOUTH if shear == u.at_mouth > 0.0 else _BY_FRICTION
+        yield Finding(
+            f"bodies.{body}",
+            f"{_together(body, u)}: {place}{f', by up to {shear:.2g}' * math.isfinite(shear)}{_FLATTENED * (sound >= POOR)}, and "
+            "a run in space, which has no new meshes, may end before that, with what it has by then; press less far"
+            f"{', give the die a slope below 45°' * u.surrounded}, or compute {IN_A_SECTION}",
+            seen_in_run=True,
+        )
 
 
 def _beyond_yield(body: str, u: Upset) -> Iterator[Finding]:
@@ -85,9 +101,11 @@ def _together(body: str, u: Upset) -> str:
     return much + ", as far as it yields to their force" * u.by_force
 
 
-_WORN = float(np.sqrt(1.0 / POOR**2 - 1.0))
-"""Shear at which the scaled Jacobian of a rectangle, 1/√(1 + γ²), is `POOR`."""
+INTERVALS = 100
+"""Intervals of the travel, and of the width, over which shear and pressure are summed: travels are 0.2 % off at most."""
 _BY_FRICTION = "where friction holds the metal its elements are sheared"
+_BY_THE_MOUTH = "where it spreads before the mouth of the die that holds the rest its elements are sheared"
+_FLATTENED = ", and all of them flattened"
 _BY_A_FACE = "where it flows past metal that stands before a face across its way its elements are sheared"
 
 
@@ -104,18 +122,19 @@ def upset(system: System, body: str) -> Upset | None:
             left = np.where((contacts >= 0).any(axis=1) & (left > 0.0), left, np.inf)
             k = int(np.argmin(left / t.size))
             if left[k] < t.size[k] and (most is None or left[k] * most.height < most.left * t.size[k]):
-                sticking = sum(_sticks(system, holds, t.ends[k, end], t.across[k], int(contacts[k, end])) for end in range(2))
+                ends = [_held_by(system, holds, t.ends[k, end], t.across[k], int(contacts[k, end])) for end in range(2)]
                 pressing = [system.tool_contacts[i] for i in contacts[k] if i >= 0]
                 depth = max(float(s.points.depth.max()) for s in pressing)
                 by_force = any(not moment.known[system.tool_masters[s.against].number] for s in pressing)
                 past = float(t.size[k] - left[k]) / depth
-                most = Upset(float(t.size[k]), float(left[k]), t.across[k], sticking, past, by_force=by_force)
+                most = Upset(float(t.size[k]), float(left[k]), t.across[k], tuple(filter(None, ends)), past, by_force=by_force)
     if most is None:
         return None
     length = confined(system, body, most.across)  # which becomes no shorter
     if length >= most.left:
         return most._replace(surrounded=True)
-    return most._replace(height=most.height - length, left=most.left - length)
+    mouth = sheared_at_mouth(system, body, most, length)
+    return most._replace(height=most.height - length, left=most.left - length, at_mouth=mouth)
 
 
 def _gaps(system: System, body: str, t: Thickness, moment: Moment, of_forces: Array) -> tuple[Array, Index]:
@@ -165,23 +184,80 @@ def _forces(step: Step) -> tuple[Mapping[str, Push | ToolForce], ...]:
     return (step.push, step.until.force) if step.until is not None else (step.push,)
 
 
-def _sticks(system: System, holds: Held, end: Index, across: Array, contact: int) -> bool:
-    """Whether friction of a contact, or else a support of all of its nodes ``end`` (a,), acts along the end of a strip."""
+def _held_by(system: System, holds: Held, end: Index, across: Array, contact: int) -> FrictionLaw | bool:
+    """What acts along the end of a strip: friction by its law, or whether a support of all of its nodes ``end`` (a,) does."""
     if contact < 0:
         return bool((holds.flags[end].all(axis=0) & (np.abs(holds.ways @ across) < TOWARDS)).any())
     law = system.tool_contacts[contact].description.friction or system.problem.friction
-    return law is not None and not law.frictionless
+    return law if law is not None and not law.frictionless else False
 
 
 def sheared(system: System, body: str, u: Upset) -> float:
-    """Shear at the ends of an upset body that friction holds there: at most, since what slips is sheared less.
+    """Shear at the ends of an upset body that friction or supports hold there, at most.
 
     Pressed from h to λh the body spreads by r (λ^(−1/m) − 1) at its outside, r from where it does not move, along m of the other
     axes: all but those along which supports hold it at both ends. The mean over λh, or half of it between two ends that stick,
-    is half of the shear at the end: u is parabolic between rough plates.
+    is half of the shear at the end: u is parabolic between rough plates. What slips is sheared less, as its flow rule says: by
+    friction τ of the shear strength k, and q = τ/k, at a rate of √3 q/√(1 − q²) times that of the equivalent strain. The largest
+    pressure is taken for all of it, that of a slab from the outside, dp/dr = τ/(λh) for each such end. Of a ring, whose bore
+    closes where the slab has its largest pressure, the shear is that of metal that sticks.
     """
     out = spread(system, body, u.across)
-    if not len(out.ways) or not u.sticking:
+    if not len(out.ways) or not u.held_by:
         return 0.0
-    wide = float(out.distances.max()) * ((u.height / u.left) ** (1.0 / len(out.ways)) - 1.0)
-    return 2.0 * wide * u.sticking / u.left
+    reach, m = out.distances, len(out.ways)
+    share = np.exp(np.linspace(0.0, np.log(u.left / u.height), INTERVALS + 1))
+    sticks = 2.0 * reach.max() * (share ** (-1.0 / m) - 1.0) * len(u.held_by) / (share * u.height)
+    flow = getattr(system.problem.bodies[body].material, "flow", None)
+    laws = [law for law in u.held_by if isinstance(law, FrictionLaw)]
+    if flow is None or len(laws) < len(u.held_by) or reach.min() > NO_DIFFERENCE * reach.max():
+        return float(sticks[-1])
+    plane = 2.0 / np.sqrt(3.0) if m == 1 else 1.0  # equivalent strain and pressure at the outside of what spreads along one axis
+    strain = -plane * np.log(share)
+    flows = stress_at(flow, strain, np.zeros_like(strain))
+    by_width = reach.max() * share ** (-1.0 / m) / (share * u.height)
+    q = _rubs(laws, plane * flows, flows / np.sqrt(3.0), by_width)
+    slips = np.sqrt(3.0) * q / np.sqrt(np.maximum(1.0 - q**2, NEGLIGIBLE**2))
+    rate = 0.5 * (slips[1:] + slips[:-1]) * np.diff(strain)
+    return float(np.minimum(rate, np.diff(sticks)).sum())
+
+
+def flattened(system: System, body: str, u: Upset) -> float:
+    """Scaled Jacobian of the elements of an upset body over that at first, by flattening alone: 1 of boxes, less of tetrahedra.
+
+    That of half of them, where all are as short and as wide as the mean.
+    """
+    mesh, out, share = system.meshes[body], spread(system, body, u.across), u.left / u.height
+    wider = share ** (-1.0 / max(len(out.ways), 1))
+    scale = np.eye(len(u.across)) + (share - 1.0) * np.outer(u.across, u.across) + (wider - 1.0) * out.ways.T @ out.ways
+    before = quality(mesh).jacobian
+    return float(np.median(quality(displaced(mesh, mesh.points @ scale)).jacobian / np.maximum(before, NEGLIGIBLE)))
+
+
+def _rubs(laws: Sequence[FrictionLaw], outside: Array, k: Array, by_width: Array) -> Array:
+    """Largest friction under slabs over their shear strengths k (n,), for pressures (n,) ``outside`` and widths over heights."""
+    p, tau = outside, np.zeros_like(outside)
+    for _ in range(INTERVALS):
+        taus = [np.minimum(bounded(law, p, np.zeros_like(p), At(k=k))[0], k) for law in laws]
+        tau, p = np.max(taus, axis=0), p + np.sum(taus, axis=0) * by_width / INTERVALS
+    return np.asarray(tau / k)
+
+
+def sheared_at_mouth(system: System, body: str, u: Upset, length: float) -> float:
+    """Shear of elements between metal that a container holds on a ``length`` and what spreads before its mouth; 0 without one.
+
+    What is pressed from h to λh spreads there by r (λ^(−1/m) − 1), as in `sheared`, with friction or without, and what the
+    container holds does not: one layer of elements goes from the one to the other, and as much more metal as lies along a mouth
+    that is rounded, λ times as high as at first.
+    """
+    out = spread(system, body, u.across)
+    if not len(out.ways) or length == 0.0:
+        return 0.0
+    rounded, element = mouth(system, body, u.across)
+    if not np.isfinite(rounded):
+        return 0.0
+    height, left = u.height - length - rounded, u.left - length - rounded
+    if left <= 0.0:
+        return float("inf")
+    wide = float(out.distances.max()) * ((height / left) ** (1.0 / len(out.ways)) - 1.0)
+    return wide * height / (left * (element + rounded))

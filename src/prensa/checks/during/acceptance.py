@@ -11,7 +11,7 @@ from prensa.contact.pairing import rotation
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
 from prensa.linear.rigid_modes import free_to_move
-from prensa.mesh.brick_checks import EDGE_ENDS, TETRAHEDRON_ENDS
+from prensa.mesh.brick_checks import EDGE_ENDS, TETRAHEDRON_ENDS, corner_edges
 from prensa.policy import DEFAULT, Policy
 from prensa.precision import SMALLEST
 from prensa.system.assembly import Block
@@ -148,6 +148,9 @@ def _least_tetrahedron(x: Array) -> Array:
     volume = np.empty(x.shape[:2])
     for corner, (a, b, c) in enumerate(EDGE_ENDS if len(x) == 8 else TETRAHEDRON_ENDS):
         volume[corner] = np.einsum("ei,ei->e", np.cross(x[a] - x[corner], x[b] - x[corner]), x[c] - x[corner])
+    wedges = np.flatnonzero((volume == 0.0).any(axis=0)) if len(x) == 8 else ()
+    if len(wedges):
+        volume[:, wedges] = np.linalg.det(corner_edges(x[:, wedges].transpose(1, 0, 2))).T
     return np.asarray(volume.min(axis=0) / np.maximum(np.abs(volume.mean(axis=0)), SMALLEST))
 
 

@@ -25,6 +25,9 @@ from prensa.types import Array
 WORN_OUT_SHARE = 1e-3
 """Share of the longest increment down to which they are counted."""
 
+IN_A_SECTION = "a section in the plane with 'remesh: auto', where the body has one"
+"""What to compute instead of a body in space, which has no new meshes when its elements wear out."""
+
 
 class Distortion:
     """Counts the attempts of a step that failed on an element."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from prensa.checks.before.overlap import within, within_faces
 from prensa.checks.check import Solved, ended_by
+from prensa.checks.during.distortion import IN_A_SECTION
 from prensa.checks.during.folding import Folding
 from prensa.checks.thresholds import SLIGHT, TOUCHING_DEPTH
 from prensa.contact.integration import depth_of
@@ -237,7 +238,8 @@ def _described(system: System, w: Watch, k: int, deep: Index, u: Array, depth: f
     name = f"{body}.{side}" if side else body
     met = any(s.body == body for s in system.against(system.tools[w.tool].name))
     through = ""
-    if met and side and system.dofs.dimension == 2 and symmetric(system, body, edges[side]).all():
-        again = ", or 'remesh: auto'" if system.problem.bodies[body].material.plastic else ""
+    if met and side and symmetric(system, body, edges[side]).all():
+        remesh = IN_A_SECTION if z else "'remesh: auto'"
+        again = f", or {remesh}" if system.problem.bodies[body].material.plastic else ""
         through = f"a finer mesh where the tool presses, a larger radius or 'fillet' of it{again}"
     return Inside(system.tools[w.tool].name, node - first, body, name, x, y, depth, -1, through, *z)
