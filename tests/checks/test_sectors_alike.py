@@ -43,7 +43,7 @@ def test_an_upset_is_that_of_the_whole(which: str, bore: float | None) -> None:
     whole, one = part("whole", bore), part(which, bore)
     a, b = upset(whole, "b"), upset(one, "b")
     assert a is not None and b is not None
-    assert (b.height, b.left, b.sticking) == (pytest.approx(a.height), pytest.approx(a.left), a.sticking)
+    assert (b.height, b.left, b.held_by) == (pytest.approx(a.height), pytest.approx(a.left), a.held_by)
     assert sheared(one, "b", b) == pytest.approx(sheared(whole, "b", a), rel=1e-9) and sheared(one, "b", b) > 1.0
     assert [str(f) for f in far_upsets(one)] == [str(f) for f in far_upsets(whole)] != []
 

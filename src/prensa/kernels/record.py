@@ -2,8 +2,8 @@
 
 A point function is plain Python on numbers: + - * /, comparisons, the functions below, tuples, loops, calls of other such
 functions. Called with arrays, real or complex, it computes; that is what generated code is tested against, by the complex step.
-Called with `Node`s it leaves a graph, which `prensa.kernels.differentiate` differentiates and `prensa.kernels.machine_code` makes into
-machine code.
+Called with `Node`s it leaves a graph, which `prensa.kernels.differentiate` differentiates and `prensa.kernels.machine_code` makes
+into machine code.
 
 Equal expressions are recorded once, zeros and ones fold away. What is recorded after `fresh` depends on nothing before, so that
 the same function gives the same graph, and the same key of the cache, in every process.

@@ -62,8 +62,8 @@ def block(
     return pr.Problem(
         "block", space="solid", kinematics="small", contact_geometry="reference", allow_large_strain=True,
         bodies={"block": pr.Body(mesh, pr.Elastic(E * E_scale, NU), "h8")}, tools={"tool": tool},
-        contacts=(pr.Contact(f"block.{side}", "tool", enforcement=enforcement),), fixed={"block.bottom": "xyz", **held}, steps=steps,
-        no_contact=() if side == "top" else (pr.NoContact("block.top", "tool"),),
+        contacts=(pr.Contact(f"block.{side}", "tool", enforcement=enforcement),), fixed={"block.bottom": "xyz", **held},
+        steps=steps, no_contact=() if side == "top" else (pr.NoContact("block.top", "tool"),),
     )  # fmt: skip
 
 
