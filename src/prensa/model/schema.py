@@ -405,6 +405,8 @@ def _needed(value: Any, field: dataclasses.Field[Any]) -> bool:
     given = getattr(value, field.name)
     if field.default_factory is not dataclasses.MISSING:
         return bool(given != field.default_factory())
+    if isinstance(value, Problem) and field.name == "space" and "space" in value.stated:
+        return True  # checks ask whether it was stated, of resumed runs and of points of studies too
     return field.name == "type" or field.default is dataclasses.MISSING or bool(given != field.default)
 
 
