@@ -44,8 +44,8 @@ def said_of(body: str, cuts: dict[str, str]) -> Iterator[Finding]:
         held = ", ".join(f"{body}.{side}: {way}" for side, way in cuts.items())
         yield Finding(
             f"bodies.{body}",
-            f"the cut side{'s' * several} {names} of the sector {'are' if several else 'is'} free, so that it opens there: 'fixed' "
-            f"lacks '{held}', unless {'these are real sides' if several else 'that is a real side'} of the part",
+            f"the cut side{'s' * several} {names} of the sector {'are' if several else 'is'} free, so that it opens there: "
+            f"'fixed' lacks '{held}', unless {'these are real sides' if several else 'that is a real side'} of the part",
         )
 
 

@@ -72,7 +72,7 @@ def rigid_motions(system: System) -> Iterator[Finding]:
                     "only friction holds it along y against the tools that press it: until they touch it, its position is "
                     "undefined; hold a point of it ('fixed'), or let a tool touch it there",
                 )
-            if not number and name not in reported and system.dofs.dimension == 3:
+            if not number and name not in reported and system.dofs.dimension == 3 and name not in never_resisted(system):
                 yield from _planes_missing(system, name, frame, held)
 
 
