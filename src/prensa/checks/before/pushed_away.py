@@ -47,7 +47,7 @@ def flight(system: System, body: str, frame: Frame, plan: StepPlan) -> Array | N
     """
     if loaded(system, system.tied_bodies(body), plan.number):
         return None
-    normals, driven = [], False
+    normals, ways, driven = [], [], False
     at, moved = plan.values(plan.t0), plan.values(plan.t1)
     for met in met_by(system, body, plan):
         n = met.pairs.n[~np.isnan(met.pairs.g)]
@@ -55,13 +55,24 @@ def flight(system: System, body: str, frame: Frame, plan: StepPlan) -> Array | N
         own = system.tool_masters[met.surface.against].dofs
         way = np.array([float((moved - at)[plan.fixed == dof].sum()) for dof in own[: n.shape[1]]])
         driven |= bool(np.isin(own, list(plan.push)).any() or (n @ way > 0.0).any())
+        ways += [way, *_either_way(np.isin(own[: n.shape[1]], list(plan.push)))]
     if not driven or not sum(map(len, normals)):
         return None
     cone, free = np.concatenate(normals), translations(system, frame, plan)
-    if not free.shape[1]:
-        return np.zeros(system.dofs.dimension)
-    away = free @ _along_all(cone @ free)
-    return away if (cone @ away > NO_DIFFERENCE).all() else np.zeros(system.dofs.dimension)
+    return _leaving(cone, free, ways) if free.shape[1] else np.zeros(system.dofs.dimension)
+
+
+def _either_way(axes: Flags) -> Array:
+    """Unit vectors (2 k, d) along those of the axes (d,), and against them."""
+    along = np.eye(len(axes))[axes]
+    return np.concatenate([along, -along])
+
+
+def _leaving(cone: Array, free: Array, ahead: Sequence[Array]) -> Array:
+    """A direction (d,) among the ``free`` ones (d, k) along all of vectors (n, d), of tools ``ahead`` if it may be; 0 of none."""
+    along = [free @ (free.T @ way) for way in ahead] + [free @ _along_all(cone @ free)]
+    leaves = ((cone @ a > NO_DIFFERENCE * np.linalg.norm(a)).all() for a in along)
+    return next((a for a, out in zip(along, leaves) if out and a.any()), np.zeros(len(free)))
 
 
 def pressing(met: Met, there: Flags) -> Array:
@@ -102,9 +113,9 @@ def flights(system: System) -> dict[str, list[Flight | None]]:
             removed = tools_removed(system.problem, stage.plan.number)
             way = None if removed else flight(system, body, frame, stage.plan)
             always = way is not None and bool(way.any()) and _faces_alike(system, body, frame, stage.plan)
-            if way is not None and not way.any() and thrown:
-                way = thrown_past(system, body, frame, stage.plan)
-                always = bool(way.any())
+            if way is not None and not always and thrown:
+                past = thrown_past(system, body, frame, stage.plan)
+                way, always = (past, True) if past.any() else (way, False)
             thrown &= not removed and (way is None or bool(way.any()))
             thrown &= not loaded(system, system.tied_bodies(body), stage.plan.number)
             steps.append(None if way is None else Flight(way, always))
@@ -135,16 +146,18 @@ def thrown_past(system: System, body: str, frame: Frame, plan: StepPlan) -> Arra
         close = met.pairs.g <= near + CLOSED * float(met.surface.points.depth.min())
         # beside a tool that goes as far as something stops it, all others are met
         there.append(~np.isnan(met.pairs.g) if endless and not course.pushed.any() else close)
-    ahead = [way for c in courses for way in (c.ways[-1], *np.eye(d)[c.pushed], *-np.eye(d)[c.pushed])]
+    ahead = [way for c in courses for way in (c.ways[-1], *_either_way(c.pushed))]
     while free.shape[1] and any(here.any() for here in there):
         cone = np.concatenate([pressing(met, here) for met, here in zip(mets, there)])
-        along = [free @ (free.T @ way) for way in ahead] + [free @ _along_all(cone @ free)]
-        away = next((a for a in along if a.any() and (cone @ a > NO_DIFFERENCE * np.linalg.norm(a)).all()), none)
+        away = _leaving(cone, free, ahead)
         if not away.any() or any(c.pushed.any() and np.abs(away[~c.pushed]).any() for c in courses):
             return none
-        more = [here | (met.pairs.g <= far) for here, met, far in zip(there, mets, _reaches(mets, courses, there, away))]
+        past = _past(mets, courses, there, away)
+        more = [here | (met.pairs.g <= np.linalg.norm(of, axis=1).max()) for here, met, of in zip(there, mets, past)]
         if all(np.array_equal(now, before) for now, before in zip(more, there)):
-            return away
+            pushed = endless or any((c.ways != of).any() for c, of in zip(courses, past))  # else nothing comes to it
+            resisted = (_turns_against(system, met, of, here, away) for met, of, here in zip(mets, past, there))
+            return away if pushed and not any(resisted) else none
         there = more
     return none
 
@@ -170,14 +183,24 @@ def _courses(system: System, frame: Frame, mets: Sequence[Met], plan: StepPlan) 
     return courses
 
 
-def _reaches(mets: Sequence[Met], courses: Sequence[_Course], there: Sequence[Flags], away: Array) -> Array:
-    """How far each tool goes relative to a body that goes along ``away`` (d,) as far as the points that are ``there`` push it."""
+def _past(mets: Sequence[Met], courses: Sequence[_Course], there: Sequence[Flags], away: Array) -> list[Array]:
+    """Ways (t, d) of tools past a body that goes along ``away`` (d,) as far as the points that are ``there`` push it."""
     share = np.zeros(len(courses[0].ways))
     for met, course, here in zip(mets, courses, there):
         n, g = met.pairs.n[here], np.maximum(met.pairs.g[here], 0.0)
         share = np.maximum(share, ((course.ways @ n.T - g) / (n @ away)).max(axis=1, initial=0.0))
     gone = np.outer(np.maximum.accumulate(share), away)
-    return np.array([0.0 if c.pushed.any() else np.linalg.norm(c.ways - gone, axis=1).max() for c in courses])
+    return [np.zeros_like(gone) if c.pushed.any() else c.ways - gone for c in courses]
+
+
+def _turns_against(system: System, met: Met, past: Array, here: Flags, away: Array) -> bool:
+    """Whether points come to flanks of a tool that press against ``away`` (d,), on its ways ``past`` (t, d) them."""
+    master, u = system.tool_masters[met.surface.against], system.initial().u
+    if master.shape.half_space or not here.any():
+        return False
+    apart = np.unique(past[np.linalg.norm(past, axis=1) > 0.0], axis=0)
+    seen = (met._replace(pairs=master.seen(met.x[here] - way, u)) for way in apart)
+    return any((pressing(of, ~np.isnan(of.pairs.g)) @ away <= NO_DIFFERENCE * np.linalg.norm(away)).any() for of in seen)
 
 
 def never_resisted(system: System) -> set[str]:
