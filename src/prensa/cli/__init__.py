@@ -174,9 +174,7 @@ def check(
 
         system = _drawn(problem, picture, voice)
         planes = list(mirror_findings(system, described))
-        # of sides that are no planes of symmetry there is no whole, and a finding says where they stand
-        whole = () if any(n.fatal for n in planes) else lines_of_whole(system, described)
-        for line in (*lines_of(system), *whole):
+        for line in (*lines_of(system), *lines_of_whole(system, described, planes)):
             voice.confirm(line)
         notices = [*preflight(system), *staircase(system), *planes]
         warnings = [*warnings_of(problem), *(str(n) for n in notices if not n.fatal)]

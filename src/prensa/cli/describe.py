@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from prensa.errors import Finding
     from prensa.model.problem import Case, Step
     from prensa.system.system import System
 
@@ -57,8 +58,13 @@ def lines_of(system: System) -> Iterator[str]:
     yield f"{system.ndof} unknowns; {'no increment' if p.space == 'solid' else 'nothing'} was solved"
 
 
-def lines_of_whole(system: System, case: Case) -> Iterator[str]:
-    """Lines about forces that are given for the part which is modelled, where mirror images show the rest of it, or may."""
+def lines_of_whole(system: System, case: Case, planes: Sequence[Finding]) -> Iterator[str]:
+    """Lines about forces that are given for the part which is modelled, where mirror images show the rest of it, or may.
+
+    Of sides that are no planes of symmetry there is no whole: the findings on the ``planes`` say where these stand.
+    """
+    if any(finding.fatal for finding in planes):
+        return
     from prensa.measures.units import force_unit, moment_unit
     from prensa.output.answer import shown
     from prensa.output.whole import images_along, part_of_whole

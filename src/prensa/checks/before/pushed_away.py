@@ -166,17 +166,22 @@ def _courses(system: System, frame: Frame, mets: Sequence[Met], plan: StepPlan) 
     """The courses of the tools that a body meets, to the end of a step; empty where they are not known, or the body is moved."""
     d, u = system.dofs.dimension, system.initial().u
     until = [stage.plan for stage in stages(system) if stage.plan.number <= plan.number]
-    us = np.array([m.u for m in moments(system) if m.plan.number <= plan.number])
-    if (us - u)[:, system.dofs.displacement.dofs(frame.nodes)].any():
-        return []
+    own, tools = system.dofs.displacement.dofs(frame.nodes), system.dofs.tool.dofs(np.arange(len(system.tools)))
+    ways = []
+    for m in moments(system):
+        if m.plan.number > plan.number:
+            break
+        if (m.u[own] != u[own]).any():
+            return []
+        ways.append(m.u[tools] - u[tools])
     if any(ends_early(system.problem.steps[p.number]) for p in until[:-1]):
         return []
     courses = []
     for met in mets:
-        dofs = system.tool_masters[met.surface.against].dofs
+        master = system.tool_masters[met.surface.against]
+        dofs, moved = master.dofs, np.array(ways)[:, master.number]
         pushed = np.array([any(dof in p.push for p in until) for dof in dofs.tolist()])
         given = np.array([all(dof in p.fixed for p in until) for dof in dofs.tolist()])
-        moved = us[:, dofs] - u[dofs]
         if moved[:, d:].any() or pushed[d:].any() or not (pushed | given).all() or (pushed.any() and moved.any()):
             return []
         courses.append(_Course(moved[:, :d], pushed[:d]))
