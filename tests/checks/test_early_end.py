@@ -239,11 +239,19 @@ def test_friction_at_its_bound_is_named():
     assert "friction of b.bottom-table is at its limit at all 7 points in contact" in str(error)
 
 
-def test_friction_as_strong_as_the_metal_is_named():
-    """A tool is pushed along by more than the skin bears in shear, which a factor of 1 lets it ask for."""
+METALS = {
+    "mises": pr.J2(1000.0, 0.3, pr.Perfect(5.0)),
+    "hill, weak in shear": pr.Hill(1000.0, 0.3, pr.Perfect(5.0), F=0.5, G=0.5, H=0.5, N=2.5),
+    "hill, strong in shear": pr.Hill(1000.0, 0.3, pr.Perfect(5.0), F=0.5, G=0.5, H=0.5, N=1.0),
+}
+
+
+@pytest.mark.parametrize("name", METALS)
+def test_friction_as_strong_as_the_metal_is_named(name):
+    """A tool is pushed along by more than the skin bears in shear, which a factor of 1 lets it ask for; of Hill's metals too."""
     problem = pressed_block(
         stroke(-0.02, increments=2), pr.Step("slide", push={"t": pr.Push(x=10.0)}, increments=4),
-        material=pr.J2(1000.0, 0.3, pr.Perfect(5.0)), size=(2, 1), n=(6, 3), friction=pr.Shear(m=1.0),
+        material=METALS[name], size=(2, 1), n=(6, 3), friction=pr.Shear(m=1.0),
     )  # fmt: skip
     _, error = failure_of(problem)
     assert "friction of b.top-t reaches the shear strength of the metal at" in str(error)

@@ -105,3 +105,37 @@ def test_of_a_run_in_which_nothing_happens_no_energy_is_missed(tmp_path: Path) -
     assert code == 0 and not [line for line in lines if "energy" in line] and [line for line in lines if "never touched" in line]
     with (tmp_path / "out" / "history.csv").open() as file:
         assert all(float(row["ball.fy"]) == 0.0 for row in csv.DictReader(file))
+
+
+@pytest.mark.parametrize("side", ["inner", "nose"])
+@pytest.mark.parametrize(
+    "step", ["push: {punch: {y: -5 kN}}", "move: {punch: {y: -0.1}}, until: {force: {punch: {y: -5 kN}}}"], ids=["push", "until"]
+)
+def test_a_force_on_no_part_of_a_whole_is_said_with_its_place(tmp_path: Path, side: str, step: str) -> None:
+    """Of a side that is round, or that there is not, as a plane of symmetry: the line of 'mirror', by check and run alike."""
+    text = f"""\
+name: sector
+space: solid
+bodies:
+  ring:
+    mesh: {{type: cylinder, radius: 10, bore: 4, height: 7, n: [2, 2, 4], angle: 60 deg}}
+    material: {{type: j2, E: 210 GPa, nu: 0.3, flow: {{type: linear, s0: 300, H: 500}}}}
+tools: {{punch: {{type: plane, touching: ring.top}}}}
+contacts: [{{surface: ring.top, against: punch}}]
+fixed: {{ring.bottom: y, ring.base: z, ring.cap: normal}}
+steps: [{{name: press, {step}}}]
+output: {{mirror: [ring.{side}]}}
+"""
+    for command in (("check", "-q"), ("run", "-q", "--out", str(tmp_path / "out"))):
+        code, (line,), _ = said(tmp_path, text, *command)
+        assert code == 2 and line.startswith(f"{tmp_path / 'case.yaml'}:11:10: output.mirror: ") and side in line
+        assert ("not flat" in line and "leave it out" in line) if side == "inner" else "known: 'bottom', 'top'" in line
+
+
+def test_contacts_left_out_of_a_case_that_cannot_be_read_have_a_place(tmp_path: Path) -> None:
+    """That in space they name sides is said at the tools, beside what else is wrong, and not at the first line."""
+    without = CASE[: CASE.index("contacts:")] + CASE[CASE.index("fixed:") :]
+    _, lines, _ = said(tmp_path, without.replace("nu: 0.3", "nu: 0.7"))
+    (words,) = [line for line in lines if "'contacts' is missing" in line]
+    number = next(i for i, line in enumerate(without.splitlines(), 1) if line.strip().startswith("ball:"))
+    assert words.startswith(f"{tmp_path / 'case.yaml'}:{number}:") and len(lines) == 2

@@ -19,6 +19,7 @@ import prensa as pr
 from prensa.model import problem as vocabulary
 from prensa.model.schema import Case, brief, dump, load, loads
 from prensa.model.text import read, write
+from prensa.model.unsaid import space_left_out
 
 UPSETTING = """\
 name: upsetting
@@ -196,6 +197,24 @@ def test_a_whole_case_of_everything_survives():
     case = Case(problem, pr.Numerics(tolerance=1e-6, line_search=False), pr.Output(fields=0))
     assert loads(dump(problem)) == Case(problem)
     assert loads(dump(case)) == case
+
+
+def test_a_stated_space_survives_though_it_is_the_default():
+    """What asks whether 'space' was stated answers alike of a case that was written back: a resumed run, a point of a study."""
+    billet = UPSETTING.replace("fixed: {", "fixed: {billet.left: x, ")
+    for text, named in (
+        (billet.replace("space: axisymmetric\n", ""), ["bodies.billet: 'space' is missing"]),
+        (billet.replace("axisymmetric", "plane strain"), []),
+        (billet.replace("axisymmetric", "plane stress"), []),
+        (billet, []),
+    ):
+        case = loads(text)
+        again = loads(dump(case))
+        assert again == case and dump(again) == dump(case)
+        for problem in (case.problem, again.problem, loads(dump(case.problem)).problem):
+            assert [words.partition(",")[0] for words in space_left_out(problem)] == named
+    stated = loads(billet.replace("space: axisymmetric\n", ""), overrides=["space=plane strain"])
+    assert not space_left_out(loads(dump(stated)).problem)
 
 
 @settings(max_examples=200, deadline=None, derandomize=True)

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.geometry.reflections import Plane
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.level_set import level_set
 from prensa.output import raster, spatial
+from prensa.output.mirrors import Whole, images
 from prensa.output.solid import shell
-from prensa.output.tool_surfaces import motion, surface
+from prensa.output.tool_surfaces import drawn_once, motion, own_images, surface
 from prensa.result.increment import BodyState, SpatialForce, SpatialPlace, ToolState
 
 BOX = pr.Box((4.0, 2.0, 3.0), (4, 2, 3))
@@ -229,3 +232,44 @@ def test_options_of_space_are_refused_in_the_plane(increment):
             plane.plot(what, **options)
 
 
+
+
+# ------------------------------------------------------------------------------------------- tools that are one with images
+SIXTH = (Plane((0.0, 0.0, 1.0), 0.0), Plane((0.5 * 3**0.5, 0.0, -0.5), 0.0))  # a sector of 60 degrees about y
+SQUARE = pr.Extruded(pr.Stamp(width=4.0), axis=(0.0, 0.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("tool", "states", "one", "drawn"),
+    [
+        (pr.Plane(), [state(looks=(0.0, -1.0, 0.0))], 6, 1),
+        (pr.Sphere(radius=2.0), [state(), state(move=(0.0, 1.0, 0.0))], 6, 1),
+        (pr.Sphere(radius=2.0), [state(), state(move=(1.0, 0.0, 0.0))], 2, 3),  # along the first plane, across the other
+        (pr.Sphere(radius=0.5), [state(at=(4.0, 0.0, 1.5))], 1, 6),
+        (pr.Plane(), [state(looks=(0.6, -0.8, 0.0))], 2, 3),
+        (SQUARE, [state()], 2, 3),
+    ],
+    ids=["plane", "ball", "ball that leaves", "ball in the part", "inclined plane", "bar"],
+)
+def test_a_tool_is_one_with_images_that_leave_it_where_it_is(tool, states, one, drawn):
+    """In a whole of six sectors, by the symmetry of a tool at its places; each of its places is drawn once."""
+    whole = images(SIXTH)
+    made = surface(tool, states[0], np.full(3, -2.5), np.full(3, 2.5))
+    own = own_images(tool, states, made, whole)
+    kept = drawn_once(whole, own, 1.0)
+    assert len(whole) == 6 and own[0] == kept[0] == 0
+    assert (len(own), len(kept)) == (one, drawn)
+
+
+def test_the_plane_of_a_sector_is_drawn_as_one_square():
+    """Over the whole part, with the area of one square, and not as those of six parts that lie in one another."""
+    x = np.array([(0, 0, 0), (3, 0, 0), (1.5, 0, 2.598), (0, 1, 0), (3, 1, 0), (1.5, 1, 2.598)], dtype=float)
+    body = SimpleNamespace(x=x)
+    problem = SimpleNamespace(tools={"t": pr.Plane()}, steps=())
+    increment = SimpleNamespace(bodies={"b": body}, tools={"t": state(at=(0.0, 1.0, 0.0))}, step="press")
+    glass = spatial.glass_of(increment, problem, Whole(SIXTH, images(SIXTH)), None, np.zeros(3))
+    a, b, c = glass.x.transpose(1, 0, 2)
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    low, high = glass.x.reshape(-1, 3).min(axis=0), glass.x.reshape(-1, 3).max(axis=0)
+    assert (low[[0, 2]] <= [-3.0, -2.598]).all() and (high[[0, 2]] >= [3.0, 2.598]).all()
+    assert area == pytest.approx(np.prod((high - low)[[0, 2]]), rel=1e-6)

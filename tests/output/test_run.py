@@ -8,6 +8,7 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
+from prensa.model.schema import loads
 from prensa.output import pictures
 from prensa.output.history import read_history
 from prensa.output.interrupt import Interruptible
@@ -159,6 +160,21 @@ def test_a_tool_that_touched_before_the_run_was_continued_has_touched(tmp_path):
     first = run(case, tmp_path, quiet=True).summary["warnings"]
     assert not any("never touched" in w for w in first)
     assert resume(tmp_path, quiet=True).summary["warnings"] == first
+
+
+def test_a_resumed_run_knows_that_its_space_was_stated(tmp_path):
+    """A billet at x = 0 in a stated plane strain is no round one whose 'space' is missing, before a resume and after it."""
+    text = """
+        name: billet
+        space: plane strain
+        bodies: {billet: {mesh: {type: rectangle, size: [4, 3], n: [4, 3]}, material: {type: elastic, E: 100, nu: 0.3}}}
+        tools: {punch: {type: plane, touching: billet.top}}
+        fixed: {billet.bottom: y, billet.left: x}
+        steps: [{name: press, move: {punch: {y: -0.02}}, increments: 1}]
+        output: {pictures: false, report: false}
+    """
+    first = run(loads(text), tmp_path, quiet=True).summary["warnings"]
+    assert first == resume(tmp_path, quiet=True).summary["warnings"] == []
 
 
 def test_a_failure_is_recorded_and_raised(tmp_path, monkeypatch):

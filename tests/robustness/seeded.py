@@ -655,6 +655,23 @@ SEEDED = {
                 "4:3", ("a sector ends in the plane x = 0", "'block.cap: x'"), True,
             ),
             (
+                "cut of a sector that nothing holds, its bottom held all ways",
+                (
+                    (BRICKS, "type: cylinder, radius: 10, bore: 5, height: 5, n: [3, 3, 4], angle: 60 deg"), (ROLL, "type: plane, touching: block.top"),
+                    ("block.bottom: y, block.left: x, block.back: z", "block.bottom: xyz, block.base: z"),
+                ),
+                "4:3", ("the cut side 'block.cap' of the sector is free", "lacks 'block.cap: normal'"), True,
+            ),
+            (
+                "round side as a plane of symmetry, of a part that is pushed",
+                (
+                    (BRICKS, "type: cylinder, radius: 10, bore: 5, height: 5, n: [3, 3, 4], angle: 60 deg"), (ROLL, "type: plane, touching: block.top"),
+                    ("block.left: x, block.back: z", "block.base: z, block.cap: normal"), ("move: {roll: {y: -0.5}}", "push: {roll: {y: -500}}"),
+                    ("steps:", "output: {mirror: [block.inner]}\nsteps:"),
+                ),
+                "12:10", ("'block.inner', which is not flat", "leave it out"), False,
+            ),
+            (
                 "half that is shown as a whole, and is not held where it is cut",
                 ((", block.left: x, block.back: z", ", block.left: x"), ("block.bottom: y", "block.bottom: xyz"), ("steps:", "output: {mirror: back}\nsteps:")),
                 "12:10", ("is no plane of symmetry", "modelled twice"), False,
@@ -677,6 +694,14 @@ SEEDED = {
             ("axis of a roll towards the body", (("axis: [0, 0, 1]", "axis: [0, 1, 0]"),), "8:3", ("never meets 'block.top'", "'axis' points at the boundary"), False),
             ("plane that looks away from the body", ((ROLL, "type: plane, normal: [0, 1, 0], at: [0, 5, 0]"),), "8:23", ("stands behind the surface", "reverse 'normal'"), False),
             ("body without a support beneath", (("block.bottom: y, ", ""),), "4:3", ("free to move along -y", "'fixed'"), False),
+            (
+                "table that the body never comes to",
+                (
+                    ("block.bottom: y, ", ""), ("tools:\n", "tools:\n  table: {type: plane, normal: [0, 1, 0], at: [0, -2, 0]}\n"),
+                    ("contacts:\n", "contacts:\n  - {surface: block.bottom, against: table}\n"),
+                ),
+                "4:3", ("free to move along -y", "let a tool stand against it"), False,
+            ),
             ("thickness of a body in space", (("space: solid", "space: solid\nthickness: 10"),), "3:1", ("have no thickness",), False),
             ("mesh of the plane", ((BRICKS, "type: rectangle, size: [10, 5], n: [5, 3]"),), "5:5", ("'rectangle' is a mesh of the plane", "'extruded'"), False),
             ("tool of the plane", ((ROLL, "type: circle, radius: 20, touching: block.top, at: [0, 0, 0]"),), "8:3", ("is a tool of the plane", "type: extruded"), False),

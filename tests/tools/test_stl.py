@@ -423,6 +423,10 @@ def test_a_flat_within_fillets_is_flat_whatever_its_triangles(folder, middle):
         ((("die.stl,", "die.stl, reverse: true,"),), "never meets 'b.top'.* its normals look the wrong way .'reverse: true'"),
         ((("die.stl,", "die.stl, reverse: true,"), ("touching: b.top, at: [0, 0", "at: [0, 2")), "'reverse: true', or name"),
         ((("die.stl,", "die.stl, unit: m,"),), "the tool measures 2e.04 mm and the bodies 4: an STL file states no unit"),
+        (
+            (("die.stl,", "ball.stl, scale: 0.02,"),),
+            "tools.t.unit: the tool measures 0.399 mm, and the smallest element of 'b.top' 0.5: an STL file states no unit",
+        ),
         ((("touching: b.top, at: [0, 0", "at: [0, 1.5"),), "it starts 0.5 inside 'b.top', .* move the tool by .0, 0.5, 0. mm"),
     ],
 )  # fmt: skip

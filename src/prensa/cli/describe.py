@@ -58,7 +58,10 @@ def lines_of(system: System) -> Iterator[str]:
 
 
 def lines_of_whole(system: System, case: Case) -> Iterator[str]:
-    """Lines about forces that are given for the part which is modelled, where mirror images show the rest of it, or may."""
+    """Lines about forces that are given for the part which is modelled, where mirror images show the rest of it, or may.
+
+    Of a case that is refused there may be no whole.
+    """
     from prensa.measures.units import force_unit, moment_unit
     from prensa.output.answer import shown
     from prensa.output.whole import images_of, part_of_whole, parts_along, shares_of

@@ -340,7 +340,7 @@ def _sketch(data: dict[str, Any], context: Any) -> Any:
     sketch: Any = SimpleNamespace(**{name: _part(kind, data, name, context) for name, kind in hints(Problem).items()})
     named = isinstance(sketch.tools, dict) and isinstance(sketch.bodies, dict) and None not in sketch.no_contact
     if not sketch.contacts and named:
-        sketch.contacts = Problem.every_contact(sketch)
+        sketch.contacts, sketch.contacts_filled_in = Problem.every_contact(sketch), True
     return sketch
 
 
@@ -405,6 +405,8 @@ def _needed(value: Any, field: dataclasses.Field[Any]) -> bool:
     given = getattr(value, field.name)
     if field.default_factory is not dataclasses.MISSING:
         return bool(given != field.default_factory())
+    if isinstance(value, Problem) and field.name == "space" and "space" in value.stated:
+        return True  # checks ask whether it was stated, of resumed runs and of points of studies too
     return field.name == "type" or field.default is dataclasses.MISSING or bool(given != field.default)
 
 

@@ -100,7 +100,7 @@ def _in_space(stored: Stored, increments: list[Increment], packer: Packer) -> di
     problem, groups = stored.problem, list(_same_mesh(increments))
     images = plot.images(plot.mirror_lines(increments[0], problem, stored.mirror)) if increments else []
     return {
-        "tools": scene_in_space.tools(problem, list(stored.placements), increments, packer),
+        "tools": scene_in_space.tools(problem, list(stored.placements), increments, packer, images),
         **scene_in_space.bodies(problem, groups, increments, packer, images),
         "contacts": [],
         "box": scene_in_space.box(increments),

@@ -18,7 +18,7 @@ from prensa.output.mirrors import Image
 from prensa.output.packing import PLACE_BITS, VALUE_BITS, Packer
 from prensa.output.solid import Shell, shell
 from prensa.output.spatial import contact_pressures
-from prensa.output.tool_surfaces import frame_box, surface
+from prensa.output.tool_surfaces import Surface, drawn_once, frame_box, own_images, surface
 from prensa.precision import DRAWN
 from prensa.result.increment import Increment
 from prensa.types import Array
@@ -122,14 +122,19 @@ def box(increments: Sequence[Increment]) -> list[float]:
     return [float(f"{v:.6g}") for v in ends.ravel()]
 
 
-def _boxes(increments: Sequence[Increment]) -> Array:
-    """(t, 2, 3) lowest and highest places of the bodies of each increment."""
-    places = [np.vstack([b.x for b in i.bodies.values()]) for i in increments]
+def _boxes(increments: Sequence[Increment], images: Sequence[Image] = (Image(),)) -> Array:
+    """(t, 2, 3) lowest and highest places of the bodies of each increment, and of their images."""
+    places = [np.vstack([image.of(b.x) for image in images for b in i.bodies.values()]) for i in increments]
     return np.stack([np.stack([x.min(axis=0), x.max(axis=0)]) for x in places])
 
 
-def tools(problem: Problem, placed: Sequence[str], increments: Sequence[Increment], packer: Packer) -> list[dict[str, Any]]:
-    """Surface of each tool that was placed, and its motion (rotation by rows, place) at each frame."""
+def tools(
+    problem: Problem, placed: Sequence[str], increments: Sequence[Increment], packer: Packer, images: Sequence[Image] = (Image(),)
+) -> list[dict[str, Any]]:  # fmt: skip
+    """Surface of each tool that was placed, and its motion (rotation by rows, place) at each frame.
+
+    ``whole``: that of one that is one with images of what was modelled, and the images that show it.
+    """
     if not increments:
         return []
     boxes, found = _boxes(increments), []
@@ -140,7 +145,15 @@ def tools(problem: Problem, placed: Sequence[str], increments: Sequence[Incremen
         states = [i.tools[name] for i in increments]
         made = surface(tool, states[0], *frame_box(boxes, states, TOOLS_BEYOND * size))
         moves = [[float(f"{v:.7g}") for v in (*turn.ravel(), *move)] for turn, move in map(motion, states)]
-        normals = packer.whole(np.rint(127 * made.normals.T + 127).astype(int))
-        found.append({"name": name, "X": packer.floats(made.points.T), "N": normals,
-                      "facets": packer.whole(made.triangles.ravel()), "moves": moves})  # fmt: skip
+        found.append({"name": name, **_packed(made, packer), "moves": moves})
+        one = own_images(tool, states, made, images)
+        if len(one) > 1:  # of the whole it is shown once, over all images of the bodies before it
+            over = frame_box(_boxes(increments, [images[k] for k in one]), states, TOOLS_BEYOND * size)
+            found[-1]["whole"] = {**_packed(surface(tool, states[0], *over), packer), "copies": drawn_once(images, one, size)}
     return found
+
+
+def _packed(made: Surface, packer: Packer) -> dict[str, Any]:
+    """Points, normals in bytes and triangles of a tool."""
+    normals = packer.whole(np.rint(127 * made.normals.T + 127).astype(int))
+    return {"X": packer.floats(made.points.T), "N": normals, "facets": packer.whole(made.triangles.ravel())}

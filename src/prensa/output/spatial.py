@@ -21,7 +21,7 @@ from prensa.model.problem import Problem, tools_removed
 from prensa.output import raster, style
 from prensa.output.cells import MOST_EDGES, covered, to_corners
 from prensa.output.mirrors import Image, Whole
-from prensa.output.tool_surfaces import frame_box, surface
+from prensa.output.tool_surfaces import drawn_once, frame_box, own_images, surface
 from prensa.precision import DRAWN
 from prensa.result.increment import BodyState, Increment
 from prensa.types import Array, Flags, Index
@@ -246,11 +246,15 @@ def glass_of(
         if not np.isfinite(state.at).all():
             continue  # it was not placed
         made = surface(tool, state, *frame_box(own[None], [state], margin), beyond=0.2)
+        one = own_images(tool, [state], made, whole.images)
+        if len(one) > 1:  # drawn once, over all images of the bodies before it
+            all_of_it = ends_of(np.vstack([whole.images[k].of(b.x) for k in one for b in increment.bodies.values()]))
+            made = surface(tool, state, *frame_box(all_of_it[None], [state], margin), beyond=0.2)
         t = made.triangles
         way = np.roll(made.points[t], -1, axis=1) - made.points[t]
         chords = 0.25 * np.abs(np.einsum("tci,tci->tc", way, made.normals[t]))  # R θ²/2 from an end, R θ²/8 in the middle
-        for image in whole.images:
-            x = image.of(made.at(state))
+        for k in drawn_once(whole.images, one, margin):
+            x = whole.images[k].of(made.at(state))
             off = np.full(len(x), -1.0) if cut is None else (x[:, cut[0]] - cut[1]) * (-1.0 if eye[cut[0]] < 0.0 else 1.0)
             parts.append(Faces(x[t], chords, np.zeros(t.shape, bool), off[t]))
     return Faces(*(np.concatenate(arrays) for arrays in zip(*parts))) if parts else None

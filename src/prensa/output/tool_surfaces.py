@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from prensa.measures.tool_outlines import motion
 from prensa.mesh.level_set import level_set
+from prensa.output.mirrors import Image
+from prensa.precision import DRAWN
 from prensa.result.increment import ToolState
 from prensa.types import Array, Index
 
@@ -60,6 +63,49 @@ def _grid(low: Array, high: Array) -> tuple[Array, Index]:
     number = np.arange(len(points)).reshape(n + 1)
     a, b, c = n
     return points, np.stack([number[i : a + i, j : b + j, k : c + k] for i, j, k in _CUBE], axis=-1).reshape(-1, 8)
+
+
+def own_images(tool: object, states: Sequence[ToolState], made: Surface, images: Sequence[Image]) -> list[int]:
+    """Which images of what was modelled leave a tool in all its states where it is: it is one with its images in these.
+
+    Seen by distances from it, of points on its surface and before it, which are the same there.
+    """
+    if not len(made.points):
+        return [0]
+    shape = tool.shape(np.array(states[0].direction), 0.0)  # type: ignore[attr-defined]
+    size, own = float(np.ptp(made.points, axis=0).max()), []
+    x = np.concatenate([made.points, made.points + size * made.normals])
+    gap = shape.closest(x).g
+    for k, image in enumerate(images):
+        turns, shifts = zip(*(_in_frame(image, state) for state in states))
+        there = np.concatenate([np.reshape(turns, (-1, 9)), np.array(shifts) / size], axis=1)
+        _, first = np.unique(np.round(there / DRAWN), axis=0, return_index=True)
+        if all(np.abs(shape.closest(x @ turns[i].T + shifts[i]).g - gap).max() <= DRAWN * size for i in first):
+            own.append(k)
+    return own
+
+
+def _in_frame(image: Image, state: ToolState) -> tuple[Array, Array]:
+    """An image as a map of places in the frame of a tool: its matrix (3, 3) and shift (3,)."""
+    if image.turn is None or image.shift is None:
+        return np.eye(3), np.zeros(3)
+    turn, move = motion(state)
+    return turn.T @ image.turn @ turn, turn.T @ (image.turn @ move + image.shift - move)
+
+
+def drawn_once(images: Sequence[Image], own: Sequence[int], size: float) -> list[int]:
+    """The images in which a tool is drawn that is one with its images ``own``: one of those that show it at the same place."""
+    kept: list[int] = []
+    for k, image in enumerate(images):
+        if not any(_same(images[r], images[h], image, size) for r in kept for h in own):
+            kept.append(k)
+    return kept
+
+
+def _same(first: Image, then: Image, image: Image, size: float) -> bool:
+    """Whether an image is another one of what a third shows."""
+    x = size * np.concatenate([np.zeros((1, 3)), np.eye(3)])
+    return bool(np.abs(first.of(then.of(x)) - image.of(x)).max() <= DRAWN * size)
 
 
 def frame_box(boxes: Array, states: list[ToolState], margin: float) -> tuple[Array, Array]:

@@ -55,7 +55,7 @@ def bricks(x: Array, y: Array, z: Array, patch: float = 0.0) -> pr.Bricks:
 
 def block(
     mesh: pr.Bricks, tool: pr.ToolShape, steps: tuple[pr.Step, ...], E_scale: float, fixed: dict[str, str] | None = None,
-    side: str = "top", enforcement: pr.Enforcement | None = None,
+    side: str = "top", enforcement: pr.Enforcement = pr.Penalty(),  # noqa: B008
 ) -> pr.Problem:  # fmt: skip
     """A linear elastic block on a bonded base under a tool, a quarter of it if not held otherwise."""
     held = {"block.left": "x", "block.back": "z"} if fixed is None else fixed

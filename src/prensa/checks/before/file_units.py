@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from prensa.checks.before.tool_sizes import shortest
 from prensa.errors import Finding
 from prensa.system.system import System
 
@@ -12,14 +13,24 @@ OTHER_SIZE = 100
 
 
 def file_units(system: System) -> Iterator[Finding]:
-    """Tools with a ``unit`` of their own, or out of a drawing, whose size has little to do with the bodies."""
-    length = max(float(mesh.extent.max()) for mesh in system.meshes.values())
+    """Tools with a ``unit`` of their own, or out of a drawing, whose size has little to do with the bodies.
+
+    Or that are smaller than an element which they press, as what is drawn in inches is beside a body in millimetres.
+    """
+    length, unit = max(float(mesh.extent.max()) for mesh in system.meshes.values()), system.problem.units.length
     for tool in system.tools:
         size = 0.5 * tool.shape.extent
         own = getattr(tool.description, "unit", None) is not None
-        if not (own or any(tool.description.notes())) or length / OTHER_SIZE < size < length * OTHER_SIZE:
+        if not own and not any(tool.description.notes()):
             continue
-        sizes = f"the tool measures {size:.3g} {system.problem.units.length} and the bodies {length:.3g}"
+        pressed = {"+".join(s.description.surface): shortest(system, s) for s in system.tool_contacts if s.against == tool.name}
+        if not length / OTHER_SIZE < size < length * OTHER_SIZE:
+            sizes = f"the tool measures {size:.3g} {unit} and the bodies {length:.3g}"
+        elif pressed and 2.0 * size < min(pressed.values()):
+            side = min(pressed, key=lambda name: pressed[name])
+            sizes = f"the tool measures {2.0 * size:.3g} {unit}, and the smallest element of {side!r} {pressed[side]:.3g}"
+        else:
+            continue
         if own:
             where, why = "unit", "an STL file states no unit; say what one is in it, such as 'unit: mm', 'unit: m' or "\
                 "'unit: inch'"

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.checks.before.overlap import unjoined
-from prensa.checks.before.pushed_away import Met, flight, met_by, never_resisted
+from prensa.checks.before.pushed_away import Met, flights, met_by, never_resisted
 from prensa.checks.before.rigid_motions import contact_rows
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding, Severity
@@ -64,16 +64,17 @@ def joint_motions(system: System) -> Iterator[Finding]:
     for stage in stages(system):
         if tools_removed(system.problem, stage.plan.number):
             continue
-        for body, frame in frames.items():
-            if body not in reported and (way := flight(system, body, frame, stage.plan)) is not None and way.any():
+        for body in frames:
+            found = flights(system)[body][stage.plan.number]
+            if body not in reported and found is not None and found.way.any():
                 reported.add(body)
                 if len(frames) > 1 and body in unjoined(system):
                     continue
                 nothing = "nothing carries what they press with; " if body in never else ""
                 yield Finding(
                     f"bodies.{body}",
-                    f"it is free to move along {_axis(way)}, away from the tools of step {stage.plan.name!r}: {nothing}hold its "
-                    "other side with 'fixed', or let a tool stand against it",
+                    f"it is free to move along {_axis(found.way)}, away from the tools of step {stage.plan.name!r}: {nothing}"
+                    "hold its other side with 'fixed', or let a tool stand against it",
                     Severity.REFUSE if body in never else Severity.WARN,
                 )
         # what moves together with pushed tools is not looked for in space yet

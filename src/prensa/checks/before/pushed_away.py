@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,14 +10,15 @@ import numpy as np
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.contact.pairing import Pairs
 from prensa.contact.surface import Surface
-from prensa.linear.rigid_modes import Frame, support_rows
+from prensa.linear.rigid_modes import CLOSED, Frame, support_rows
 from prensa.model import problem as model
+from prensa.model.feed import ends_early
 from prensa.model.problem import tools_removed
-from prensa.system.moments import stages
+from prensa.system.moments import moments, stages
 from prensa.system.once import once
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
-from prensa.types import Array
+from prensa.types import Array, Flags
 
 
 class Met(NamedTuple):
@@ -44,48 +45,178 @@ def flight(system: System, body: str, frame: Frame, plan: StepPlan) -> Array | N
 
     None where nothing is asked of the contacts: loads may press it against the tools, or no tool is driven towards it.
     """
-    from scipy.linalg import null_space
-
     if loaded(system, system.tied_bodies(body), plan.number):
         return None
-    normals, driven = [], False
+    normals, ways, driven = [], [], False
     at, moved = plan.values(plan.t0), plan.values(plan.t1)
     for met in met_by(system, body, plan):
-        seen = ~np.isnan(met.pairs.g)
-        n, tangents = met.pairs.n[seen], np.moveaxis(met.pairs.e[seen], 1, 0)
-        # Friction up to the pressure itself may hold it, as rolls grip a strip: no force of that cone may push it back.
-        normals += [n + side * e for e in tangents for side in (1.0, -1.0)] if met.rubs else [n]
+        n = met.pairs.n[~np.isnan(met.pairs.g)]
+        normals.append(pressing(met, ~np.isnan(met.pairs.g)))
         own = system.tool_masters[met.surface.against].dofs
         way = np.array([float((moved - at)[plan.fixed == dof].sum()) for dof in own[: n.shape[1]]])
         driven |= bool(np.isin(own, list(plan.push)).any() or (n @ way > 0.0).any())
+        ways += [way, *_either_way(np.isin(own[: n.shape[1]], list(plan.push)))]
     if not driven or not sum(map(len, normals)):
         return None
-    cone = np.concatenate(normals)
+    cone, free = np.concatenate(normals), translations(system, frame, plan)
+    return _leaving(cone, free, ways) if free.shape[1] else np.zeros(system.dofs.dimension)
+
+
+def _either_way(axes: Flags) -> Array:
+    """Unit vectors (2 k, d) along those of the axes (d,), and against them."""
+    along = np.eye(len(axes))[axes]
+    return np.concatenate([along, -along])
+
+
+def _leaving(cone: Array, free: Array, ahead: Sequence[Array]) -> Array:
+    """A direction (d,) among the ``free`` ones (d, k) along all of vectors (n, d), of tools ``ahead`` if it may be; 0 of none."""
+    along = [free @ (free.T @ way) for way in ahead] + [free @ _along_all(cone @ free)]
+    leaves = ((cone @ a > NO_DIFFERENCE * np.linalg.norm(a)).all() for a in along)
+    return next((a for a, out in zip(along, leaves) if out and a.any()), np.zeros(len(free)))
+
+
+def pressing(met: Met, there: Flags) -> Array:
+    """Directions (k, d) that span the forces of a tool on the points that are ``there``.
+
+    Friction up to the pressure itself may hold a body, as rolls grip a strip: no force of that cone may push it back.
+    """
+    n, tangents = met.pairs.n[there], np.moveaxis(met.pairs.e[there], 1, 0)
+    return np.concatenate([n[:0], *(n + side * e for e in tangents for side in (1.0, -1.0))]) if met.rubs else n
+
+
+def translations(system: System, frame: Frame, plan: StepPlan) -> Array:
+    """Directions (d, k) in which supports let a body move as a whole."""
+    from scipy.linalg import null_space
+
     d = system.dofs.dimension
     held = support_rows(system, frame, plan)[:, :d]
     if system.axisymmetric:
         held = np.concatenate([held, [[1.0, 0.0]]])
-    free = null_space(held, rcond=NO_DIFFERENCE) if len(held) else np.eye(d)
-    if not free.shape[1]:
-        return np.zeros(d)
-    away = free @ _along_all(cone @ free)
-    return away if (cone @ away > NO_DIFFERENCE).all() else np.zeros(d)
+    return np.asarray(null_space(held, rcond=NO_DIFFERENCE)) if len(held) else np.eye(d)
+
+
+class Flight(NamedTuple):
+    """The ``way`` (d,) in which a body flies in a step, 0 if something resists; ``always``: wherever it comes to."""
+
+    way: Array
+    always: bool
 
 
 @once
+def flights(system: System) -> dict[str, list[Flight | None]]:
+    """Whether what presses a body pushes it away, in each step; None where nothing is asked of its contacts."""
+    found: dict[str, list[Flight | None]] = {}
+    for body, frame in Frame.of_all(system).items():
+        steps: list[Flight | None] = []
+        thrown = system.problem.start is None  # from the beginning on, so that it is undeformed where it comes to
+        for stage in stages(system):
+            removed = tools_removed(system.problem, stage.plan.number)
+            way = None if removed else flight(system, body, frame, stage.plan)
+            always = way is not None and bool(way.any()) and _faces_alike(system, body, frame, stage.plan)
+            if way is not None and not always and thrown:
+                past = thrown_past(system, body, frame, stage.plan)
+                way, always = (past, True) if past.any() else (way, False)
+            thrown &= not removed and (way is None or bool(way.any()))
+            thrown &= not loaded(system, system.tied_bodies(body), stage.plan.number)
+            steps.append(None if way is None else Flight(way, always))
+        found[body] = steps
+    return found
+
+
+class _Course(NamedTuple):
+    """Ways (t, d) of a tool from the beginning on, and the axes (d,) along which a force takes it as far as it goes."""
+
+    ways: Array
+    pushed: Flags
+
+
+def thrown_past(system: System, body: str, frame: Frame, plan: StepPlan) -> Array:
+    """As `flight`, of tools that a body meets as it is thrown from the beginning to the end of a step; 0 if one may resist.
+
+    The body goes along in one direction as far as tools push it; a point is met where its gap at first is no more than the way of
+    its tool relative to the body. What stands farther off does not hold it, nor does the flank of a ball that never comes to it.
+    """
+    d, mets, free = system.dofs.dimension, list(met_by(system, body, plan)), translations(system, frame, plan)
+    none, courses = np.zeros(d), _courses(system, frame, mets, plan)
+    if not courses:
+        return none
+    endless, there = any(c.pushed.any() for c in courses), []
+    for met, course in zip(mets, courses):
+        near = np.nanmin(met.pairs.g) if course.ways.any() or course.pushed.any() else 0.0
+        close = met.pairs.g <= near + CLOSED * float(met.surface.points.depth.min())
+        # beside a tool that goes as far as something stops it, all others are met
+        there.append(~np.isnan(met.pairs.g) if endless and not course.pushed.any() else close)
+    ahead = [way for c in courses for way in (c.ways[-1], *_either_way(c.pushed))]
+    while free.shape[1] and any(here.any() for here in there):
+        cone = np.concatenate([pressing(met, here) for met, here in zip(mets, there)])
+        away = _leaving(cone, free, ahead)
+        if not away.any() or any(c.pushed.any() and np.abs(away[~c.pushed]).any() for c in courses):
+            return none
+        past = _past(mets, courses, there, away)
+        more = [here | (met.pairs.g <= np.linalg.norm(of, axis=1).max()) for here, met, of in zip(there, mets, past)]
+        if all(np.array_equal(now, before) for now, before in zip(more, there)):
+            pushed = endless or any((c.ways != of).any() for c, of in zip(courses, past))  # else nothing comes to it
+            resisted = (_turns_against(system, met, of, here, away) for met, of, here in zip(mets, past, there))
+            return away if pushed and not any(resisted) else none
+        there = more
+    return none
+
+
+def _courses(system: System, frame: Frame, mets: Sequence[Met], plan: StepPlan) -> list[_Course]:
+    """The courses of the tools that a body meets, to the end of a step; empty where they are not known, or the body is moved."""
+    d, u = system.dofs.dimension, system.initial().u
+    until = [stage.plan for stage in stages(system) if stage.plan.number <= plan.number]
+    own, tools = system.dofs.displacement.dofs(frame.nodes), system.dofs.tool.dofs(np.arange(len(system.tools)))
+    ways = []
+    for m in moments(system):
+        if m.plan.number > plan.number:
+            break
+        if (m.u[own] != u[own]).any():
+            return []
+        ways.append(m.u[tools] - u[tools])
+    if any(ends_early(system.problem.steps[p.number]) for p in until[:-1]):
+        return []
+    courses = []
+    for met in mets:
+        master = system.tool_masters[met.surface.against]
+        dofs, moved = master.dofs, np.array(ways)[:, master.number]
+        pushed = np.array([any(dof in p.push for p in until) for dof in dofs.tolist()])
+        given = np.array([all(dof in p.fixed for p in until) for dof in dofs.tolist()])
+        if moved[:, d:].any() or pushed[d:].any() or not (pushed | given).all() or (pushed.any() and moved.any()):
+            return []
+        courses.append(_Course(moved[:, :d], pushed[:d]))
+    return courses
+
+
+def _past(mets: Sequence[Met], courses: Sequence[_Course], there: Sequence[Flags], away: Array) -> list[Array]:
+    """Ways (t, d) of tools past a body that goes along ``away`` (d,) as far as the points that are ``there`` push it."""
+    share = np.zeros(len(courses[0].ways))
+    for met, course, here in zip(mets, courses, there):
+        n, g = met.pairs.n[here], np.maximum(met.pairs.g[here], 0.0)
+        share = np.maximum(share, ((course.ways @ n.T - g) / (n @ away)).max(axis=1, initial=0.0))
+    gone = np.outer(np.maximum.accumulate(share), away)
+    return [np.zeros_like(gone) if c.pushed.any() else c.ways - gone for c in courses]
+
+
+def _turns_against(system: System, met: Met, past: Array, here: Flags, away: Array) -> bool:
+    """Whether points come to flanks of a tool that press against ``away`` (d,), on its ways ``past`` (t, d) them."""
+    master, u = system.tool_masters[met.surface.against], system.initial().u
+    if master.shape.half_space or not here.any():
+        return False
+    apart = np.unique(past[np.linalg.norm(past, axis=1) > 0.0], axis=0)
+    seen = (met._replace(pairs=master.seen(met.x[here] - way, u)) for way in apart)
+    return any((pressing(of, ~np.isnan(of.pairs.g)) @ away <= NO_DIFFERENCE * np.linalg.norm(away)).any() for of in seen)
+
+
 def never_resisted(system: System) -> set[str]:
     """Bodies that whatever presses them pushes away, in all steps that press them, wherever they come to on the way.
 
     What an earlier run left may be held by it.
     """
-    frames = Frame.of_all(system)
-    ways: dict[str, list[bool]] = {body: [] for body in frames}
-    for stage in stages(system) if system.problem.start is None else ():
-        for body, frame in frames.items():
-            if not tools_removed(system.problem, stage.plan.number):
-                way = flight(system, body, frame, stage.plan)
-                ways[body] += [] if way is None else [bool(way.any()) and _faces_alike(system, body, frame, stage.plan)]
-    return {body for body, found in ways.items() if found and all(found)}
+    if system.problem.start is not None:
+        return set()
+    asked = {body: [flight.always for flight in steps if flight is not None] for body, steps in flights(system).items()}
+    return {body for body, always in asked.items() if always and all(always)}
 
 
 def _faces_alike(system: System, body: str, frame: Frame, plan: StepPlan) -> bool:

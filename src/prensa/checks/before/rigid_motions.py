@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.before.free_cuts import free_cuts, said_of
 from prensa.checks.before.overlap import unjoined
 from prensa.checks.before.pushed_away import loaded, never_resisted
 from prensa.checks.thresholds import NO_DIFFERENCE
@@ -71,8 +72,23 @@ def rigid_motions(system: System) -> Iterator[Finding]:
                     "only friction holds it along y against the tools that press it: until they touch it, its position is "
                     "undefined; hold a point of it ('fixed'), or let a tool touch it there",
                 )
-            if not number and name not in reported and system.dofs.dimension == 3:
-                yield from _symmetry(system, name, frame, held)
+            if not number and name not in reported and system.dofs.dimension == 3 and name not in never_resisted(system):
+                yield from _planes_missing(system, name, frame, held)
+
+
+def _planes_missing(system: System, body: str, frame: Frame, held: Array) -> Iterator[Finding]:
+    """Planes of symmetry that supports seem to lack: cut sides of sectors that nothing holds, and what `_symmetry` finds."""
+    cuts = {name: free_cuts(system, name) for name in system.tied_bodies(body)}
+    lacking = list(_symmetry(system, body, frame, held))
+    # one sentence for what is free: of planes across the axes `_symmetry` knows what holds the body instead
+    named = [side for side in cuts[body] if any(f"'{body}.{side}'" in f.message for f in lacking)]
+    if cuts[body] and len(named) < len(cuts[body]):
+        lacking = []
+    elif named:
+        cuts[body] = {}
+    yield from lacking
+    for name, own in cuts.items():
+        yield from said_of(name, own)
 
 
 def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:

@@ -27,7 +27,7 @@ def tool_sizes(system: System) -> Iterator[Finding]:
     solid = system.dofs.dimension == 3  # there a run looks between nodes, and says how much is missed
     for i, s in enumerate(system.tool_contacts):
         tool = system.tool_masters[s.against].tool
-        h = min(_shortest(system, s), least_size(system, s.body))
+        h = min(shortest(system, s), least_size(system, s.body))
         size, key = tool.description.face()
         if tool.description.tip():
             yield from _tip(system, s, h)
@@ -51,7 +51,7 @@ def tool_sizes(system: System) -> Iterator[Finding]:
             yield Finding(f"contacts.{i}.enforcement", f"{which}: {result}; leave it out (beta = 100)")
 
 
-def _shortest(system: System, s: Surface) -> float:
+def shortest(system: System, s: Surface) -> float:
     """The shortest edge of a surface, of its faces in space."""
     if not isinstance(s.points, FacePoints):
         ends = system.X[s.points.edges]

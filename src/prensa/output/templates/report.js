@@ -377,7 +377,8 @@ async function space() {
   for (const f of scene.fields) select.add(new Option(`${f.label} (${f.unit})`, f.key));
   select.value = state.field;
   [cam.turn, cam.lift] = scene.view;
-  const tools = scene.tools.map(t => ({x: together(...unpack(t.X)), n: together(...unpack(t.N).map(row => Float32Array.from(row, v => v / 127 - 1))), faces: Uint32Array.from(unpack(t.facets)[0]), moves: t.moves}));
+  const outside = t => ({x: together(...unpack(t.X)), n: together(...unpack(t.N).map(row => Float32Array.from(row, v => v / 127 - 1))), faces: Uint32Array.from(unpack(t.facets)[0])});
+  const tools = scene.tools.map(t => ({...outside(t), moves: t.moves, whole: t.whole && {...outside(t.whole), copies: t.whole.copies}}));
   const place = m => Float32Array.from([m[0], m[3], m[6], 0, m[1], m[4], m[7], 0, m[2], m[5], m[8], 0, m[9], m[10], m[11], 1]);
   let now = null, asked = false, covered = false;  // covered: tools were hidden for the pressure under them
   function ends(parts, field) {
@@ -399,6 +400,7 @@ async function space() {
       copies = [AS_IT_IS]; sides = [];  // the cut through turned images is not in the page: what was modelled is shown
     }
     const hidden = sides.filter(plane => !across(plane));
+    const base = $("mirror").checked && copies.length > 1 ? scene.images.length + 1 : 1;  // those about offered planes come after
     const parts = bodiesNow().map(body => {
       const own = Float32Array.from(body.value);
       const v = copies.map(copy => { const values = valuesIn(copy, body); return values === body.value ? own : Float32Array.from(values); });
@@ -406,7 +408,8 @@ async function space() {
     });
     now = {parts, copies, palette: scene.palettes[field.map], ends: ends(parts, field), lines: $("mesh").checked,
       cut: axis < 0 ? null : {axis, at: line ? placed(across(line), line.slice(0, 3).map(v => v * line[3]))[axis] : scene.middle[axis]}, caps: !line,
-      tools: $("tools").checked ? tools.map(t => ({...t, place: place(t.moves[state.frame])})) : []};
+      tools: $("tools").checked ? tools.map(t => ({...(base > 1 && t.whole || t), place: place(t.moves[state.frame]),
+        copies: base > 1 && t.whole ? copies.filter((_, k) => t.whole.copies.includes(k % base)) : copies})) : []};
     bar(field, now.ends);
     paint();
   }

@@ -70,7 +70,7 @@ function camera() {
 }
 
 // parts: {x, X (3n), v: values (n) of each copy, faces, lines, caps: three index arrays}; tools: {x, n (3n) normals, faces, place
-// (16)}; copies: {turn (9, by rows), shift}; what is drawn is in `state`.
+// (16), copies that show it}; copies: {turn (9, by rows), shift}; what is drawn is in `state`.
 function viewer(canvas) {
   const gl = canvas.getContext("webgl2", {antialias: true, alpha: false});
   if (!gl) return null;
@@ -156,7 +156,7 @@ function viewer(canvas) {
       for (const t of s.tools) {
         arrays([t.x, t.n, null]);
         gl.uniformMatrix4fv(uniform.place, false, t.place);
-        for (const c of s.copies) { mirrored(c); elements(gl.TRIANGLES, t.faces); }
+        for (const c of t.copies) { mirrored(c); elements(gl.TRIANGLES, t.faces); }
       }
     }
     gl.uniform1f(uniform.tool, 0);

@@ -1,0 +1,66 @@
+"""Cut sides of sectors that nothing holds: the part opens there like a book, where its images would keep it closed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from prensa.checks.thresholds import NO_DIFFERENCE
+from prensa.errors import Finding
+from prensa.model.meshes import Cylinder, Revolution
+from prensa.model.problem import Problem
+from prensa.precision import NEGLIGIBLE
+from prensa.system.inclined import side_normal
+from prensa.system.moments import stages
+from prensa.system.system import System
+from prensa.types import Array, Flags
+
+
+def free_cuts(system: System, body: str) -> dict[str, str]:
+    """Cut sides of a sector that nothing holds along their normal, and how each is held: an axis, or ``normal``.
+
+    A body whose rigid motions are all held may still lack a plane of symmetry. A sector of more than half a turn is part of no
+    whole, and its sides are real ones.
+    """
+    mesh, problem = system.problem.bodies[body].mesh, system.problem
+    if not isinstance(mesh, Cylinder | Revolution) or mesh.angle > math.pi * (1.0 + NEGLIGIBLE):
+        return {}
+    found = {}
+    for side in ("base", "cap"):
+        name = f"{body}.{side}"
+        normal = side_normal(name, system.meshes)
+        if not _used(problem, name) and not _held(system, body, side, normal).all():
+            along = np.flatnonzero(np.abs(normal) > 1.0 - NO_DIFFERENCE)
+            found[side] = "xyz"[along[0]] if len(along) else "normal"
+    return found
+
+
+def said_of(body: str, cuts: dict[str, str]) -> Iterator[Finding]:
+    """What there is to say of them."""
+    if cuts:
+        names, several = " and ".join(f"'{body}.{side}'" for side in cuts), len(cuts) > 1
+        held = ", ".join(f"{body}.{side}: {way}" for side, way in cuts.items())
+        yield Finding(
+            f"bodies.{body}",
+            f"the cut side{'s' * several} {names} of the sector {'are' if several else 'is'} free, so that it opens there: "
+            f"'fixed' lacks '{held}', unless {'these are real sides' if several else 'that is a real side'} of the part",
+        )
+
+
+def _used(problem: Problem, name: str) -> bool:
+    """Whether something else than a support acts on a side: a tool, a tie, a load, a motion."""
+    touched = {side for c in problem.all_contacts for side in c.surface}
+    tied = {side for tie in problem.ties for side in (tie.slave, tie.master)}
+    moved = {side for step in problem.steps for side in (*step.loads, *problem.driven(step))}
+    return not {name, name.partition(".")[0]}.isdisjoint(touched | tied | moved | {*problem.loads})
+
+
+def _held(system: System, body: str, side: str, normal: Array) -> Flags:
+    """Nodes (k,) of a flat side that a support of the first step holds along something of its normal (3,)."""
+    nodes = np.unique(system.meshes[body].edges[side]) + system.offsets[body]
+    dofs = system.dofs.displacement.dofs(nodes)[:, np.abs(normal) > NO_DIFFERENCE]
+    held = np.isin(dofs, stages(system)[0].plan.fixed).any(axis=1)
+    inclined = system.ties.inclined if system.ties is not None else None
+    return np.asarray(held if inclined is None else held | np.isin(nodes, inclined.nodes))
