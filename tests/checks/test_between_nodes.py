@@ -105,6 +105,13 @@ def test_random_punches_are_right_or_said_to_be_off(number):
     assert found == ("reported" if number in OFF else "right"), (error, said)
 
 
+def test_a_force_that_other_increments_change_is_the_one_that_is_judged():
+    """A wedge whose elements give 3 % more in one increment than in the run's six: the run's force is off by 7.5 %."""
+    found, error, said = verdict(draw(91002, 12))
+    assert found == "reported" and error < -0.05
+    assert estimated(said) == pytest.approx(-error, abs=0.01)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [24, 59])
 def test_forces_that_are_too_large_are_reported_too(number):

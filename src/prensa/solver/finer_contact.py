@@ -47,7 +47,8 @@ def missed_on_finer(
     k. The rest of the body goes the same way, so that of the whole, of stiffness K, a share K/k (1 − F/F') is missed. By
     Clapeyron's theorem F²/2K is the work done in all, F²/2k that in the part less what its border alone does in it.
 
-    The part knows its border at the ends of the steps, not on the way there. Where its own elements do not give the force of the
+    The part knows its border at the ends of the steps, not on the way there: its own elements, which went there the same way, are
+    compared, unless it is the whole body: then the force of the run is. Where its own elements do not give the force of the
     whole, as in metal that is bent round its tool, it stands for nothing, and quarters of them are spared. A tool whose corner is
     pushed aside may have a force of the right size along a wrong direction: the share is the larger one of the size and of what
     does the work, along the way of the tool in the step.
@@ -65,9 +66,11 @@ def missed_on_finer(
         if not known[0]:
             return None
         alone = 0.0
-        if len(own.nodes) < len(system.meshes[s.body].points):  # else its border is held by supports
+        if len(own.nodes) < len(system.meshes[s.body].points):
             bare = solved(own.without(s.against))
             alone, _ = work_in(bare.system, bare.last.state, s.body)
+        else:  # its border is held by supports, as that of the run, whose force is the one that is asked about
+            here = whole
         share = max(own.work - alone, 0.0) / own.total if own.total > 0.0 else 1.0
         if share <= WORTH_SAYING:  # what may be missed, too, unless the force is several times too large
             return 0.0

@@ -89,10 +89,15 @@ class Slab:
         return float((self.length * self.width * above).sum())
 
     def share(self) -> tuple[float, float]:
-        """The share by which the force is too large, of the lesser exponents, and by how much those of both differ."""
+        """The share by which the force is too large, of the lesser exponents, and by how much those of both differ.
+
+        An excess that is more than the force is no estimate.
+        """
         slope, growth = self.exponents()
         found = np.array([self.excess(a) for a in (np.minimum(slope, growth), slope, growth)])
-        shares = found / np.maximum(self.force - found, SMALLEST)
+        if (found >= self.force).any():
+            return 0.0, np.inf
+        shares = found / (self.force - found)
         return float(shares[0]), float(abs(shares[1] - shares[2]))
 
 
