@@ -20,6 +20,11 @@ def findings(p: Any) -> Iterator[Finding]:
     if p.space is None:
         return
     solid = p.space == "solid"
+    left_out = next((n for n, b in p.bodies.items() if b is not None and b.mesh.type in BRICKS), None)
+    if left_out and not solid and "space" not in getattr(p, "stated", ("space",)):
+        words = "'space' is missing, which means plane strain, but this mesh is one of bodies in space; write 'space: solid'"
+        yield Finding(("bodies", left_out, "mesh"), words)
+        return  # what else is in space is so for the same reason
     yield from _bodies(p, 3 if solid else 2)
     yield from _tools(p, 3 if solid else 2)
     owners: list[tuple[tuple[str | int, ...], Any]] = [((), p)]
@@ -124,7 +129,9 @@ def _tools(p: Any, dimension: int) -> Iterator[Finding]:
         for key in ("at", tool.direction_key):
             given = getattr(tool, key, None) if key else None
             if given is not None and len(given) != dimension:
-                yield Finding(("tools", name, key), f"{key} has {len(given)} components; {p.space} has {dimension}")
+                form = "[x, y, z]" if dimension == 3 else "[x, y]"
+                words = f"{key} has {len(given)} components, and 'space: {p.space}' has {dimension}: write {form}"
+                yield Finding(("tools", name, key), words)
         if dimension == 3:
             placed = tool.touching or tool.above or tool.below
             if tool.direction_key and getattr(tool, tool.direction_key) is None and not placed:

@@ -19,9 +19,6 @@ ONE_NORMAL = np.cos(np.radians(5.0))  # cosine of the angle to the mean normal u
 FACING = 0.5  # cosine of the angle between the mean normal and a tool's way up to which the tool goes towards the boundary
 
 
-UNFIT = "shape, 'at', or the order of its points (walk along them with the tool on the left)"
-
-
 class ToolError(PrensaError):
     """A tool that cannot be placed; the message names it."""
 
@@ -86,7 +83,17 @@ def _endwise(d: ToolShape, outward: Array) -> str:
     length = float(np.linalg.norm(axis))
     if d.type != "extruded" or abs(axis @ outward) < (1.0 - NEGLIGIBLE) * length:
         return ""
-    return ": its 'axis' points at the boundary, and along it the tool has no end that could press"
+    return "its 'axis' points at the boundary, and along it the tool has no end that could press: lay 'axis' along the boundary"
+
+
+def _to_fit(d: ToolShape) -> str:
+    """What to change of a tool that a boundary does not fit into."""
+    drawn = getattr(d, "section", d)
+    if getattr(drawn, "concave", False):
+        return "shape or 'at', or leave 'concave' out of a tool that is to press from outside"
+    if hasattr(drawn, "points"):
+        return "shape, 'at', or the order of its points (walk along them with the tool on the left)"
+    return f"shape or 'at'{d.hint()}"
 
 
 def place(
@@ -134,18 +141,19 @@ def place(
         # from far outside, move in along −outward until the first node touches
         start = at + (reach - at @ outward + (points @ outward).max()) * outward
     gaps = shape.along(points - start, outward, 10.0 * reach)
-    if not np.isfinite(gaps).any():
+    endwise = _endwise(d, outward)
+    if endwise or not np.isfinite(gaps).any():
         raise ToolError(
             f"tools.{name}: moving along {along(-outward)} the {d.type} tool never meets {target!r}; "
-            f"change 'at' (its position across that direction) or its direction{_endwise(d, outward)}{d.hint()}"
+            + (endwise or f"change 'at' (its position across that direction) or its direction{d.hint()}")
         )
     where = start - gaps.min() * outward
     inside = float(-shape.closest(points - where).g.min())
     if inside > DRAWN * size:
         k = int(np.argmin(shape.closest(points - where).g))
         raise ToolError(
-            f"tools.{name}: moved along {(0.0 - outward).tolist()} until it touches {target!r}, the {d.type} has the node at "
+            f"tools.{name}: moved along {along(-outward)} until it touches {target!r}, the {d.type} tool has the node at "
             f"({', '.join(f'{v:g}' for v in points[k])}) inside by {inside:.3g}: the boundary does not fit into it; change its "
-            + (f"shape or 'at'{d.hint()}" if d.hint() else UNFIT)
+            + _to_fit(d)
         )
     return PlacedTool(name, shape, where, direction, d)

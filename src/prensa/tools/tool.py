@@ -153,8 +153,8 @@ class ToolShape(Member, abstract=True):
         """Key of what makes the end towards a surface sharp, '' where `face` says enough; needs ``across`` of the shape."""
         return ""
 
-    def hint(self) -> str:
-        """What to add to the message that the tool cannot be placed, or starts inside a body."""
+    def hint(self, way: Array | None = None) -> str:
+        """What to add to the message that the tool cannot be placed, on a ``way`` (d,) if given, or starts inside a body."""
         return ""
 
     def touched(self, shape: Tool, xi: Array) -> Touched | None:

@@ -23,6 +23,7 @@ from prensa.mesh.mesh import Mesh, segments
 from prensa.system.contact_surfaces import named_edges, symmetric
 from prensa.system.failure import Inside, MetalInside
 from prensa.system.system import System
+from prensa.tools.place import surface_normal
 from prensa.types import Array, Flags, Index
 
 NARROW = 0.02
@@ -225,13 +226,25 @@ def _within_body(x: Array, mesh: Mesh, points: Array) -> Flags:
     return within(x, points[edges[:, 0]], points[edges[:, 1]])
 
 
+def _faces(system: System, w: Watch, node: int, side: Index, u: Array) -> float:
+    """Cosine between a side (k, …) of a body at one of its nodes and what is before it of the tool, against its normal."""
+    body = system.body_of(node)
+    x, own = system.positions(u)[system.span(body)], node - system.offsets[body]
+    n = surface_normal(x, side[(side == own).any(axis=1)][:, : 2 * (x.shape[1] - 1)])
+    return -float(n @ system.tool_masters[system.tools[w.tool].name].seen(x[own][None], u).n[0])
+
+
 def _described(system: System, w: Watch, k: int, deep: Index, u: Array, depth: float) -> Inside:
-    """Node number k of a watch in words; the side named is that of most of the nodes that lie ``deep`` inside."""
+    """Node number k of a watch in words; the side named is that of most of the nodes that lie ``deep`` inside.
+
+    Of several, as at a corner, the one that faces the tool.
+    """
     node = int(w.nodes[k])
     body = system.body_of(node)
     first, edges = system.offsets[body], system.meshes[body].edges
     sides = [name for name, e in edges.items() if node - first in e]
-    side = max(sides, key=lambda name: int(np.isin(deep - first, edges[name]).sum()), default="")
+    shares = {name: (int(np.isin(deep - first, edges[name]).sum()), _faces(system, w, node, edges[name], u)) for name in sides}
+    side = max(sides, key=lambda name: shares[name], default="")
     x, y, *z = (system.X[node] + system.displacement(u)[node]).tolist()
     name = f"{body}.{side}" if side else body
     met = any(s.body == body for s in system.against(system.tools[w.tool].name))

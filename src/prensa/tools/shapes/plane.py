@@ -31,7 +31,7 @@ class Plane(ToolShape):
         """Half-space behind the line, in space the plane, across the direction."""
         return HalfSpace(tuple(direction.tolist()))
 
-    def hint(self) -> str:
+    def hint(self, way: Array | None = None) -> str:
         """Which way the plane looks."""
         return "; or its 'normal' looks away from there: reverse it" if self.normal is not None else ""
 

@@ -186,7 +186,7 @@ class Profile(Chained):
             fillet = fillet[: len(points)] if isinstance(fillet, tuple) else fillet
         return chain(points, fillet, self.closed, rounding), self.closed
 
-    def hint(self) -> str:
+    def hint(self, way: Array | None = None) -> str:
         """Which way to walk."""
         return (
             "; or its points are in the wrong order: walk along them with the tool on the left (reverse them; those "

@@ -18,6 +18,7 @@ from prensa.model.tables import digest_of, found_file
 from prensa.model.units import Angle, Length, Number
 from prensa.tools.analytic import Tool
 from prensa.tools.facets import CREASE
+from prensa.tools.place import FACING
 from prensa.tools.tool import ToolShape, Touched, rotation_of
 from prensa.types import Array, Index
 
@@ -100,11 +101,13 @@ class Stl(ToolShape):
         surface = self._made().surface
         return surface.points, surface.triangles
 
-    def hint(self) -> str:
+    def hint(self, way: Array | None = None) -> str:
         """Units, and of an open surface which way it and its normals look: of a closed one that is known."""
         turned = "its normals look the wrong way ('reverse: true' turns them round), or "
         unsure = self.reverse is not None or not stl.read(self.file, self.digest or "").closed
         looks = self._made().looks
+        if looks is not None and way is not None and looks @ way > FACING:  # as it should
+            return "; or its 'unit' is another one"
         aside = f"it faces {along(looks)} and is to be turned ('turn'), or " if looks is not None else ""
         return f"; or {aside}{turned * unsure}its 'unit' is another one"
 
