@@ -20,11 +20,11 @@ def findings(p: Any) -> Iterator[Finding]:
     if p.space is None:
         return
     solid = p.space == "solid"
-    left_out = next((n for n, b in p.bodies.items() if b is not None and b.mesh.type in BRICKS), None)
-    if left_out and not solid and "space" not in getattr(p, "stated", ("space",)):
-        words = "'space' is missing, which means plane strain, but this mesh is one of bodies in space; write 'space: solid'"
-        yield Finding(("bodies", left_out, "mesh"), words)
-        return  # what else is in space is so for the same reason
+    solids = [name for name, body in p.bodies.items() if body is not None and body.mesh.type in BRICKS]
+    if solids and not solid:
+        left_out = ", and where 'space' is left out a case is in plane strain; write 'space: solid'" * (p.space == "plane strain")
+        yield from (Finding(("bodies", name, "mesh"), f"bricks need 'space: solid'{left_out}") for name in solids[:1])
+        return  # what else belongs to space does so for the same reason
     yield from _bodies(p, 3 if solid else 2)
     yield from _tools(p, 3 if solid else 2)
     owners: list[tuple[tuple[str | int, ...], Any]] = [((), p)]
@@ -96,7 +96,7 @@ def _bodies(p: Any, dimension: int) -> Iterator[Finding]:
             continue
         if not fits(p, body):
             kinds = ", ".join(map(repr, (*BRICKS, "file")))
-            words = words_of("mesh", kinds=kinds, type=body.mesh.type) if dimension == 3 else "bricks need 'space: solid'"
+            words = words_of("mesh", kinds=kinds, type=body.mesh.type)
             yield Finding(("bodies", name, "mesh"), words)
         if dimension == 2 and getattr(body.material, "rolling", None) is not None:
             words = (

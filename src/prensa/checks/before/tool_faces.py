@@ -8,17 +8,21 @@ from collections.abc import Iterator
 import numpy as np
 
 from prensa.checks.before.pushed_tools import forces_of
-from prensa.checks.thresholds import NO_DIFFERENCE, SLIGHT, TOWARDS
+from prensa.checks.thresholds import NO_DIFFERENCE, TOWARDS
 from prensa.errors import Finding, along
 from prensa.geometry.sections import section_axes
 from prensa.system.moments import moments
 from prensa.system.system import System
+from prensa.tools.place import ONE_NORMAL
 from prensa.tools.tool import ToolShape, rotation_of
 from prensa.types import Array
 
+ASIDE = np.sqrt(1.0 - ONE_NORMAL**2)
+"""Cosine below which a way is at a right angle to where a surface looks: a border that is cut askew turns that by as much."""
+
 
 def tool_faces(system: System) -> Iterator[Finding]:
-    """Tools of open surfaces, from STL files, that are pressed at a right angle to where these look.
+    """Tools of open surfaces, from STL files, that are pressed into a side at a right angle to where these look.
 
     Half of a ball that ends in a plane of symmetry looks along its normal and is pressed across it. It is a warning, since a
     plane of symmetry may be inclined, and a surface of no one direction.
@@ -29,12 +33,12 @@ def tool_faces(system: System) -> Iterator[Finding]:
         looks = tool.description.presented(tool.shape)
         if looks is None or not len(ways := _pressing(system, tool.name, _ways(system, number, tool.name))):
             continue
-        aside = (np.abs(ways @ looks) < SLIGHT * np.linalg.norm(ways, axis=1)).all()
+        aside = (np.abs(ways @ looks) < ASIDE * np.linalg.norm(ways, axis=1)).all()
         if aside and not _cut(system, number):
             yield Finding(
                 f"tools.{tool.name}",
-                f"the surface faces {along(looks)}, but the tool moves along {along(ways[0])}, so that its side meets what "
-                f"it presses; turn it, as with {_turn(tool.description, looks, ways[0])}",
+                f"the surface faces {along(_axis_near(looks))}, but the tool moves along {along(ways[0])}, so that its side "
+                f"meets what it presses; turn it, as with {_turn(tool.description, looks, ways[0])}",
             )
 
 
@@ -48,12 +52,18 @@ def _ways(system: System, number: int, name: str) -> Array:
 
 
 def _pressing(system: System, name: str, ways: Array) -> Array:
-    """Of ways (k, 3) those that go into a side which the tool is to press, not along it; all of them where none does."""
+    """Of ways (k, 3) those that go into a side which the tool is to press, not along it."""
     normals = [s.node_normal.sum(axis=0) for s in system.tool_contacts if s.against == name]
     into = np.zeros(len(ways), dtype=bool)
     for n in normals:
         into |= -(ways @ n) > TOWARDS * np.linalg.norm(ways, axis=1) * np.linalg.norm(n)
-    return ways[into] if into.any() else ways
+    return np.asarray(ways[into])
+
+
+def _axis_near(v: Array) -> Array:
+    """The axis (3,) next to a unit vector v (3,), which a border cut askew turns a little; v itself where none is near."""
+    axis = np.where(np.abs(v) > ONE_NORMAL, np.sign(v), 0.0)
+    return axis if axis.any() else v
 
 
 def _cut(system: System, number: int) -> bool:
@@ -72,7 +82,8 @@ def _cut(system: System, number: int) -> bool:
 
 def _turn(d: ToolShape, looks: Array, way: Array) -> str:
     """The key that turns a surface from how its file has it, by the smallest angle, to look along a way."""
-    way, drawn = way / np.linalg.norm(way), rotation_of(getattr(d, "turn", np.zeros(3))).T @ looks
+    way, drawn = way / np.linalg.norm(way), rotation_of(getattr(d, "turn", (0.0, 0.0, 0.0))).T @ looks
+    drawn = _axis_near(drawn)
     turn = np.cross(drawn, way)
     sine, cosine = float(np.linalg.norm(turn)), float(drawn @ way)
     axis = turn / sine if sine > NO_DIFFERENCE else section_axes(way)[:, 0]  # it may look the other way
