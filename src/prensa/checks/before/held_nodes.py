@@ -112,6 +112,7 @@ def _advice_to_release(system: System, s: Surface, most: Pressed) -> tuple[str, 
         flat = np.ptp(system.X[system.boundary_nodes(name)], axis=0) <= NO_DIFFERENCE * system.length
         if flat.sum() == 1 and not flat[most.axis]:
             meant = f"{name}: {'xyz'[int(np.argmax(flat))]}"
-            return f"as a plane of symmetry {name!r} is held across itself: write '{meant}', or keep the tool off it", meant
+            instead = f"write '{meant}' if that is a plane of symmetry, or else "
+            return f"{instead}remove the support {name!r}, or keep the tool off it", meant
         return f"remove the support {name!r}, or keep the tool off it", ""
     return f"support {name!r}, which meets the contact surface there, only along that surface, or keep the tool off it", ""
