@@ -90,10 +90,10 @@ def _to_fit(d: ToolShape) -> str:
     """What to change of a tool that a boundary does not fit into."""
     drawn = getattr(d, "section", d)
     if getattr(drawn, "concave", False):
-        return "shape or 'at', or leave 'concave' out of a tool that is to press from outside"
+        return "change its shape or 'at', or leave 'concave' out of a tool that is to press from outside"
     if hasattr(drawn, "points"):
-        return "shape, 'at', or the order of its points (walk along them with the tool on the left)"
-    return f"shape or 'at'{d.hint()}"
+        return "change its shape, 'at', or the order of its points (walk along them with the tool on the left)"
+    return f"change its shape or 'at'{d.hint()}"
 
 
 def place(
@@ -153,7 +153,6 @@ def place(
         k = int(np.argmin(shape.closest(points - where).g))
         raise ToolError(
             f"tools.{name}: moved along {along(-outward)} until it touches {target!r}, the {d.type} tool has the node at "
-            f"({', '.join(f'{v:g}' for v in points[k])}) inside by {inside:.3g}: the boundary does not fit into it; change its "
-            + _to_fit(d)
+            f"({', '.join(f'{v:g}' for v in points[k])}) inside by {inside:.3g}: the boundary does not fit into it; {_to_fit(d)}"
         )
     return PlacedTool(name, shape, where, direction, d)

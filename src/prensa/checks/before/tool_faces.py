@@ -9,16 +9,15 @@ import numpy as np
 
 from prensa.checks.before.pushed_tools import forces_of
 from prensa.checks.thresholds import NO_DIFFERENCE, TOWARDS
+from prensa.contact.pairing import rotation
 from prensa.errors import Finding, along
 from prensa.geometry.sections import section_axes
 from prensa.system.moments import moments
 from prensa.system.system import System
-from prensa.tools.place import ONE_NORMAL
-from prensa.tools.tool import ToolShape, rotation_of
 from prensa.types import Array
 
-ASIDE = np.sqrt(1.0 - ONE_NORMAL**2)
-"""Cosine below which a way is at a right angle to where a surface looks: a border that is cut askew turns that by as much."""
+ASKEW = math.radians(5.0)
+"""Angle by which a border that is cut askew may turn where a surface looks; within as much a boundary has one normal."""
 
 
 def tool_faces(system: System) -> Iterator[Finding]:
@@ -33,12 +32,13 @@ def tool_faces(system: System) -> Iterator[Finding]:
         looks = tool.description.presented(tool.shape)
         if looks is None or not len(ways := _pressing(system, tool.name, _ways(system, number, tool.name))):
             continue
-        aside = (np.abs(ways @ looks) < ASIDE * np.linalg.norm(ways, axis=1)).all()
+        aside = (np.abs(ways @ looks) < math.sin(ASKEW) * np.linalg.norm(ways, axis=1)).all()
+        turned = np.array(getattr(tool.description, "turn", np.zeros(3)))
         if aside and not _cut(system, number):
             yield Finding(
                 f"tools.{tool.name}",
                 f"the surface faces {along(_axis_near(looks))}, but the tool moves along {along(ways[0])}, so that its side "
-                f"meets what it presses; turn it, as with {_turn(tool.description, looks, ways[0])}",
+                f"meets what it presses; turn it, as with {_turn(turned, looks, ways[0])}",
             )
 
 
@@ -62,7 +62,7 @@ def _pressing(system: System, name: str, ways: Array) -> Array:
 
 def _axis_near(v: Array) -> Array:
     """The axis (3,) next to a unit vector v (3,), which a border cut askew turns a little; v itself where none is near."""
-    axis = np.where(np.abs(v) > ONE_NORMAL, np.sign(v), 0.0)
+    axis = np.where(np.abs(v) > math.cos(ASKEW), np.sign(v), 0.0)
     return axis if axis.any() else v
 
 
@@ -80,10 +80,9 @@ def _cut(system: System, number: int) -> bool:
     return False
 
 
-def _turn(d: ToolShape, looks: Array, way: Array) -> str:
-    """The key that turns a surface from how its file has it, by the smallest angle, to look along a way."""
-    way, drawn = way / np.linalg.norm(way), rotation_of(getattr(d, "turn", (0.0, 0.0, 0.0))).T @ looks
-    drawn = _axis_near(drawn)
+def _turn(turned: Array, looks: Array, way: Array) -> str:
+    """The key that turns a surface, ``turned`` (3,), from how its file has it to look along a way, by the least angle."""
+    way, drawn = way / np.linalg.norm(way), _axis_near(rotation(turned).T @ looks)
     turn = np.cross(drawn, way)
     sine, cosine = float(np.linalg.norm(turn)), float(drawn @ way)
     axis = turn / sine if sine > NO_DIFFERENCE else section_axes(way)[:, 0]  # it may look the other way

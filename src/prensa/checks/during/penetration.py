@@ -19,11 +19,12 @@ from prensa.checks.thresholds import SLIGHT, TOUCHING_DEPTH
 from prensa.contact.integration import depth_of
 from prensa.errors import Finding
 from prensa.mesh.bricks import BrickMesh, around_faces, every_face
+from prensa.mesh.faces import area_vectors
 from prensa.mesh.mesh import Mesh, segments
+from prensa.precision import SMALLEST
 from prensa.system.contact_surfaces import named_edges, symmetric
 from prensa.system.failure import Inside, MetalInside
 from prensa.system.system import System
-from prensa.tools.place import surface_normal
 from prensa.types import Array, Flags, Index
 
 NARROW = 0.02
@@ -227,11 +228,14 @@ def _within_body(x: Array, mesh: Mesh, points: Array) -> Flags:
 
 
 def _faces(system: System, w: Watch, node: int, side: Index, u: Array) -> float:
-    """Cosine between a side (k, …) of a body at one of its nodes and what is before it of the tool, against its normal."""
+    """Cosine between the faces (k, 4 | 6) of a side at one of their nodes and what is before it of the tool; 0 in the plane."""
     body = system.body_of(node)
     x, own = system.positions(u)[system.span(body)], node - system.offsets[body]
-    n = surface_normal(x, side[(side == own).any(axis=1)][:, : 2 * (x.shape[1] - 1)])
-    return -float(n @ system.tool_masters[system.tools[w.tool].name].seen(x[own][None], u).n[0])
+    if x.shape[1] == 2:
+        return 0.0
+    n = area_vectors(x[side[(side == own).any(axis=1)]])[1].sum(axis=(0, 1))
+    tool = system.tool_masters[system.tools[w.tool].name].seen(x[own][None], u).n[0]
+    return -float(n @ tool) / max(float(np.linalg.norm(n)), SMALLEST)
 
 
 def _described(system: System, w: Watch, k: int, deep: Index, u: Array, depth: float) -> Inside:
