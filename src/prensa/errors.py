@@ -143,12 +143,14 @@ class Finding:
 
     ``message``: what is wrong, by how much and where, and after that the remedy; ``path`` into the description (keys joined by
     dots), empty where the finding belongs to no key. ``seen_in_run``: a run finds out what comes of it, and warns of that.
+    ``support``: the support that it asks for, as ``block.left: x``, since several checks may miss the same one.
     """
 
     path: str
     message: str
     severity: Severity = Severity.WARN
     seen_in_run: bool = field(default=False, kw_only=True)
+    support: str = field(default="", kw_only=True)
 
     @property
     def fatal(self) -> bool:

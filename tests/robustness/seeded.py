@@ -35,6 +35,7 @@ SWIFT = "type: j2, E: 210e3, nu: 0.3, flow: {type: swift, K: 600, e0: 0.01, n: 0
 ROLL = f"{SECTION}, touching: block.top, at: [0, 0, 0]"
 BALL = "type: sphere, radius: 20, touching: block.top, at: [0, 0, 0]"
 VICKERS = "type: pyramid, of: vickers, radius: 2, turn: [0, 20 deg, 0], touching: block.top, at: [0, 0, 0]"
+CAP = "type: stl, file: cap.stl"
 BRICKS = "type: box, size: [10, 5, 10], n: [5, 3, 5]"
 
 ELASTIC = ("type: j2, E: 70e3, nu: 0.3, flow: {type: voce, s0: 60, Q: 120, b: 8}", "type: elastic, E: 1e3, nu: 0.3")
@@ -620,8 +621,19 @@ SEEDED = {
         Seeded(what, changes, place, words, warns, case=IN_SPACE)
         for what, changes, place, words, warns in (
             ("block in metres, case in millimetres", (("[10, 5, 10]", "[0.01, 0.005, 0.01]"),), "5:5", ("measures 0.01 mm", "is the unit right?"), True),
-            ("tool in metres, case in millimetres", (("radius: 20", "radius: 0.02"),), "8:50", ("radius 0.02 is less than one element", "refine the surface"), True),
+            ("tool in metres, case in millimetres", (("radius: 20", "radius: 0.02"),), "8:50", ("0.02 mm against bodies of 10 mm", "are both in the same unit?"), True),
+            ("travel in micrometres, case in millimetres", (("y: -0.5", "y: -500"),), "13:33", ("a travel of 500 mm past bodies of 10 mm", "is the unit right?"), True),
+            (
+                "STL file with z upwards", ((ROLL, f"{CAP}, touching: block.top, at: [0, 0, 15]"),), "8:3",
+                ("faces -z, but the tool moves along -y", "'turn: [-90 deg, 0, 0]'"), True,
+            ),
+            ("STL file that stands in the body", ((ROLL, f"{CAP}, turn: [-90 deg, 0, 0], at: [0, 24, 0]"),), "8:3", ("starts 1.031 inside 'block.top'", "move the tool by (0, 1.031, 0) mm"), False),
             ("normals of an STL file inside out", ((ROLL, "type: stl, file: ball.stl, touching: block.top, at: [0, 0, 0]"),), "8:3", ("inside out", "'reverse: true'"), False),
+            ("cavity in the place of a roll", (("radius: 20}", "radius: 6, concave: true}"),), "8:3", ("does not fit into it", "leave 'concave' out"), False),
+            ("contact with another side than the one that is pressed", (("surface: block.top", "surface: block.right"),), "8:3", ("of 'block.top'", "add '{surface: block.top, against: roll}' to 'contacts', or"), True),
+            ("space left out", (("space: solid\n", ""),), "4:5", ("bricks need 'space: solid'", "where 'space' is left out a case is in plane strain", "write 'space: solid'"), False),
+            ("place of two components", (("at: [0, 0, 0]", "at: [0, 0]"),), "8:101", ("'space: solid' has 3", "write [x, y, z]"), False),
+            ("plane of symmetry held along itself", (("block.left: x", "block.left: y"),), "10:5", ("is held along the normal of tool 'roll'", "write 'block.left: x'"), False),
             ("body inside the tool", (("touching: block.top, at: [0, 0, 0]", "at: [0, 24, 0]"),), "8:3", ("starts 1 inside 'block.top'", "move the tool by (0, 1, 0) mm"), False),
             ("plane of symmetry left out", ((", block.back: z", ""), (", friction: {type: coulomb, mu: 0.1}", "")), "4:3", ("free to move along z", "like 'block.back: z'"), False),
             ("plane of symmetry left out, with friction", ((", block.back: z", ""),), "4:3", ("only friction holds it along z", "'block.back: z'"), True),
@@ -749,6 +761,9 @@ def said(seeded: Seeded, folder: Path) -> tuple[int, list[str]]:
     if "ball.stl" in case_of(seeded):
         points, triangles = icosphere(20.0, 1)
         write(folder / "ball.stl", points, triangles[:, ::-1])
+    if "cap.stl" in case_of(seeded):
+        points, triangles = icosphere(20.0, 2)
+        write(folder / "cap.stl", points, triangles[(points[triangles, 2] < -9.0).all(axis=1)])
     path = folder / "case.yaml"
     path.write_text(case_of(seeded), encoding="utf-8")
     options = [

@@ -264,7 +264,7 @@ def test_a_run_in_space_is_continued_from_its_arrays_bit_for_bit(element):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"normal": (0.0, -1.0)}, "normal has 2 components; solid has 3"),
+        ({"normal": (0.0, -1.0)}, "normal has 2 components, and 'space: solid' has 3: write"),
         ({"element": "q4"}, "'q4' is an element of the plane"),
         ({"remesh": "auto"}, "'remesh' is not available in space yet"),
         ({"thickness": 2.0}, "no thickness"),
@@ -288,7 +288,7 @@ def test_what_is_not_there_in_space_yet_is_refused(change, words):
         ({"fixed": {"b.bottom": pr.Fixed(z="held")}}, "'z' is an axis of 'space: solid'"),
         (
             {"tools": {"t": pr.Plane(normal=(0.0, -1.0, 0.0), at=(0.0, 1.0, 0.0))}},
-            "at has 3 components; plane strain has 2",
+            "at has 3 components, and 'space: plane strain' has 2: write",
         ),
     ],
 )

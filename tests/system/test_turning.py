@@ -223,8 +223,11 @@ def test_the_moment_of_the_whole_part(mirror, whole):
 )
 def test_motions_of_another_space_are_refused(old, new, words):
     """With the line and what to write instead."""
+    text = BALL.replace(old, new, 1)
+    if new == "plane strain":  # of bricks there the mesh alone is reported, which is the cause
+        text = text.replace("box, size: [4, 2, 4], n: [4, 2, 4]", "rectangle, size: [4, 2], n: [4, 2]")
     with pytest.raises(pr.CaseError, match=words):
-        loads(BALL.replace(old, new, 1))
+        loads(text)
 
 
 def test_a_turn_in_degrees_is_warned_of():

@@ -20,6 +20,11 @@ def findings(p: Any) -> Iterator[Finding]:
     if p.space is None:
         return
     solid = p.space == "solid"
+    solids = [name for name, body in p.bodies.items() if body is not None and body.mesh.type in BRICKS]
+    if solids and not solid:
+        left_out = ", and where 'space' is left out a case is in plane strain; write 'space: solid'" * (p.space == "plane strain")
+        yield from (Finding(("bodies", name, "mesh"), f"bricks need 'space: solid'{left_out}") for name in solids[:1])
+        return  # what else belongs to space does so for the same reason
     yield from _bodies(p, 3 if solid else 2)
     yield from _tools(p, 3 if solid else 2)
     owners: list[tuple[tuple[str | int, ...], Any]] = [((), p)]
@@ -93,7 +98,7 @@ def _bodies(p: Any, dimension: int) -> Iterator[Finding]:
             continue
         if not fits(p, body):
             kinds = ", ".join(map(repr, (*BRICKS, "file")))
-            words = words_of("mesh", kinds=kinds, type=body.mesh.type) if dimension == 3 else "bricks need 'space: solid'"
+            words = words_of("mesh", kinds=kinds, type=body.mesh.type)
             yield Finding(("bodies", name, "mesh"), words)
         if dimension == 2 and getattr(body.material, "rolling", None) is not None:
             words = (
@@ -126,7 +131,9 @@ def _tools(p: Any, dimension: int) -> Iterator[Finding]:
         for key in ("at", tool.direction_key):
             given = getattr(tool, key, None) if key else None
             if given is not None and len(given) != dimension:
-                yield Finding(("tools", name, key), f"{key} has {len(given)} components; {p.space} has {dimension}")
+                form = "[x, y, z]" if dimension == 3 else "[x, y]"
+                words = f"{key} has {len(given)} components, and 'space: {p.space}' has {dimension}: write {form}"
+                yield Finding(("tools", name, key), words)
         if dimension == 3:
             placed = tool.touching or tool.above or tool.below
             if tool.direction_key and getattr(tool, tool.direction_key) is None and not placed:

@@ -146,10 +146,8 @@ class Inside(NamedTuple):
         """What to write."""
         if self.through:
             return self.through
-        return (
-            f"add '{{surface: {self.side}, against: {self.tool}}}' to 'contacts' (or 'surface: {self.body}', the whole "
-            "outline), or to 'no_contact' if it is meant"
-        )
+        whole = f" (or 'surface: {self.body}', the whole outline)" if math.isnan(self.z) else ""  # in space sides are named
+        return f"add '{{surface: {self.side}, against: {self.tool}}}' to 'contacts'{whole}, or to 'no_contact' if it is meant"
 
 
 @dataclass(frozen=True)

@@ -22,9 +22,6 @@ ONE_NORMAL = np.cos(np.radians(5.0))  # cosine of the angle to the mean normal u
 FACING = 0.5  # cosine of the angle between the mean normal and a tool's way up to which the tool goes towards the boundary
 
 
-UNFIT = "shape, 'at', or the order of its points (walk along them with the tool on the left)"
-
-
 class ToolError(PrensaError):
     """A tool that cannot be placed; the message names it."""
 
@@ -89,7 +86,17 @@ def _endwise(d: ToolShape, outward: Array) -> str:
     length = float(np.linalg.norm(axis))
     if d.type != "extruded" or abs(axis @ outward) < (1.0 - NEGLIGIBLE) * length:
         return ""
-    return ": its 'axis' points at the boundary, and along it the tool has no end that could press"
+    return "its 'axis' points at the boundary, and along it the tool has no end that could press: lay 'axis' along the boundary"
+
+
+def _to_fit(d: ToolShape, way: Array) -> str:
+    """What to change of a tool, moved along ``way`` (d,), that a boundary does not fit into."""
+    drawn = getattr(d, "section", d)
+    if getattr(drawn, "concave", False):
+        return "change its shape or 'at', or leave 'concave' out of a tool that is to press from outside"
+    if hasattr(drawn, "points"):
+        return "change its shape, 'at', or the order of its points (walk along them with the tool on the left)"
+    return f"change its shape or 'at'{d.hint(way)}"
 
 
 class _Way(NamedTuple):
@@ -129,21 +136,19 @@ class _Way(NamedTuple):
 
 
 def _never_met(name: str, d: ToolShape, target: str, why: str, outward: Array) -> ToolError:
-    return ToolError(
-        f"tools.{name}: moving along {along(-outward)} the {d.type} tool never meets {target!r}{why}; change 'at' (its position "
-        f"across that direction) or its direction{_endwise(d, outward)}{d.hint(-outward)}"
-    )
+    change = _endwise(d, outward) or f"change 'at' (its position across that direction) or its direction{d.hint(-outward)}"
+    return ToolError(f"tools.{name}: moving along {along(-outward)} the {d.type} tool never meets {target!r}{why}; {change}")
 
 
 def _misfit(name: str, d: ToolShape, target: str, points: Array, g: Array, shape: Tool, outward: Array) -> ToolError:
     """Of a tool with gaps g (k,) from points (k, d) of the boundary that it touches."""
-    k, hint, looks = int(np.argmin(g)), d.hint(-outward), d.presented(shape)
+    k, looks = int(np.argmin(g)), d.presented(shape)
+    change = _to_fit(d, -outward)
     if looks is not None and looks @ outward < -FACING:
-        hint = f", or export the whole tool if it is an open border that presses there{hint}"
+        change += ", or export the whole tool if it is an open border that presses there"
     return ToolError(
-        f"tools.{name}: moved along {(0.0 - outward).tolist()} until it touches {target!r}, the {d.type} has the node at "
-        f"({', '.join(f'{v:g}' for v in points[k])}) inside by {-g[k]:.3g}: the boundary does not fit into it; change its "
-        + (f"shape or 'at'{hint}" if hint else UNFIT)
+        f"tools.{name}: moved along {along(-outward)} until it touches {target!r}, the {d.type} tool has the node at "
+        f"({', '.join(f'{v:g}' for v in points[k])}) inside by {-g[k]:.3g}: the boundary does not fit into it; {change}"
     )
 
 
@@ -193,8 +198,9 @@ def place(
         start = at + (reach - at @ outward + (points @ outward).max()) * outward
     moved = _Way(shape, start, outward, mesh.edges.get(edge, np.zeros((0, 4), dtype=np.int64)), reach)
     gaps = moved.gaps(points)
-    if not np.isfinite(gaps).any():
-        raise _never_met(name, d, target, "" if _endwise(d, outward) else moved.why_missed(d, direction, points, mesh), outward)
+    endwise = _endwise(d, outward) != ""
+    if endwise or not np.isfinite(gaps).any():
+        raise _never_met(name, d, target, "" if endwise else moved.why_missed(d, direction, points, mesh), outward)
     where = start - gaps.min() * outward
     g = shape.closest(points - where).g
     if g.min() < -DRAWN * size:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.thresholds import ALONG, SLIGHT
+from prensa.checks.thresholds import ALONG, NO_DIFFERENCE, SLIGHT
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity, coordinates
 from prensa.model import problem as model
@@ -73,11 +73,13 @@ def overconstrained(system: System, s: Surface, i: int, most: Pressed, candidate
     where = f"node {node - system.offsets[s.body]} of {s.body!r} at ({coordinates(system.X[node])})"
     tool = s.against
     if candidate:
+        advice, meant = _advice_to_release(system, s, most)
         return Finding(
             contact_path(system, i),
             f"{where} is held along the normal of tool {tool!r}, which presses it in by {depth:.4g} until time {t:.4g}: the two "
-            f"contradict each other; {_advice_to_release(system, s, most)}",
+            f"contradict each other; {advice}",
             Severity.REFUSE,
+            support=meant,
         )
     return Finding(
         contact_path(system, i),
@@ -89,8 +91,11 @@ def overconstrained(system: System, s: Surface, i: int, most: Pressed, candidate
     )
 
 
-def _advice_to_release(system: System, s: Surface, most: Pressed) -> str:
-    """What to do about a node of a contact surface that a support holds: by the support, which may be one beside the surface."""
+def _advice_to_release(system: System, s: Surface, most: Pressed) -> tuple[str, str]:
+    """What to do about a node of a contact surface that a support holds: by the support, which may be one beside the surface.
+
+    With the support that is meant where one of a flat side acts along the side alone, and a plane of symmetry holds it across.
+    """
     mesh, own = system.meshes[s.body], most.node - system.offsets[s.body]
     beside: dict[str, model.Fixed] = {}
     begun: list[model.Problem | model.Step] = [system.problem, *system.problem.steps[: int(np.ceil(most.t))]]
@@ -101,8 +106,13 @@ def _advice_to_release(system: System, s: Surface, most: Pressed) -> str:
             if body == s.body and own in of_side and getattr(support, "xyz"[most.axis]) is not None:
                 beside[name] = support
     if len(beside) != 1 or s.body in s.description.surface or set(beside) & set(s.description.surface):
-        return "take the support off the contact surface, or let it act along the surface only"
+        return "take the support off the contact surface, or let it act along the surface only", ""
     ((name, support),) = beside.items()
     if sum(getattr(support, axis) is not None for axis in "xyz") == 1:
-        return f"remove the support {name!r}, or keep the tool off it"
-    return f"support {name!r}, which meets the contact surface there, only along that surface, or keep the tool off it"
+        flat = np.ptp(system.X[system.boundary_nodes(name)], axis=0) <= NO_DIFFERENCE * system.length
+        if flat.sum() == 1 and not flat[most.axis]:
+            meant = f"{name}: {'xyz'[int(np.argmax(flat))]}"
+            instead = f"write '{meant}' if that is a plane of symmetry, or else "
+            return f"{instead}remove the support {name!r}, or keep the tool off it", meant
+        return f"remove the support {name!r}, or keep the tool off it", ""
+    return f"support {name!r}, which meets the contact surface there, only along that surface, or keep the tool off it", ""

@@ -6,6 +6,8 @@ Every finding names the place in the description, the amount and what to write i
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from prensa.checks.before.bending import stiff_in_bending
 from prensa.checks.before.bores import bores
 from prensa.checks.before.closed_dies import closed_dies
@@ -48,30 +50,67 @@ AT_REST: tuple[Check[System], ...] = (tool_sizes, surface_corners, starting_plac
 """Those of where things are before anything moves."""
 CHECKS: tuple[Check[System], ...] = (
     obsolete_keys, new_meshes, flow_curves, tables, lengths, pushes, weak, mesh_shapes, stiff_in_bending, bores, table_starts,
-    standstills, travels, small_strain, far_upsets, feeding, new_sizes, mounts, turns, off_centre, thick_sheets, file_units,
-    *AT_REST, tools_inside, tool_faces,
+    standstills, travels, feeding, new_sizes, mounts, turns, thick_sheets, file_units,
+    *AT_REST, tools_inside, tool_faces, off_centre, small_strain, far_upsets,
     tool_paths, pushed_tools, edges_between_nodes, rigid_motions, joint_motions, tied_gaps, measured_places, closed_dies,
 )  # fmt: skip
 """In the order in which they are reported."""
 AFTER: dict[Check[System], tuple[Check[System], ...]] = {
     tools_inside: AT_REST,
+    off_centre: AT_REST,
+    small_strain: AT_REST,
+    far_upsets: AT_REST,
     tool_paths: (*AT_REST, tools_inside),
     pushed_tools: (*AT_REST, tools_inside),
     edges_between_nodes: (*AT_REST, tools_inside),
 }
 """Check → those after which it has nothing to say if one of them refuses the problem."""
+CAUSES: dict[Check[System], tuple[Check[System], ...]] = {
+    tool_sizes: (lengths, file_units),
+    starting_places: (tool_faces,),
+    off_centre: (tool_faces,),
+    tool_paths: (lengths, file_units, tool_faces),
+    edges_between_nodes: (lengths, file_units, tool_faces),
+}
+"""Check → those that find the cause of what it finds of the same tool: a size or travel in another unit, a file's other axes."""
 
 
 def preflight(system: System) -> list[Finding]:
     """All findings on a discretised problem, the fatal ones first."""
-    found: list[Finding] = []
+    found: list[tuple[Check[System], Finding]] = []
     refused: set[Check[System]] = set()
     for check in CHECKS:
         if refused.isdisjoint(AFTER.get(check, ())):
             own = list(check(system))
-            found += own
+            found += [(check, f) for f in own]
             refused |= {check} if any(f.fatal for f in own) else set()
-    return sorted(found, key=lambda f: not f.fatal)
+    return sorted(_causes(system, found), key=lambda f: not f.fatal)
+
+
+def _causes(system: System, found: list[tuple[Check[System], Finding]]) -> list[Finding]:
+    """Findings without those that follow from others, which are as severe as what follows; of two on one support the severer."""
+    tools = [_tool(system, f.path) for _, f in found]
+    out = [f for _, f in found]
+    followed: set[int] = set()
+    for k, (check, f) in enumerate(found):
+        for j, (other, cause) in enumerate(found):
+            if tools[k] and tools[j] == tools[k] and other in CAUSES.get(check, ()):
+                followed.add(k)
+                out[j] = replace(cause, severity=max(out[j].severity, f.severity))
+                break
+            if f.support and f.support == cause.support and cause.severity > f.severity:
+                followed.add(k)
+    return [f for k, f in enumerate(out) if k not in followed]
+
+
+def _tool(system: System, path: str) -> str:
+    """The tool that a path of a description is about; '' of others."""
+    first, *rest = path.split(".")
+    if first == "contacts" and rest:
+        return system.surfaces[int(rest[0])].against
+    if first == "steps" and len(rest) > 2 and rest[1] in ("move", "by", "velocity", "control", "push"):
+        return rest[2]
+    return rest[0] if first == "tools" and rest else ""
 
 
 def staircase(system: System) -> list[Finding]:

@@ -168,6 +168,7 @@ def _symmetry(system: System, body: str, frame: Frame, held: Array) -> Iterator[
             f"{alone if loose else beside}, and {'a sector ends' if sector else 'a tool stands'} in the "
             f"plane{'s' * several} {planes}: if {'those are planes' if several else 'that is a plane'} of symmetry, "
             f"'fixed' lacks '{missing}'",
+            support=missing,
         )
 
 

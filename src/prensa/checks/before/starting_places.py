@@ -6,13 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prensa.checks.thresholds import NO_DIFFERENCE, NOTABLE_DEPTH, TOWARDS
+from prensa.checks.thresholds import NO_DIFFERENCE, NOTABLE_DEPTH, SLIGHT, TOWARDS
 from prensa.contact.pairing import Pairs
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity, coordinates
 from prensa.linear.rigid_modes import CLOSED
 from prensa.model.interference import interference_of
-from prensa.precision import ROUND_OFF
 from prensa.system.system import System
 from prensa.types import Array
 
@@ -98,7 +97,7 @@ def _inside(system: System, s: Surface, pairs: Pairs, depth: Array) -> Finding:
             else f"move the tool by ({_at(way)}) {unit}"
             + _to_touch(system, s, int(nodes[k]))
         )
-        + (tool.description.hint() if depth[k] > SUNK else "")
+        + (tool.description.hint(-s.node_normal[k]) if depth[k] > SUNK else "")
         + (
             ""
             if system.dofs.dimension == 3
@@ -109,8 +108,8 @@ def _inside(system: System, s: Surface, pairs: Pairs, depth: Array) -> Finding:
 
 
 def _at(x: Array) -> str:
-    """Components (d,) of a place or way, without those that are round-off of the others."""
-    return coordinates(np.where(np.abs(x) > ROUND_OFF * np.abs(x).max(), x, 0.0))
+    """Components (d,) of a way, without those that turn it by less than answers show."""
+    return coordinates(np.where(np.abs(x) > SLIGHT * np.abs(x).max(), x, 0.0))
 
 
 def _to_touch(system: System, s: Surface, node: int) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from prensa.checks.before.edges_between_nodes import dips
 from prensa.checks.before.held_nodes import Pressed, deepest, held, overconstrained
 from prensa.checks.during.penetration import Watch, inside, watches
-from prensa.checks.thresholds import ALONG, NO_DIFFERENCE
+from prensa.checks.thresholds import ALONG, NO_DIFFERENCE, SLIGHT
 from prensa.contact.faces import FacePoints
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity, coordinates
@@ -34,6 +34,7 @@ def tool_paths(system: System) -> Iterator[Finding]:
     moved |= {body for s in system.surfaces if s.opposite is not None for body in s.bodies}  # one may move the other
     pressed: dict[tuple[int, int], Pressed] = {}
     reported: dict[str, Finding] = {}
+    passed, before = np.zeros(len(system.tool_contacts), dtype=bool), at_first
     for m in moments(system):
         x = system.positions(m.u)
         for t in range(len(system.tools)):
@@ -45,6 +46,7 @@ def tool_paths(system: System) -> Iterator[Finding]:
                 continue
             pairs = system.nodes_seen(s, m.u)
             gap = float(pairs.g.min())
+            passed[i] = passed[i] or (s.body not in moved and gap > 0.0 and _passes(system, s, before, m.u))
             nearest[i], farthest[i] = min(nearest[i], gap), max(farthest[i], gap)
             first[i] = gap if np.isnan(first[i]) else first[i]
             held(system, s, i, m, x, pressed)
@@ -53,6 +55,7 @@ def tool_paths(system: System) -> Iterator[Finding]:
         at_rest = set(system.problem.bodies) - moved - _touched(system, nearest, known)
         for notice in _entered(system, watched, m, at_rest):
             reported.setdefault(notice.path, notice)
+        before = m.u
     idle: list[tuple[int, Finding]] = []
     if system.problem.start is None:  # tools of an earlier run may have pressed before
         idle += _never_pressing(system, first, nearest, farthest, known, moved, driven_tools)
@@ -61,9 +64,10 @@ def tool_paths(system: System) -> Iterator[Finding]:
             # A tool that reached a body, or whose place is not known, may have moved it: nothing is known of it from then on.
             moved.add(s.body)
     idle += _never_touching(system, nearest, known, moved)
-    # what goes in between two nodes comes near none, and has a word of its own
+    # what goes in between two nodes comes near none, and has a word of its own, as has what enters past its contacts
     between = dips(system) if idle else {}
-    yield from (finding for i, finding in idle if system.tool_contacts[i].name not in between)
+    idle = [(i, f) for i, f in idle if f"tools.{system.tool_contacts[i].against}" not in reported]
+    yield from (_through(system, i) if passed[i] else f for i, f in idle if system.tool_contacts[i].name not in between)
     yield from reported.values()
     worst = deepest(pressed)
     for (number, k), most in worst.items():
@@ -91,6 +95,34 @@ def _never_touching(system: System, nearest: Array, known: Flags, moved: set[str
                 + (AT_MIDDLES if _coarse(s, nearest[i]) else "; ")
                 + "check where it is placed, the sign and the size of its motion",
             )
+
+
+def _passes(system: System, s: Surface, before: Array, u: Array) -> bool:
+    """Whether a tool that is moved straight from degrees of freedom ``before`` (ndof,) to u enters a node on its way.
+
+    Of that nothing is seen at either end where the tool is smaller than its way.
+    """
+    master, d = system.tool_masters[s.against], system.dofs.dimension
+    way = master.place(u) - master.place(before)
+    length = float(np.linalg.norm(way[:d]))
+    if not length or way[d:].any():
+        return False
+    x = system.positions(before)[s.points.nodes]
+    start, end = (np.asarray(master.local(x + shift, before)) for shift in (0.0, -way[:d]))
+    ahead = (end - start)[0] / length
+    far = master.shape.along(start, ahead, length)
+    met = np.isfinite(far) & (far > -NO_DIFFERENCE * length) & (far < length)
+    entered = master.shape.closest(start[met] + far[met, None] * ahead).n @ ahead
+    return bool((entered < -SLIGHT).any())  # what goes along it touches it
+
+
+def _through(system: System, i: int) -> Finding:
+    """What there is to say of a tool that passes nodes of its contact in less than the time between two moments."""
+    s = system.tool_contacts[i]
+    return Finding(
+        contact_path(system, i),
+        f"tool {s.against!r} passes right through {'+'.join(s.description.surface)!r}: check its size, and that of its motion",
+    )
 
 
 def _coarse(s: Surface, gap: float) -> bool:

@@ -27,7 +27,7 @@ def tool_sizes(system: System) -> Iterator[Finding]:
     solid = system.dofs.dimension == 3  # there a run looks between nodes, and says how much is missed
     for i, s in enumerate(system.tool_contacts):
         tool = system.tool_masters[s.against].tool
-        h = min(shortest(system, s), least_size(system, s.body))
+        h = smallest_element(system, s)
         size, key = tool.description.face()
         if tool.description.tip():
             yield from _tip(system, s, h)
@@ -49,6 +49,11 @@ def tool_sizes(system: System) -> Iterator[Finding]:
             which = f"k_n = {k_n:.3g}, beta = {beta:.2g}" if k_n is not None else f"beta = {beta:.2g}"
             result = "iterations suffer and pressures oscillate" if beta > 1 else "the tool penetrates by whole elements"
             yield Finding(f"contacts.{i}.enforcement", f"{which}: {result}; leave it out (beta = 100)")
+
+
+def smallest_element(system: System, s: Surface) -> float:
+    """The shortest edge (length) of a surface, of its faces in space, or of elements that its body may be given."""
+    return min(shortest(system, s), least_size(system, s.body))
 
 
 def shortest(system: System, s: Surface) -> float:

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.before.file_units import OTHER_SIZE
+from prensa.checks.before.tool_sizes import smallest_element
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding
 from prensa.model.feed import ends_early
@@ -51,7 +53,8 @@ def lengths(system: System) -> Iterator[Finding]:
             of, _, own = key.rpartition(".")
             given = getattr(getattr(tool, of) if of else tool, own, None)
             values = given if isinstance(given, tuple) else (given,)  # a fillet of each corner
-            value = next((v for v in values if v and not size / 500 <= v <= 500 * size), None)
+            least = size / 500 if key != tool.face()[1] else max(size / 500, _fits_nowhere(system, name))
+            value = next((v for v in values if v and not least <= v <= 500 * size), None)
             if value is not None:
                 yield Finding(
                     f"tools.{name}.{key}",
@@ -74,6 +77,12 @@ def lengths(system: System) -> Iterator[Finding]:
                         yield Finding(
                             path, f"a travel of {most:.4g} {unit} past bodies of {size:.4g} {unit}; is the unit right?"
                         )
+
+
+def _fits_nowhere(system: System, tool: str) -> float:
+    """Size of a tool below which it is less than any element that it meets, and far below the bodies."""
+    elements = (smallest_element(system, s) for s in system.tool_contacts if s.against == tool)
+    return min(system.length / OTHER_SIZE, min(elements, default=0.0))
 
 
 def _long_bodies(system: System) -> Iterator[Finding]:

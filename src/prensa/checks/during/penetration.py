@@ -20,7 +20,9 @@ from prensa.checks.thresholds import SLIGHT, TOUCHING_DEPTH
 from prensa.contact.integration import depth_of
 from prensa.errors import Finding
 from prensa.mesh.bricks import BrickMesh, around_faces, every_face
+from prensa.mesh.faces import area_vectors
 from prensa.mesh.mesh import Mesh, segments
+from prensa.precision import SMALLEST
 from prensa.system.contact_surfaces import named_edges
 from prensa.system.failure import Inside, MetalInside
 from prensa.system.held import symmetric
@@ -227,13 +229,28 @@ def _within_body(x: Array, mesh: Mesh, points: Array) -> Flags:
     return within(x, points[edges[:, 0]], points[edges[:, 1]])
 
 
+def _faces(system: System, w: Watch, node: int, side: Index, u: Array) -> float:
+    """Cosine between the faces (k, 4 | 6) of a side at one of their nodes and what is before it of the tool; 0 in the plane."""
+    body = system.body_of(node)
+    x, own = system.positions(u)[system.span(body)], node - system.offsets[body]
+    if x.shape[1] == 2:
+        return 0.0
+    n = area_vectors(x[side[(side == own).any(axis=1)]])[1].sum(axis=(0, 1))
+    tool = system.tool_masters[system.tools[w.tool].name].seen(x[own][None], u).n[0]
+    return -float(n @ tool) / max(float(np.linalg.norm(n)), SMALLEST)
+
+
 def _described(system: System, w: Watch, k: int, deep: Index, u: Array, depth: float) -> Inside:
-    """Node number k of a watch in words; the side named is that of most of the nodes that lie ``deep`` inside."""
+    """Node number k of a watch in words; the side named is that of most of the nodes that lie ``deep`` inside.
+
+    Of several, as at a corner, the one that faces the tool.
+    """
     node = int(w.nodes[k])
     body = system.body_of(node)
     first, edges = system.offsets[body], system.meshes[body].edges
     sides = [name for name, e in edges.items() if node - first in e]
-    side = max(sides, key=lambda name: int(np.isin(deep - first, edges[name]).sum()), default="")
+    shares = {name: (int(np.isin(deep - first, edges[name]).sum()), _faces(system, w, node, edges[name], u)) for name in sides}
+    side = max(sides, key=lambda name: shares[name], default="")
     x, y, *z = (system.X[node] + system.displacement(u)[node]).tolist()
     name = f"{body}.{side}" if side else body
     met = any(s.body == body for s in system.against(system.tools[w.tool].name))

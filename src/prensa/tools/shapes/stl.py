@@ -119,9 +119,9 @@ class Stl(ToolShape):
         turned = "its normals look the wrong way ('reverse: true' turns them round), or "
         unsure = self.reverse is not None or not stl.read(self.file, self.digest or "").closed
         looks = self._made().looks
-        aside = f"it faces {along(looks)} and is to be turned ('turn'), or " if looks is not None else ""
         if looks is not None and way is not None and looks @ way > FACING:  # as it should
             return "; or its 'unit' is another one"
+        aside = f"it faces {along(looks)} and is to be turned ('turn'), or " if looks is not None else ""
         return f"; or {aside}{turned * unsure}its 'unit' is another one"
 
     def details(self, shape: Tool, direction: Array) -> str:
