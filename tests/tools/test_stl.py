@@ -500,3 +500,41 @@ def test_a_run_says_how_coarse_it_is(folder, tmp_path, caplog):
     assert np.allclose(grid.points, tool.shape(DOWN, 0.0).surface.points + np.array([0.0, 1.75, -19.5]))
     assert (tmp_path / "fields.pvd").read_text().count('part="1"') == 1
     assert len(vtk.read_collection(tmp_path / "fields.pvd")) == 1
+
+
+# ------------------------------------------------------------------------------------------------------- places on seams
+def cap_of_meridians(file, radius, meridians):
+    """A cap of 60° with a corner at its lowest point, from which the sides of triangles run out along meridians."""
+    rings = meridians // 3
+    a, b = np.radians(60.0) * np.arange(1, rings + 1) / rings, 2.0 * np.pi * np.arange(meridians) / meridians
+    x, z = (np.outer(np.sin(a), f(b)) for f in (np.cos, np.sin))
+    at = radius * np.stack([x, -np.sqrt(1.0 - x**2 - z**2), z], axis=-1)
+    number = 1 + np.arange(rings * meridians).reshape(rings, meridians)
+    nxt = np.roll(number, -1, axis=1)
+    fan = np.stack([np.zeros(meridians, dtype=int), number[0], nxt[0]], axis=1)
+    rest = [np.stack(c, axis=-1).reshape(-1, 3) for c in (
+        (number[:-1], number[1:], nxt[:-1]), (nxt[:-1], number[1:], nxt[1:]),
+    )]  # fmt: skip
+    write(file, np.concatenate([[[0.0, -radius, 0.0]], at.reshape(-1, 3)]), np.concatenate([fan, *rest]))
+
+
+@pytest.mark.parametrize(("meridians", "mu", "x"), [(36, 0.0, 0.0), (12, 0.3, 2.5), (24, 0.1, 1.25)])
+def test_nodes_that_symmetry_keeps_on_sides_and_corners_of_triangles(tmp_path, meridians, mu, x):
+    """A whole block: its nodes in z = 0 are below meridians, one below the pole; forces of the exact sphere to half a percent."""
+    cap_of_meridians(tmp_path / "cap.stl", 10.0, meridians)
+    forces = []
+    for tool in (pr.Stl(str(tmp_path / "cap.stl"), at=(x, 14.0, 0.0)), pr.Sphere(10.0, at=(x, 14.0, 0.0))):
+        problem = pr.Problem(
+            "seam", space="solid", friction=pr.Coulomb(mu),
+            bodies={"b": pr.Body(pr.Box((10.0, 4.0, 10.0), (8, 3, 8), (-5.0, 0.0, -5.0)), pr.NeoHooke(1000.0, 0.45))},
+            tools={"t": tool}, contacts=(pr.Contact("b.top", "t"),), fixed={"b.bottom": "xyz"},
+            steps=(
+                pr.Step("press", move={"t": pr.Motion(y=-0.6)}, increments=4),
+                pr.Step("slide", by={"t": pr.Motion(x=0.5)}, increments=4),
+            ),
+        )  # fmt: skip
+        increments = list(pr.solve(problem))
+        assert sum(i.statistics.cutbacks for i in increments) == 0
+        forces.append([i.force("t")[:3] for i in increments if i.end_of_step])
+    ours, exact = np.array(forces)
+    assert np.abs(ours - exact).max() < 0.005 * np.abs(exact).max()

@@ -121,7 +121,10 @@ class Curved(Analytic):
     def _nearest(self, xi: Array) -> tuple[Index, Index, Array]:
         k = len(xi)
         triangle, where, at = np.zeros(k, dtype=np.int64), np.zeros(k, dtype=np.int64), np.zeros((k, 2))
-        patches.nearest(self._P, self._C, self._R, self._T, self._curved, *self._tree, xi, triangle, where, at)
+        patches.nearest(
+            self._P, self._C, self._R, self._T, self._curved, self.facets.flats, self._kinds, *self.facets.around,
+            *self._tree, xi, triangle, where, at,
+        )  # fmt: skip
         return triangle, where, at
 
     # --------------------------------------------------------------------------------------------------- how coarse it is

@@ -119,6 +119,13 @@ class Facets:
         return _connected(3 * len(s.triangles), np.concatenate(pairs[0]), np.concatenate(pairs[1]))
 
     @cached_property
+    def around(self) -> tuple[Index, Index, Index]:
+        """Groups of the corners of triangles (m, 3), and where in a list (3 m,) the triangles of each group begin (g + 1,)."""
+        group = self._groups
+        start = np.concatenate([[0], np.cumsum(np.bincount(group))])
+        return group.reshape(-1, 3), start, np.argsort(group, kind="stable") // 3
+
+    @cached_property
     def _regions(self) -> Index:
         """Numbers (m,) of the planes that triangles lie in with their neighbours."""
         a, b = self.surface.sides.T

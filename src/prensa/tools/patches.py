@@ -11,6 +11,10 @@ Where the closest point lies on a side or corner at which the surface is smooth,
 neighbours differ a little there, and a fan of normals between them would be one of a tiny radius. At sharp edges and corners
 normals do fan out: they are arcs and spheres of radius zero.
 
+A smooth side has two of those patches, whose normals differ there by the little that their arcs leave. A node that symmetry keeps
+on such a side would be pushed to and fro, so that no iteration converges: within a band about it the first of the triangles there
+has the point, whose patch goes on beyond its side (ties by number, as Edelsbrunner & Mücke 1990 break them).
+
 At open borders the surface ends, and turns away with a radius, the ``lip``: of points past a border the gap is the distance of a
 curve so far behind it, less the radius. A node that slides past leaves the surface by and by, as at other edges without fillets.
 Where a border runs is known to the height of a chord of its triangle: so far the patch goes on, so that points in a plane of
@@ -24,10 +28,12 @@ import numpy as np
 
 from prensa.kernels.compiled import njit
 from prensa.precision import NEGLIGIBLE, ROUND_OFF
-from prensa.tools.facets import BORDER, CREASE
+from prensa.tools.facets import BORDER, CREASE, SMOOTH
 
 FOOT_STEPS = 20
 """Newton steps to the foot of a perpendicular, quadratic from the third on."""
+BAND = 1e-3
+"""Share of a triangle's height on both sides of a smooth side of it: far more than bodies yield to the angle between patches."""
 # where on a patch a closest point lies: inside, on a side, at a corner
 _WITHIN, _SIDE, _CORNER = 0, 1, 4
 
@@ -132,9 +138,14 @@ def _within(T, e, z):
     s is where the place is along the side, from which the corner opposite is at T[k, 1].
     """
     u, v, w = 1.0 - e, e - z, z
-    if w < -ROUND_OFF - T[0, 0] * _arc(v + T[0, 1] * w) or u < -ROUND_OFF - T[1, 0] * _arc(w + T[1, 1] * u):
-        return False
-    return v >= -ROUND_OFF - T[2, 0] * _arc(w + T[2, 1] * v)
+    return _within_side(T, 0, u, v, w) and _within_side(T, 1, u, v, w) and _within_side(T, 2, u, v, w)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _within_side(T, k, u, v, w):
+    """Whether a place with shares u, v, w of the corners is within the curve that bounds the patch at its side k."""
+    off, s = (w, v) if k == 0 else ((u, w) if k == 1 else (v, w))
+    return off >= -ROUND_OFF - T[k, 0] * _arc(s + T[k, 1] * off)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -144,13 +155,8 @@ def _arc(s):
 
 
 @njit(cache=True, error_model="numpy")
-def _nearest_of(X, C, R, T, curved, p, x, xe, xz, found):
-    """Squared distance of p to a patch, and where: inside, or the number of the side or corner; found (2,): its e, z or s.
-
-    C: coefficients of the patch; R: those of the curves that bound it; T (3, 2): how far these are beyond its sides,
-    see `_within`.
-    """
-    # The foot on the flat triangle is where Newton's method begins, and all there is of a flat one.
+def _foot_near(X, C, curved, p, x, xe, xz):
+    """`_foot` of p on a patch from the foot on its flat triangle, which is all there is of a flat one."""
     s11, s12, s22, f1, f2 = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(3):
         u, v, w = X[1, i] - X[0, i], X[2, i] - X[0, i], p[i] - X[0, i]
@@ -165,9 +171,20 @@ def _nearest_of(X, C, R, T, curved, p, x, xe, xz, found):
     there = True
     if curved:
         e, z, there = _foot(X, C, p, min(max(e, 0.0), 1.0), min(max(z, 0.0), 1.0), x, xe, xz)
+    else:
+        _at(X, C, e, z, x, xe, xz)
+    return e, z, there
+
+
+@njit(cache=True, error_model="numpy")
+def _nearest_of(X, C, R, T, curved, p, x, xe, xz, found):
+    """Squared distance of p to a patch, and where: inside, or the number of the side or corner; found (2,): its e, z or s.
+
+    C: coefficients of the patch; R: those of the curves that bound it; T (3, 2): how far these are beyond its sides,
+    see `_within`.
+    """
+    e, z, there = _foot_near(X, C, curved, p, x, xe, xz)
     if there and _within(T, e, z):
-        if not curved:
-            _at(X, C, e, z, x, xe, xz)
         found[0], found[1] = e, z
         return (x[0] - p[0]) ** 2 + (x[1] - p[1]) ** 2 + (x[2] - p[2]) ** 2, _WITHIN
     best, where = np.inf, _WITHIN
@@ -182,6 +199,45 @@ def _nearest_of(X, C, R, T, curved, p, x, xe, xz, found):
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
+def _margin(T, kinds, e, z, band):
+    """Least distance (over heights) of a place from the smooth sides of a triangle, a ``band`` beyond them; −1 beyond others.
+
+    T (3, 2): see `_within`; kinds (7,): see `closest`.
+    """
+    u, v, w = 1.0 - e, e - z, z
+    least = np.inf
+    for k in range(3):
+        if kinds[1 + k] == SMOOTH:
+            least = min(least, (w if k == 0 else (u if k == 1 else v)) + band)
+        elif not _within_side(T, k, u, v, w):
+            return -1.0
+    return least
+
+
+@njit(cache=True, error_model="numpy")
+def _first(P, C, T, curved, flats, kinds, groups, start, members, p, t, where, at, x, xe, xz):
+    """The first of the triangles that have p within their bands about smooth sides, and where on it; t if there is no other.
+
+    t, where, at (2,): what is nearest to p, and what is found; groups (m, 3): numbers of the corners of triangles, the same where
+    no sharp edge parts them; ``members`` from start[i] to start[i + 1]: triangles at the corner i. What begins in a flat, of
+    ``flats`` (m,), has its normal there: flats have what is over them, and nothing else.
+    """
+    if kinds[t, where] != SMOOTH or flats[t]:
+        return t, where
+    if where == _WITHIN and _margin(T[t], kinds[t], at[0], at[1], 0.0) > BAND:
+        return t, where
+    first = t
+    for c in range(3):
+        for o in members[start[groups[t, c]] : start[groups[t, c] + 1]]:
+            if o > first or flats[o] or (o == t and where == _WITHIN):
+                continue
+            e, z, there = _foot_near(P[o], C[o], curved[o], p, x, xe, xz)
+            if there and _margin(T[o], kinds[o], e, z, BAND) >= 0.0:
+                first, where, at[0], at[1] = o, _WITHIN, e, z
+    return first, where
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _beyond(box, p):
     """Squared distance of p to a box (6,)."""
     d = 0.0
@@ -192,11 +248,12 @@ def _beyond(box, p):
 
 
 @njit(cache=True, error_model="numpy")
-def nearest(P, C, R, T, curved, boxes, order, xi, triangle, where, at):
+def nearest(P, C, R, T, curved, flats, kinds, groups, start, members, boxes, order, xi, triangle, where, at):
     """Points xi (k, 3) → nearest triangles (k,), where on them (k,), and parameters there (k, 2).
 
-    P, C, R (m, 3, 3), T (m, 3, 2), curved (m,): patches and the curves that bound them, see `_nearest_of`. ``boxes`` (2 l, 6):
-    binary heap, node i with children 2i and 2i + 1, leaves last, of which ``order`` (l,) are the triangles (−1: none).
+    P, C, R (m, 3, 3), T (m, 3, 2), curved (m,): patches and the curves that bound them, see `_nearest_of`; flats, kinds, groups,
+    start, members: what they have in common, see `_first`. ``boxes`` (2 l, 6): binary heap, node i with children 2i and 2i + 1,
+    leaves last, of which ``order`` (l,) are the triangles (−1: none).
     """
     first = boxes.shape[0] // 2
     x, xe, xz, found = np.empty(3), np.empty(3), np.empty(3), np.empty(2)
@@ -226,7 +283,9 @@ def nearest(P, C, R, T, curved, boxes, order, xi, triangle, where, at):
             if d < best * (1.0 - NEGLIGIBLE) or same or t_best < 0:
                 best, t_best, w_best = min(best, d), t, w
                 at[k, 0], at[k, 1] = found[0], found[1]
-        triangle[k], where[k] = t_best, w_best
+        triangle[k], where[k] = _first(
+            P, C, T, curved, flats, kinds, groups, start, members, p, t_best, w_best, at[k], x, xe, xz
+        )
 
 
 @njit(cache=True, error_model="numpy")
