@@ -65,18 +65,8 @@ def joint_motions(system: System) -> Iterator[Finding]:
         if tools_removed(system.problem, stage.plan.number):
             continue
         for body in frames:
-            found = flights(system)[body][stage.plan.number]
-            if body not in reported and found is not None and found.way.any():
-                reported.add(body)
-                if len(frames) > 1 and body in unjoined(system):
-                    continue
-                nothing = "nothing carries what they press with; " if body in never else ""
-                yield Finding(
-                    f"bodies.{body}",
-                    f"it is free to move along {_axis(found.way)}, away from the tools of step {stage.plan.name!r}: {nothing}"
-                    "hold its other side with 'fixed', or let a tool stand against it",
-                    Severity.REFUSE if body in never else Severity.WARN,
-                )
+            if body in never and body not in reported:
+                yield from _flies(system, body, stage.plan, True, reported)
         # what moves together with pushed tools is not looked for in space yet
         names, words = _together(system, frames, stage.plan) if system.dofs.dimension == 2 else ([], "")
         if names and reported.isdisjoint(names):
@@ -86,6 +76,26 @@ def joint_motions(system: System) -> Iterator[Finding]:
                 f"in step {stage.plan.name!r} {words}: hold one of them, with 'fixed', or with 'move' in the place of 'push'",
                 Severity.REFUSE,
             )
+        for body in frames:
+            if body not in reported:
+                yield from _flies(system, body, stage.plan, False, reported)
+
+
+def _flies(system: System, body: str, plan: StepPlan, never: bool, reported: set[str]) -> Iterator[Finding]:
+    """A body that tools push away in a step, whether they ``never`` meet resistance; it is among the ``reported`` ones then."""
+    found = flights(system)[body][plan.number]
+    if found is None or not found.way.any():
+        return
+    reported.add(body)
+    if len(flights(system)) > 1 and body in unjoined(system):
+        return
+    nothing = "nothing carries what they press with; " if never else ""
+    yield Finding(
+        f"bodies.{body}",
+        f"it is free to move along {_axis(found.way)}, away from the tools of step {plan.name!r}: {nothing}"
+        "hold its other side with 'fixed', or let a tool stand against it",
+        Severity.REFUSE if never else Severity.WARN,
+    )
 
 
 def _axis(way: Array) -> str:
