@@ -32,7 +32,7 @@ from prensa.tools.facets import BORDER, CREASE, SMOOTH
 
 FOOT_STEPS = 20
 """Newton steps to the foot of a perpendicular, quadratic from the third on."""
-BAND = 1e-3
+SEAM_BAND = 1e-3
 """Share of a triangle's height on both sides of a smooth side of it: far more than bodies yield to the angle between patches."""
 # where on a patch a closest point lies: inside, on a side, at a corner
 _WITHIN, _SIDE, _CORNER = 0, 1, 4
@@ -224,7 +224,7 @@ def _first(P, C, T, curved, flats, kinds, groups, start, members, p, t, where, a
     """
     if kinds[t, where] != SMOOTH or flats[t]:
         return t, where
-    if where == _WITHIN and _margin(T[t], kinds[t], at[0], at[1], 0.0) > BAND:
+    if where == _WITHIN and _margin(T[t], kinds[t], at[0], at[1], 0.0) > SEAM_BAND:
         return t, where
     first = t
     for c in range(3):
@@ -232,7 +232,7 @@ def _first(P, C, T, curved, flats, kinds, groups, start, members, p, t, where, a
             if o > first or flats[o] or (o == t and where == _WITHIN):
                 continue
             e, z, there = _foot_near(P[o], C[o], curved[o], p, x, xe, xz)
-            if there and _margin(T[o], kinds[o], e, z, BAND) >= 0.0:
+            if there and _margin(T[o], kinds[o], e, z, SEAM_BAND) >= 0.0:
                 first, where, at[0], at[1] = o, _WITHIN, e, z
     return first, where
 
