@@ -296,3 +296,17 @@ def test_planes_are_not_looked_at_between_nodes() -> None:
     for tool, looked in ((pr.Plane(touching="b.top"), 0), (pr.Circle(radius=3.0, touching="b.top"), 1)):
         system = pr.discretise(pressed_block(stroke(-0.1), tools={"t": tool}))
         assert len(BetweenNodes(system).contacts) == looked
+
+
+def test_edges_of_a_tool_on_many_nodes_in_space_are_reported(caplog):
+    """A square punch with its edges over nodes, 17 of which carry it: most are at its rim; half of the force is missed."""
+    punch = pr.Polyhedron(points=tuple((x, y, z) for x in (-2.0, 2.0) for y in (0.0, 3.0) for z in (-2.0, 2.0)), touching="b.top")
+    problem = pr.Problem(
+        "punch", space="solid", friction=pr.Coulomb(0.15),
+        bodies={"b": pr.Body(pr.Box((8.0, 4.0, 8.0), (8, 4, 8), (-4.0, 0.0, -4.0)), pr.Elastic(10e3, 0.3))},
+        tools={"t": punch}, contacts=(pr.Contact("b.top", "t"),), fixed={"b.bottom": "xyz"},
+        steps=(pr.Step("press", move={"t": pr.Motion(y=-0.2)}, increments=2),),
+    )  # fmt: skip
+    *_, last = pr.solve(problem)
+    assert (next(iter(last.contacts.values())).pressure > 0.0).sum() > 10
+    assert "forces are too small" in caplog.text

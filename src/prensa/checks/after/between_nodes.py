@@ -100,8 +100,9 @@ class BetweenNodes:
             return
         for i, s in self.contacts:
             f = given.evaluation.contacts[i]
-            # one edge of many in contact carries no notable share of the force
-            if s.name in self.reported or NOTABLE_DEPTH * np.count_nonzero(f.p > 0.0) > 1.0:
+            # one edge of many in contact, a row of faces of many rows in space, carries no notable share of the force
+            rows = np.count_nonzero(f.p > 0.0) ** (1.0 / (self.system.dofs.dimension - 1))
+            if s.name in self.reported or NOTABLE_DEPTH * rows > 1.0:
                 continue
             if words := self._of(s, f, given):
                 self.reported.add(s.name)
