@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from prensa.checks.before.tool_sizes import shortest
 from prensa.errors import Finding
 from prensa.system.system import System
@@ -19,10 +21,12 @@ def file_units(system: System) -> Iterator[Finding]:
     """
     length, unit = max(float(mesh.extent.max()) for mesh in system.meshes.values()), system.problem.units.length
     for tool in system.tools:
-        size = 0.5 * tool.shape.extent
         own = getattr(tool.description, "unit", None) is not None
         if not own and not any(tool.description.notes()):
             continue
+        outline = tool.description.facets(tool.direction, length)[0] if system.dofs.dimension == 3 else None
+        # half of it, wherever it is drawn
+        size = 0.5 * (tool.shape.extent if outline is None else float(np.ptp(outline, axis=0).max()))
         pressed = {"+".join(s.description.surface): shortest(system, s) for s in system.tool_contacts if s.against == tool.name}
         if not length / OTHER_SIZE < size < length * OTHER_SIZE:
             sizes = f"the tool measures {size:.3g} {unit} and the bodies {length:.3g}"

@@ -39,7 +39,8 @@ def starting_places(system: System) -> Iterator[Finding]:
                     "has to lie on their left"
                 )
             elif getattr(tool.description, "type", "") == "stl":
-                how = "turn its normals round with 'reverse: true'"
+                round_again = getattr(tool.description, "reverse", None)
+                how = "leave 'reverse: true' out" if round_again else "turn its normals round with 'reverse: true'"
             yield Finding(
                 f"tools.{name}" + (f".{key}" if key and getattr(tool.description, key) is not None else ""),
                 f"its normal points the same way as that of {surface!r}: it stands behind the surface and would pull it "

@@ -116,7 +116,8 @@ class Stl(ToolShape):
 
     def hint(self, way: Array | None = None) -> str:
         """Units, and of an open surface which way it and its normals look: of a closed one that is known."""
-        turned = "its normals look the wrong way ('reverse: true' turns them round), or "
+        way_round = "leave 'reverse: true' out" if self.reverse else "'reverse: true' turns them round"
+        turned = f"its normals look the wrong way ({way_round}), or "
         unsure = self.reverse is not None or not stl.read(self.file, self.digest or "").closed
         looks = self._made().looks
         if looks is not None and way is not None and looks @ way > FACING:  # as it should
