@@ -15,6 +15,7 @@ from prensa.errors import Finding, Severity
 from prensa.linear.rigid_modes import Frame, free_in_words, rows_of, support_rows
 from prensa.model.problem import tools_removed
 from prensa.system.moments import stages
+from prensa.system.rigid import seen_along
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array, Index
@@ -23,7 +24,7 @@ from prensa.types import Array, Index
 class _Columns(NamedTuple):
     """Rigid motions of everything: those of the ``frames`` of bodies, then the ``free`` degrees of freedom of tools.
 
-    ``kept``: which of the three motions of a body count; about an axis of revolution that along it alone.
+    ``kept``: which of the three motions of a body, in space of the six, count; about an axis of revolution that along it alone.
     """
 
     frames: dict[str, Frame]
@@ -44,14 +45,14 @@ class _Columns(NamedTuple):
         """Rows (count, columns) of nothing."""
         return np.zeros((count, self.width + len(self.free)))
 
-    def rows(self, system: System, body: str, met: Met, way: Array) -> Array:
-        """Rows (k, columns) of what points of a contact see along ``way`` (k, 5): of the body, and of the tool."""
-        out = self.blank(len(way))
-        out[:, self.of(body)] = rows_of(self.frames[body], met.x, way[:, :2])[:, self.kept]
-        for k, dof in enumerate(system.tool_masters[met.surface.against].dofs):
+    def rows(self, system: System, body: str, met: Met, along: Array) -> Array:
+        """Rows (k, columns) of what points of a contact see along directions (k, d): of the body, less that of the tool."""
+        out, d = self.blank(len(along)), along.shape[1]
+        out[:, self.of(body)] = rows_of(self.frames[body], met.x, along)[:, self.kept]
+        for k, (dof, seen) in enumerate(zip(system.tool_masters[met.surface.against].dofs, seen_along(met.pairs.arm, along).T)):
             # turns are measured by the length of the model, so that all columns are displacements
-            out[:, self.width :] += np.outer(way[:, 2 + k] / (system.length if k == 2 else 1.0), self.free == dof)
-        return out
+            out[:, self.width :] -= np.outer(seen / (system.length if k >= d else 1.0), self.free == dof)
+        return out[~np.isnan(met.pairs.g)]
 
 
 def joint_motions(system: System) -> Iterator[Finding]:
@@ -67,8 +68,7 @@ def joint_motions(system: System) -> Iterator[Finding]:
         for body in frames:
             if body in never and body not in reported:
                 yield from _flies(system, body, stage.plan, True, reported)
-        # what moves together with pushed tools is not looked for in space yet
-        names, words = _together(system, frames, stage.plan) if system.dofs.dimension == 2 else ([], "")
+        names, words = _together(system, frames, stage.plan)
         if names and reported.isdisjoint(names):
             reported |= set(names)
             yield Finding(
@@ -109,25 +109,19 @@ def _together(system: System, frames: dict[str, Frame], plan: StepPlan) -> tuple
     from scipy.linalg import null_space
 
     own = system.dofs.tool.dofs(np.arange(len(system.tools))).ravel()
-    kept = np.array([1]) if system.axisymmetric else np.arange(3)
+    motions = 3 if system.dofs.dimension == 2 else 6
+    kept = np.array([1]) if system.axisymmetric else np.arange(motions)
     columns = _Columns(frames, kept, own[np.isin(own, list(plan.push))])
     if not len(columns.free):
         return [], ""
-    rows = [columns.blank(0)]
-    for body, frame in frames.items():
-        held = support_rows(system, frame, plan)
-        rows.append(columns.blank(len(held)))
-        rows[-1][:, columns.of(body)] = held[:, kept]
-        for met in met_by(system, body, plan):
-            ways = (met.pairs.dg, met.pairs.ds[:, 0]) if met.rubs else (met.pairs.dg,)
-            rows += [columns.rows(system, body, met, way)[~np.isnan(met.pairs.g)] for way in ways]
-    springs = np.isin(columns.free, list(plan.springs))
-    rows.append(columns.blank(int(springs.sum())))
-    rows[-1][:, columns.width :] = np.eye(len(springs))[springs]
-    null = null_space(np.concatenate(rows), rcond=NO_DIFFERENCE).T
-    moves = {body: null[:, columns.of(body)] for body in frames}
+    # as many rows as columns say the same as those of all points
+    null = null_space(np.linalg.qr(_resisted(system, columns, plan), mode="r"), rcond=NO_DIFFERENCE).T
+    # without what tools may do alone, such as a ball that turns about its middle
+    ways, values, _ = np.linalg.svd(null[:, : columns.width])
+    joint = ways.T[: len(values)][values > NO_DIFFERENCE] @ null
+    moves = {body: joint[:, columns.of(body)] for body in frames}
     bodies = [body for body in frames if (np.abs(moves[body]) > NO_DIFFERENCE).any() and _held(system, body, frames[body], plan)]
-    moving = columns.free[(np.abs(null[:, columns.width :]) > NO_DIFFERENCE).any(axis=0)]
+    moving = columns.free[(np.abs(joint[:, columns.width :]) > NO_DIFFERENCE).any(axis=0)]
     tools = [t.name for i, t in enumerate(system.tools) if np.isin(system.dofs.tool.dofs(i), moving).any()]
     if not bodies or not tools:
         return [], ""
@@ -136,6 +130,22 @@ def _together(system: System, frames: dict[str, Frame], plan: StepPlan) -> tuple
     words = free_in_words(system, frames[bodies[0]], rest)
     listed = ", ".join(repr(name) for name in (*bodies, *tools))
     return bodies, f"{listed} are free to {words} together, since no motion of these tools is prescribed"
+
+
+def _resisted(system: System, columns: _Columns, plan: StepPlan) -> Array:
+    """Rows (k, columns) of all that resists in a step: supports of bodies, contacts with tools, and springs of these."""
+    rows = [columns.blank(0)]
+    for body, frame in columns.frames.items():
+        held = support_rows(system, frame, plan)
+        rows.append(columns.blank(len(held)))
+        rows[-1][:, columns.of(body)] = held[:, columns.kept]
+        for met in met_by(system, body, plan):
+            tangents = np.moveaxis(met.pairs.e, 1, 0) if met.rubs else ()
+            rows += [columns.rows(system, body, met, along) for along in (met.pairs.n, *tangents)]
+    springs = np.isin(columns.free, list(plan.springs))
+    rows.append(columns.blank(int(springs.sum())))
+    rows[-1][:, columns.width :] = np.eye(len(springs))[springs]
+    return np.concatenate(rows)
 
 
 def _held(system: System, body: str, frame: Frame, plan: StepPlan) -> bool:

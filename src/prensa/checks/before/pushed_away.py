@@ -22,7 +22,7 @@ from prensa.types import Array, Flags
 
 
 class Met(NamedTuple):
-    """A contact with a tool: places x (k, 2) of its nodes at first, what they see of it, and whether it rubs in a step."""
+    """A contact with a tool: places x (k, d) of its nodes at first, what they see of it, and whether it rubs in a step."""
 
     surface: Surface
     x: Array
