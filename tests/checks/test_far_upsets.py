@@ -314,6 +314,16 @@ def test_a_travel_alone_is_where_a_step_ends():
     assert in_steps(replace(step, until=pr.Until(travel={"t": pr.ToolTravel(y=-0.5)}))) == ""
 
 
+def test_a_tool_around_a_body_presses_it_together_from_neither_side():
+    """Moved along its opening, which is as wide as the body, by ways of which a step may end the first: one side opens."""
+    channel = pr.Extruded(section=pr.Profile(points=((0.0, -5.0), (0.0, 3.0), (5.0, 3.0), (5.0, -5.0))), at=(0.0, 0.0, 0.0))
+    contacts = (pr.Contact(("b.left", "b.right"), "t", pr.Coulomb(0.3)),)
+    first, on = (pr.Step(name, by={"t": pr.Motion(x=x)}, increments=9) for name, x in (("first", -0.7), ("on", -1.7)))
+    first = replace(first, until=pr.Until(contact={"t": "leaves"}))
+    sides = {"b.bottom": "y", "b.back": "z"}
+    assert said(upset(BOX, 0.0, tools={"t": channel}, contacts=contacts, fixed=sides, steps=(first, on))) == ""
+
+
 @pytest.mark.parametrize(
     ("material", "travel", "reported"),
     [(pr.Elastic(210e3, 0.3), 0.2, True), (pr.Elastic(210e3, 0.3), 0.01, False), (pr.NeoHooke(5.0, 0.45), 0.2, False)],
