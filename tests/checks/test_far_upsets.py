@@ -251,6 +251,79 @@ def test_forces_that_press_far_are_reported_by_what_metal_carries(strain, report
         assert said(upset(BOX, 0.0, steps=(short,))) == ""
 
 
+LIGHT = pr.Until(force={"t": pr.ToolForce(y=2500.0)})  # 100 MPa: elastic
+MET = pr.Step("meet", by={"t": pr.Motion(y=-0.5)}, until=LIGHT, increments=3)
+
+
+def in_steps(*steps: pr.Step) -> str:
+    """What is said of the flat box of a height of 2.5, pressed in these steps."""
+    return said(upset(BOX, 0.0, steps=steps))
+
+
+@pytest.mark.parametrize(
+    ("then", "by"),
+    [
+        (pr.Step("press", move={"t": pr.Motion(y=-2.0)}, increments=20), "by 2 of 2.5"),
+        (pr.Step("press", by={"t": pr.Motion(y=-1.8)}, increments=20), "by up to 1.8 of 2.5"),
+        (pr.Step("press", velocity={"t": pr.Motion(y=-1.8)}, increments=20), "by up to 1.8 of 2.5"),
+        (pr.Step("press", by={"t": pr.Motion(y=-0.5)}, increments=20), ""),
+        (pr.Step("press", move={"t": pr.Motion(y=-0.5)}, increments=20), ""),
+    ],
+    ids=["to a place", "by a way", "at a speed", "by a short way", "to a near place"],
+)
+def test_upsets_after_a_step_that_ends_on_its_way_are_reported(then, by):
+    """An absolute motion ends where it says, and a relative one adds to what the force has pressed before."""
+    words = in_steps(MET, then)
+    assert bool(words) == bool(by) and by in words, words
+
+
+def test_a_way_after_an_end_that_no_force_bounds_is_the_least():
+    """Of a step until a contact is made, which may end where it begins; more of it adds up."""
+    touch = replace(MET, until=pr.Until(contact={"t": "touches"}))
+    press = [pr.Step(f"press{k}", by={"t": pr.Motion(y=-0.9)}, increments=10) for k in range(2)]
+    assert "by at least 1.8 of 2.5" in in_steps(touch, *press) and in_steps(touch, press[0]) == ""
+
+
+def test_the_place_is_lost_again_by_the_next_end_on_the_way():
+    """A motion to a place, then up again until a force is gone, then down by less than what is reported."""
+    place, lift = (pr.Step(name, move={"t": pr.Motion(y=y)}, increments=5) for name, y in (("press", -0.6), ("lift", 0.0)))
+    short = pr.Step("again", by={"t": pr.Motion(y=-0.6)}, increments=5)
+    assert in_steps(MET, place, replace(lift, until=pr.Until(contact={"t": "leaves"})), short) == ""
+
+
+@pytest.mark.parametrize(("travel", "reported"), [(-0.4, None), (-1.9, 1.9), (-2.45, 2.1), (0.5, 2.1)])
+@pytest.mark.parametrize("pushed", [True, False])
+def test_a_travel_that_ends_a_step_bounds_what_a_force_presses(travel, reported, pushed):
+    """Where it lies on the way of the tool, and before the place to which the metal yields to the force."""
+    share = 0.3 * 0.7652 * 5.0 * np.exp(1.5 * 1.833) / (2.0 * 2.5)
+    force = 800.0 * (0.005 + 1.833) ** 0.18 * 25.0 * np.exp(1.833) * (1.0 + share)  # presses by 2.1 of 2.5
+    step = pr.Step("press", push={"t": pr.Push(y=-force)}, until=pr.Until(travel={"t": pr.ToolTravel(y=travel)}), increments=9)
+    if not pushed:
+        both = replace(step.until, force={"t": pr.ToolForce(y=force)})
+        step = replace(step, push={}, move={"t": pr.Motion(y=-2.48)}, until=both)
+    words = in_steps(step)
+    assert bool(words) == (reported is not None), words
+    if reported is not None:
+        assert float(words.split("by up to ")[1].split(" of 2.5")[0]) == pytest.approx(reported, rel=0.02)
+
+
+def test_a_travel_alone_is_where_a_step_ends():
+    """Of a motion that would go further."""
+    step = replace(MET, by={"t": pr.Motion(y=-2.4)}, until=pr.Until(travel={"t": pr.ToolTravel(y=-1.9)}))
+    assert "1.9 of 2.5" in in_steps(step)
+    assert in_steps(replace(step, until=pr.Until(travel={"t": pr.ToolTravel(y=-0.5)}))) == ""
+
+
+def test_a_tool_around_a_body_presses_it_together_from_neither_side():
+    """Moved along its opening, which is as wide as the body, by ways of which a step may end the first: one side opens."""
+    channel = pr.Extruded(section=pr.Profile(points=((0.0, -5.0), (0.0, 3.0), (5.0, 3.0), (5.0, -5.0))), at=(0.0, 0.0, 0.0))
+    contacts = (pr.Contact(("b.left", "b.right"), "t", pr.Coulomb(0.3)),)
+    first, on = (pr.Step(name, by={"t": pr.Motion(x=x)}, increments=9) for name, x in (("first", -0.7), ("on", -1.7)))
+    first = replace(first, until=pr.Until(contact={"t": "leaves"}))
+    sides = {"b.bottom": "y", "b.back": "z"}
+    assert said(upset(BOX, 0.0, tools={"t": channel}, contacts=contacts, fixed=sides, steps=(first, on))) == ""
+
+
 @pytest.mark.parametrize(
     ("material", "travel", "reported"),
     [(pr.Elastic(210e3, 0.3), 0.2, True), (pr.Elastic(210e3, 0.3), 0.01, False), (pr.NeoHooke(5.0, 0.45), 0.2, False)],

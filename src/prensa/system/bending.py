@@ -239,9 +239,9 @@ def gaps_across(system: System, body: str, t: Thickness, moment: Moment, unknown
     """Gaps (s, 2) at the ends of strips to what is there at a moment, tools in contact with the body and supports along them.
 
     With the numbers (s, 2) of the contacts of these tools among all of tools; -1: a support, or nothing. ``unknown`` (s,), or
-    (c, s) by contacts of tools: the gap to a tool whose place nobody knows.
+    (c, s, 2) by contacts of tools, for each end: the gap to a tool whose place nobody knows.
     """
-    unknown = np.broadcast_to(unknown, (len(system.tool_contacts), len(t.size)))
+    unknown = np.broadcast_to(unknown if unknown.ndim == 3 else unknown[:, None], (len(system.tool_contacts), len(t.size), 2))
     out, d = np.where(t.held, 0.0, np.inf), t.across.shape[1]
     nearest = np.full(out.shape, -1)
     outward = np.stack([-t.across, t.across], axis=1)
@@ -252,7 +252,7 @@ def gaps_across(system: System, body: str, t: Thickness, moment: Moment, unknown
             # a tool that has come through from the other side faces away from this one
             # and in space one that is met along the thickness of the other way faces neither
             facing = (seen.n.reshape(-1, 2, d) * outward).sum(axis=2) < (-np.sqrt(0.5) if d == 3 else 0.0)
-            gap = seen.g.reshape(-1, 2) if moment.known[master.number] else np.repeat(unknown[i][:, None], 2, axis=1)
+            gap = seen.g.reshape(-1, 2) if moment.known[master.number] else unknown[i]
             nearer = facing & (gap < out)
             out, nearest = np.where(nearer, gap, out), np.where(nearer, i, nearest)
     return out, nearest

@@ -44,19 +44,32 @@ def _stages(system: System) -> Iterator[Stage]:
     for number, step in enumerate(system.problem.steps):
         plan = plan_step(system, number, start)
         after = known & np.isin(np.arange(system.ndof), plan.fixed)
-        # An absolute motion says where its tool ends, even if a free step before has lost it.
-        for g in plan.groups:  # which is at a given place in the end, wherever it was
-            after[g.dofs] |= g.amplitude is not None and not g.amplitude.relative
         if ends_early(step):  # which may end it anywhere on the way
             after[plan.fixed] &= plan.values(plan.t1) == start[plan.fixed]
+        else:
+            after |= _ends_at_a_place(system, plan)
         end = start.copy()
         end[plan.fixed] = plan.values(plan.t1)
         yield Stage(plan, before, start, known, end, after)
         start, known, before = system.step_begun(end), after, plan
 
 
+def _ends_at_a_place(system: System, plan: StepPlan) -> Flags:
+    """Unknowns (ndof,) that a step brings to a given place, wherever they were: not by a way, a speed or a crank."""
+    out, step = np.zeros(system.ndof, dtype=bool), system.problem.steps[plan.number]
+    for g in plan.groups:
+        out[g.dofs] = g.amplitude is not None and not g.amplitude.relative
+    for t, name in enumerate(system.problem.tools):
+        for dof, key in zip(system.dofs.tool.dofs(t), system.dofs.tool.components):
+            out[dof] &= all(getattr(kind.get(name), key, None) is None for kind in (step.velocity, step.crank))
+    return out
+
+
 class Moment(NamedTuple):
-    """Bodies at rest at time t: degrees of freedom u (ndof,), and which tools have a place that is prescribed up to here."""
+    """Bodies at rest at time t: degrees of freedom u (ndof,), and which tools have a place that is prescribed here.
+
+    That of a tool that forces, or the end of a step, have left anywhere is so again at the end of its next absolute motion.
+    """
 
     plan: StepPlan
     t: float
@@ -67,19 +80,21 @@ class Moment(NamedTuple):
 def moments(system: System) -> Iterator[Moment]:
     """Moments of all steps, in order."""
     known = np.ones(len(system.tools), dtype=bool)
-    for plan, _, start, *_ in stages(system):
+    for plan, _, start, _, _, after in stages(system):
+        gone, early = tools_removed(system.problem, plan.number), ends_early(system.problem.steps[plan.number])
+        at_end = np.zeros_like(known)
         for t in range(len(system.tools)):
-            own = np.isin(plan.fixed, system.dofs.tool.dofs(t))
+            dofs = system.dofs.tool.dofs(t)
+            own = np.isin(plan.fixed, dofs)
             # what ends a step may do so anywhere on its way, and tools that are removed are nowhere
-            still = not tools_removed(system.problem, plan.number)
-            still &= not ends_early(system.problem.steps[plan.number]) or np.array_equal(
-                plan.values(plan.t1)[own], start[plan.fixed[own]]
-            )
-            known[t] &= still and bool(np.isin(system.dofs.tool.dofs(t)[: system.dofs.dimension], plan.fixed).all())
+            still = not gone and (not early or np.array_equal(plan.values(plan.t1)[own], start[plan.fixed[own]]))
+            known[t] &= still and bool(np.isin(dofs[: system.dofs.dimension], plan.fixed).all())
+            at_end[t] = known[t] or (not gone and bool(after[dofs].all()))  # a motion to a given place finds it again
         for t in np.unique(np.concatenate([np.linspace(plan.t0, plan.t1, SAMPLES), plan.corners()])):
             u = start.copy()
             u[plan.fixed] = plan.values(float(t))
-            yield Moment(plan, float(t), u, known)
+            yield Moment(plan, float(t), u, at_end.copy() if t == plan.t1 else known.copy())
+        known = at_end
 
 
 def driven(system: System, body: str) -> bool:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.checks.before.extrusions import confined, extruded, mouth, spread
+from prensa.checks.before.pressing import pressings
 from prensa.checks.during.distortion import IN_A_SECTION
 from prensa.checks.during.validity import STRAIN_WARNING, YIELDS_BEFORE, elastic_metal
 from prensa.checks.thresholds import NO_DIFFERENCE, TOWARDS
@@ -23,9 +24,8 @@ from prensa.model.problem import Push, Step
 from prensa.model.until import ToolForce
 from prensa.policy import Policy
 from prensa.precision import NEGLIGIBLE
-from prensa.system.bending import Thickness, gaps_across
+from prensa.system.bending import Thickness
 from prensa.system.held import Held, held
-from prensa.system.moments import Moment, moments
 from prensa.system.system import System
 from prensa.types import Array, Index
 
@@ -38,7 +38,7 @@ class Upset(NamedTuple):
     ``surrounded``: whether tools surround the body all along the height, as a container does; ``past_face``: shear of a layer of
     elements between metal that stands before a face and what flows past it; ``at_mouth``: shear of those between metal that a
     container holds and what spreads before its mouth; ``by_force``: whether it ends where the largest force of a tool that
-    presses it does.
+    presses it does; ``at_least``: whether it begins where an earlier step may have ended anywhere on its way.
     """
 
     height: float
@@ -49,6 +49,7 @@ class Upset(NamedTuple):
     surrounded: bool = False
     by_force: bool = False
     at_mouth: float = 0.0
+    at_least: bool = False
 
 
 def far_upsets(system: System) -> Iterator[Finding]:
@@ -97,7 +98,8 @@ def _beyond_yield(body: str, u: Upset) -> Iterator[Finding]:
 
 def _together(body: str, u: Upset) -> str:
     """By how much, in words."""
-    much = f"tools press {body!r} together by {'up to ' * u.by_force}{u.height - u.left:.4g} of {u.height:.4g}"
+    bound = "up to " * u.by_force + "at least " * u.at_least
+    much = f"tools press {body!r} together by {bound}{u.height - u.left:.4g} of {u.height:.4g}"
     return much + ", as far as it yields to their force" * u.by_force
 
 
@@ -113,11 +115,12 @@ def upset(system: System, body: str) -> Upset | None:
     """The strip through a body that tools press together most, by known motions or by force; None if they press none."""
     mesh = system.meshes[body]
     holds, most = held(system, body), None
-    strains = _strains_of_forces(system, body)
+    tools = [system.tool_masters[s.against].number for s in system.tool_contacts]
+    strains = np.array([_strains_of_forces(system, body, n + 1) for n in range(len(system.problem.steps))])
     for t in Thickness.all_of(mesh, holds):
-        shares = np.exp(-strains)[:, np.abs(t.across).argmax(axis=1)]
-        for moment in moments(system) if len(t.size) else ():
-            gaps, contacts = _gaps(system, body, t, moment, np.nan_to_num((shares - 1.0) * t.size, nan=np.inf))
+        shares = np.exp(-strains)[:, :, np.abs(t.across).argmax(axis=1)]
+        of_forces = np.nan_to_num((shares - 1.0) * t.size, nan=np.inf)
+        for moment, gaps, contacts in pressings(system, body, t, of_forces) if len(t.size) else ():
             left = t.size + gaps.sum(axis=1)
             left = np.where((contacts >= 0).any(axis=1) & (left > 0.0), left, np.inf)
             k = int(np.argmin(left / t.size))
@@ -125,9 +128,11 @@ def upset(system: System, body: str) -> Upset | None:
                 ends = [_held_by(system, holds, t.ends[k, end], t.across[k], int(contacts[k, end])) for end in range(2)]
                 pressing = [system.tool_contacts[i] for i in contacts[k] if i >= 0]
                 depth = max(float(s.points.depth.max()) for s in pressing)
-                by_force = any(not moment.known[system.tool_masters[s.against].number] for s in pressing)
+                lost = [i for i in contacts[k] if i >= 0 and not moment.known[tools[i]]]
+                forces = bool(lost) and bool(np.isfinite(of_forces[moment.plan.number, lost, k]).all())
                 past = float(t.size[k] - left[k]) / depth
-                most = Upset(float(t.size[k]), float(left[k]), t.across[k], tuple(filter(None, ends)), past, by_force=by_force)
+                most = Upset(float(t.size[k]), float(left[k]), t.across[k], tuple(filter(None, ends)), past)
+                most = most._replace(by_force=forces, at_least=bool(lost) and not forces)
     if most is None:
         return None
     length = confined(system, body, most.across)  # which becomes no shorter
@@ -137,19 +142,10 @@ def upset(system: System, body: str) -> Upset | None:
     return most._replace(height=most.height - length, left=most.left - length, at_mouth=mouth)
 
 
-def _gaps(system: System, body: str, t: Thickness, moment: Moment, of_forces: Array) -> tuple[Array, Index]:
-    """`gaps_across`, with those ``of_forces`` (c, s) of pushed tools; one that a step moves goes no further than that."""
-    dofs = system.dofs.tool.dofs(np.arange(len(system.tools)))[:, : system.dofs.dimension]
-    asked = moment._replace(known=moment.known | np.isin(dofs, moment.plan.fixed).all(axis=1))
-    gaps, contacts = gaps_across(system, body, t, asked, of_forces)
-    if (asked.known != moment.known).any():
-        gaps = np.maximum(gaps, gaps_across(system, body, t, moment, of_forces)[0])
-    return gaps, contacts
-
-
-def _strains_of_forces(system: System, body: str) -> Array:
+def _strains_of_forces(system: System, body: str, steps: int | None = None) -> Array:
     """Logarithmic strains (c, d) up to which the largest forces of tools, by their contacts, press a body that flows; nan: none.
 
+    Of the first ``steps`` steps, or all.
     Of all of its section A, volume over height h, with the friction τ of the tool that is pushed: of what spreads along m axes
     at a mean distance r from where it does not move, F = σ(φ) A e^φ (1 + τ/σ r e^(φ/m)/(m h e^−φ)), Siebel's 1 + 2 μ R/(3 h) of a
     disc between two plates. A tool that presses on a part of it goes in further, and is not reported for it.
@@ -166,7 +162,8 @@ def _strains_of_forces(system: System, body: str) -> Array:
     parts = parts / parts.sum()
     for i, s in enumerate(system.tool_contacts):
         for a, key in enumerate("xyz") if s.body == body else ():
-            given = [getattr(forces[s.against], key) for step in p.steps for forces in _forces(step) if s.against in forces]
+            forces = [one[s.against] for step in p.steps[:steps] for one in _forces(step) if s.against in one]
+            given = [getattr(force, key) for force in forces]
             tables = [one if isinstance(one, tuple) else ((0.0, one),) for one in given if one is not None]
             if tables:
                 most = max(abs(force) for table in tables for _, force in table)
