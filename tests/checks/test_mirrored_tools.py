@@ -86,7 +86,8 @@ def test_tools_that_are_not_their_own_images_are_refused(tool: str, mirror: str,
     "tool",
     [FLAT, f"{PLATE}, {ORIGIN}", f"{PUNCH}, {ORIGIN}", f"{BALL}, {ORIGIN}", f"{BALL}, at: [3, 0, 3]",
      f"type: pyramid, of: vickers, {ORIGIN}", f"type: pyramid, of: vickers, turn: [0, 45 deg, 0], {ORIGIN}",
-     "type: extruded, section: {type: circle, radius: 2}, axis: [0, 0, 1], at: [0, 0, 30]",
+     *(f"type: extruded, section: {{{section}}}, axis: [0, 0, 1], at: [0, 0, {z}]"
+       for section in ("type: circle, radius: 2", "type: stamp, width: 4, fillet: 1") for z in (2.5, 30)),
      f"type: swept, section: {{type: profile, points: [[-8, 0], [0, 0], [0, 8]]}}, {PLAN}, {ORIGIN}"],
 )  # fmt: skip
 def test_others_are_not(tool: str) -> None:

@@ -231,12 +231,16 @@ def rough(system: System, plan: StepPlan, tool: str, body: str | None = None) ->
 
 
 # --------------------------------------------------------------------------------------------------------- where it stands
+def endless(m: Meeting) -> bool:
+    """Whether a tool is extruded across the plane, and has no ends: it is drawn as far as it has to be seen."""
+    own = m.master.tool.description
+    axis = np.asarray(getattr(own, "axis", np.zeros(3)), dtype=float)
+    return own.type == "extruded" and bool(abs(axis @ np.asarray(m.wall.plane.normal)) > NEGLIGIBLE * np.linalg.norm(axis))
+
+
 def ends(m: Meeting) -> bool:
     """Whether a tool has ends across the plane, so that what is drawn of it is all of it."""
-    shape, own = m.master.shape, m.master.tool.description
-    axis = np.asarray(getattr(own, "axis", np.zeros(3)), dtype=float)
-    endless = own.type == "extruded" and abs(axis @ np.asarray(m.wall.plane.normal)) > NEGLIGIBLE * np.linalg.norm(axis)
-    return bool(0.0 < shape.extent < np.inf) and not shape.cavity and not endless
+    return bool(0.0 < m.master.shape.extent < np.inf) and not m.master.shape.cavity and not endless(m)
 
 
 def drawn(master: RigidMaster, system: System, u: Array) -> Array:

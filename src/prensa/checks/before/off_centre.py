@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.before.mirrored_tools import OFF_LINE, Meeting, Wall, meetings
+from prensa.checks.before.mirrored_tools import OFF_LINE, Meeting, Wall, endless, meetings
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.contact.masters import RigidMaster
 from prensa.errors import Finding, Severity
@@ -145,7 +145,7 @@ def _stands(system: System, m: Meeting, named: bool, normals: Sequence[Array]) -
     name, n = m.master.name, np.asarray(m.wall.plane.normal)
     if m.since is None and _loose(system.problem, name, n):
         return None  # on its way
-    middle = _across_plane(system, m) if m.crosses and m.since is None else None
+    middle = _across_plane(system, m) if m.crosses and m.since is None and not endless(m) else None
     if middle is not None and not middle.apart:
         return None
     if middle is None and m.unlike is None:
