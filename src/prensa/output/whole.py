@@ -95,6 +95,8 @@ def _no_plane(system: System, plane: Plane) -> str:
     for s in found:
         if not system.problem.bodies[s.body].material.is_mirrored(np.asarray(plane.normal)):
             return f"the axes of the material of {s.body!r} lie across {side}, so that it is no plane of symmetry; leave it out"
+    if words := _body_force_across(system, plane, side):
+        return words
     loose = [s for s in found if not held_along(system, s.body, np.asarray(plane.normal))[s.faces].all()]
     if not loose or _guided(system, plane, loose):
         return ""
@@ -110,6 +112,25 @@ def _no_plane(system: System, plane: Plane) -> str:
     hold = f"give 'fixed' '{support}'" if any(s.body == owner for s in loose) else "hold it in 'fixed'"
     what = f"nothing holds {bodies} along {way} all over {side} in every step"
     return f"{what}, so that {effect}; {hold}, or leave {plane.name!r} out"
+
+
+def _body_force_across(system: System, plane: Plane, side: str) -> str:
+    """What is wrong with a plane towards which, or away from which, a body force acts in any step; empty without one.
+
+    In axisymmetry what acts along the radius is its own image across the axis.
+    """
+    if system.axisymmetric and plane.axis == 0:
+        return ""
+    for plan, *_ in stages(system):
+        for body, courses in plan.body_force.items():
+            times = np.concatenate([course.times for course in courses])  # between them all parts are linear
+            force = np.array([[course(t) for course in courses] for t in times])
+            if (np.abs(force @ np.asarray(plane.normal)) > NO_DIFFERENCE * np.linalg.norm(force, axis=1)).any():
+                return (
+                    f"'body_force' on {body!r} has a part across {side}, and the images would have the opposite one, so that it is "
+                    f"no plane of symmetry; let it act along the plane, or leave {plane.name!r} out"
+                )
+    return ""
 
 
 def _pressing(system: System, plane: Plane, side: Side) -> list[str]:
