@@ -124,7 +124,7 @@ def test_planes_of_symmetry_are_flat_and_held_all_over_in_every_step(old: str, n
 )  # fmt: skip
 @pytest.mark.parametrize("in_step", [False, True])
 def test_body_forces_across_a_plane_are_refused(text: str, mirror: str, force: str, words: str, in_step: bool) -> None:
-    """The reflection turns them round: weight along a plane is that of the whole, weight across it acts towards it from both sides."""
+    """The reflection turns them round: weight along a plane is that of the whole, weight across it is not."""
     body = "ring" if text is RING else "b"
     given = f"body_force: {{{body}: {force}}}"
     text = text.replace("{name: press,", f"{{name: press, {given},") if in_step else text + given

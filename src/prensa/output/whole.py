@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.before.mirrored_tools import Wall, meetings
+from prensa.checks.before.mirrored_tools import Wall, goes_across, meetings, motions_in_space
 from prensa.checks.before.off_centre import Overlap, overlaps
 from prensa.checks.before.preflight import preflight
 from prensa.checks.thresholds import NO_DIFFERENCE
@@ -42,7 +42,7 @@ def mirror_findings(system: System, case: Case) -> Iterator[Finding]:
         wrong = list(no_planes(system, [side for side in sides if side not in reported]))
         yield from (Finding(path, words, Severity.REFUSE) for words in wrong)
         reported |= set(sides)
-        if not wrong and system.dofs.dimension == 3:
+        if not wrong:
             named = system.problem.tools if path == "output.mirror" else [path.split(".")[1]]
             found = list(overlaps(system, walls_of(system, sides), [tool for tool in named if tool not in tools], named=True))
             tools |= {f.tool for f in found}
@@ -57,7 +57,7 @@ def findings(system: System, case: Case) -> list[Finding]:
 
 
 def walls_of(system: System, sides: Sequence[str]) -> list[Wall]:
-    """Planes of symmetry in space by the names of their sides, each once."""
+    """Planes of symmetry by the names of their sides, each once."""
     planes = [plane_of(system.problem, side, system.X, system.meshes) for side in sides]
     return [Wall(plane) for plane in distinct(planes, DRAWN * system.length)]
 
@@ -127,8 +127,8 @@ def _body_force_across(system: System, plane: Plane, side: str) -> str:
             force = np.array([[course(t) for course in courses] for t in times])
             if (np.abs(force @ np.asarray(plane.normal)) > NO_DIFFERENCE * np.linalg.norm(force, axis=1)).any():
                 return (
-                    f"'body_force' on {body!r} has a part across {side}, and the images would have the opposite one, so that it is "
-                    f"no plane of symmetry; let it act along the plane, or leave {plane.name!r} out"
+                    f"'body_force' on {body!r} has a part across {side}, and the images would have the opposite one, so that it "
+                    f"is no plane of symmetry; let it act along the plane, or leave {plane.name!r} out"
                 )
     return ""
 
@@ -244,10 +244,11 @@ def _share(system: System, case: Case, tool: str) -> Share:
     planes = _planes(case, tool, system)
     if not planes:
         return Share()
-    if system.dofs.dimension == 2:
-        return Share(tuple(plane.name for plane in planes if not _goes_across(system, tool, plane)))
     met = {m.wall.plane.name: m for m in meetings(system, [Wall(plane) for plane in planes], [tool])}
     own = tuple(name for name, m in met.items() if m.reaches and m.across is None)
+    if system.dofs.dimension == 2:
+        along = {plane.name for plane in planes if not _goes_across(system, tool, plane)}
+        return Share(tuple(plane.name for plane in planes if plane.name in along | {*own}))
     more = tuple(name for name, m in met.items() if m.alike)
     return Share(own, len(images_of(case, tool, (*own, *more))) // len(images_of(case, tool, own)))
 
@@ -263,13 +264,14 @@ def _planes(case: Case, tool: str, system: System | None = None) -> list[Plane]:
 
 
 def _goes_across(system: System, tool: str, line: Plane) -> bool:
-    """Whether a tool in the plane moves across a line in a run, or is free to."""
+    """Whether a tool in the plane moves across a line in a run, or turns, or is free to."""
     number = list(system.problem.tools).index(tool)
-    dofs, n = system.dofs.tool.dofs(number)[:2], np.asarray(line.normal)
+    dofs, n = system.dofs.tool.dofs(number), np.append(line.normal, 0.0)
     before: Moment | None = None
     for now in moments(system):
-        way = now.u[dofs] - before.u[dofs] if before is not None and before.plan is now.plan else np.zeros(2)
-        if abs(way @ n) > NO_DIFFERENCE * np.linalg.norm(way) or (~np.isin(dofs, now.plan.fixed) & (np.abs(n) > DRAWN)).any():
+        way = now.u[dofs] - before.u[dofs] if before is not None and before.plan is now.plan else np.zeros(len(dofs))
+        free = np.eye(len(dofs))[~np.isin(dofs, now.plan.fixed)]
+        if any(goes_across(w, n) for w in motions_in_space(np.vstack([way, free]))):
             return True
         before = now
     return False
