@@ -254,7 +254,9 @@ def endless(m: Meeting) -> bool:
 
 def ends(m: Meeting) -> bool:
     """Whether a tool has ends across the plane, so that what is drawn of it is all of it."""
-    return bool(0.0 < m.master.shape.extent < np.inf) and not m.master.shape.cavity and not endless(m)
+    shape = m.master.shape
+    on = shape.cavity or endless(m) or m.master.tool.description.goes_on(shape)
+    return bool(0.0 < shape.extent < np.inf) and not on
 
 
 def surface_of(master: RigidMaster, system: System) -> tuple[Array, Index]:
