@@ -338,6 +338,12 @@ def test_tools_at_lines_of_symmetry_are_looked_at_as_in_space(tool: str, by: str
         assert len(said) == bool(words) and all(words in s for s in said)
 
 
+def test_the_axis_of_revolution_mirrors_what_is_round() -> None:
+    """A profile is drawn on both sides of it, and only its half at positive radii counts."""
+    given = case(KINKED, text=HALF.replace("plane strain", "axisymmetric"), mirror=("[left, bottom]", "[b.left, bottom]"))
+    assert refused(given) == []
+
+
 def test_what_is_refused_at_a_line_is_not_warned_of() -> None:
     """The warning of a tool beside the line is the same fault."""
     given = case(f"{ROUND}, at: [0.5, 0]", text=HALF)
@@ -347,7 +353,7 @@ def test_what_is_refused_at_a_line_is_not_warned_of() -> None:
 def test_a_flank_of_a_vee_is_one_of_two_in_the_plane() -> None:
     """Its line goes on beyond the line of symmetry, where no body sees it."""
     below = {"side": ("b.top, against", "b.bottom, against"), "touch": ("touching: b.top", "below: b.bottom")}
-    given = case(FLANK, by="x: 0.0", text=HALF.replace("b.bottom: y, ", "").replace("left, bottom", "left"), **below)
+    given = case(FLANK, by="y: 0.1", text=HALF.replace("b.bottom: y, ", "").replace("left, bottom", "left"), **below)
     assert refused(given) == []
 
 

@@ -57,8 +57,9 @@ def findings(system: System, case: Case) -> list[Finding]:
 
 
 def walls_of(system: System, sides: Sequence[str]) -> list[Wall]:
-    """Planes of symmetry by the names of their sides, each once."""
+    """Planes of symmetry by the names of their sides, each once; what is round is its own image across the axis."""
     planes = [plane_of(system.problem, side, system.X, system.meshes) for side in sides]
+    planes = [plane for plane in planes if not (system.axisymmetric and plane.axis == 0)]
     return [Wall(plane) for plane in distinct(planes, DRAWN * system.length)]
 
 
