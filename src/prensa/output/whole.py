@@ -248,8 +248,8 @@ def _share(system: System, case: Case, tool: str) -> Share:
     met = {m.wall.plane.name: m for m in meetings(system, [Wall(plane) for plane in planes], [tool])}
     own = tuple(name for name, m in met.items() if m.reaches and m.across is None)
     if system.dofs.dimension == 2:
-        along = {plane.name for plane in planes if not _goes_across(system, tool, plane)}
-        return Share(tuple(plane.name for plane in planes if plane.name in along | {*own}))
+        # a smooth round one at the line may turn and is the same tool
+        return Share(tuple(plane.name for plane in planes if not _goes_across(system, tool, plane, plane.name not in own)))
     more = tuple(name for name, m in met.items() if m.alike)
     return Share(own, len(images_of(case, tool, (*own, *more))) // len(images_of(case, tool, own)))
 
@@ -264,10 +264,10 @@ def _planes(case: Case, tool: str, system: System | None = None) -> list[Plane]:
     return distinct(planes, np.inf if system is None else DRAWN * system.length)
 
 
-def _goes_across(system: System, tool: str, line: Plane) -> bool:
-    """Whether a tool in the plane moves across a line in a run, or turns, or is free to."""
+def _goes_across(system: System, tool: str, line: Plane, turns: bool) -> bool:
+    """Whether a tool in the plane moves across a line in a run, or if ``turns`` turns, or is free to."""
     number = list(system.problem.tools).index(tool)
-    dofs, n = system.dofs.tool.dofs(number), np.append(line.normal, 0.0)
+    dofs, n = system.dofs.tool.dofs(number)[: 3 if turns else 2], np.append(line.normal, 0.0)
     before: Moment | None = None
     for now in moments(system):
         way = now.u[dofs] - before.u[dofs] if before is not None and before.plan is now.plan else np.zeros(len(dofs))
