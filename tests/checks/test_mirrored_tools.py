@@ -86,7 +86,8 @@ def test_tools_that_are_not_their_own_images_are_refused(tool: str, mirror: str,
     "tool",
     [FLAT, f"{PLATE}, {ORIGIN}", f"{PUNCH}, {ORIGIN}", f"{BALL}, {ORIGIN}", f"{BALL}, at: [3, 0, 3]",
      f"type: pyramid, of: vickers, {ORIGIN}", f"type: pyramid, of: vickers, turn: [0, 45 deg, 0], {ORIGIN}",
-     "type: extruded, section: {type: circle, radius: 2}, axis: [0, 0, 1], at: [0, 0, 30]",
+     *(f"type: extruded, section: {{{section}}}, axis: [0, 0, 1], at: [0, 0, {z}]"
+       for section in ("type: circle, radius: 2", "type: stamp, width: 4, fillet: 1") for z in (2.5, 30)),
      f"type: swept, section: {{type: profile, points: [[-8, 0], [0, 0], [0, 8]]}}, {PLAN}, {ORIGIN}"],
 )  # fmt: skip
 def test_others_are_not(tool: str) -> None:
@@ -292,3 +293,73 @@ def test_check_says_it_once_with_its_line(tmp_path: Path) -> None:
     lines = [line for line in done.stderr.splitlines() if line.strip()]
     assert done.exit_code and len(lines) == 1
     assert all(words in lines[0] for words in ("case.yaml:5:", "tools.die", "'left', x = 0", "turn it by -20°"))
+
+
+# ------------------------------------------------------------------------------------------------------------- in the plane
+HALF = """\
+name: half
+space: plane strain
+bodies: {b: {mesh: {type: rectangle, size: [6, 2], n: [6, 2]}, material: {type: elastic, E: 1000, nu: 0.3}}}
+tools:
+  die: {TOOL, touching: b.top}
+contacts: [{surface: b.top, against: die, friction: {mu: MU}}]
+fixed: {b.bottom: y, b.left: x}
+steps:
+- {name: press, by: {die: {y: -0.2}}}
+output: {mirror: [left, bottom]}
+"""
+ROUND, FACE = "type: circle, radius: 2", "type: stamp, width: 4, fillet: 0.5"
+KINKED = "type: profile, points: [[-8, 0], [0, 0], [8, 0.4]], at: [0, 0]"
+FLANK = "type: profile, points: [[60, 0], [3, 0], [0, -3]], at: [0, 0]"
+
+
+@pytest.mark.parametrize(
+    ("tool", "by", "rough", "smooth"),
+    [
+        (f"{ROUND}, at: [0, 0]", "y: -0.2", "", ""),
+        (f"{ROUND}, at: [0, 0]", "y: -0.2, rz: 0.1", "moves or turns across it", ""),
+        (f"{ROUND}, at: [0, 0]", "y: -0.2, x: 0.2", "steps.0: tool 'die' reaches across the line of symmetry 'left', x = 0",
+         "move it along the line, or model the whole, without 'left' in 'mirror'"),
+        (f"{ROUND}, at: [0.5, 0]", "y: -0.2", "by 1.5 and is centred at x = 0.5", "by 1.5 and is centred at x = 0.5"),
+        (f"{FACE}, at: [0.5, 0]", "y: -0.2", "by 1.5 and is centred at x = 0.5", "by 1.5 and is centred at x = 0.5"),
+        (f"{FACE}, at: [0, 0]", "y: -0.2, x: 0.2", "moves or turns across it", "moves or turns across it"),
+        (f"{ROUND}, at: [4, 0]", "y: -0.2, x: 0.2, rz: 0.1", "", ""),  # there are two of them
+        ("type: plane", "y: -0.2", "", ""),
+        ("type: plane", "y: -0.2, x: 0.2", "moves or turns across it", ""),
+        ("type: plane, normal: [0.2, -1]", "y: -0.2", "let its 'normal' lie along the plane", "is not its own mirror image"),
+        (KINKED, "y: -0.2", "is not its own mirror image there", "is not its own mirror image there"),
+        (KINKED.replace("[-8, 0]", "[-8, 0.4]"), "y: -0.2", "", ""),
+    ],
+)  # fmt: skip
+def test_tools_at_lines_of_symmetry_are_looked_at_as_in_space(tool: str, by: str, rough: str, smooth: str) -> None:
+    """Where they stand, and how they move while they touch; what goes along the line, or is one of two, is left alone."""
+    for mu, words in ((0.1, rough), (0.0, smooth)):
+        said = refused(case(tool, by, mu, HALF))
+        assert len(said) == bool(words) and all(words in s for s in said)
+
+
+def test_the_axis_of_revolution_mirrors_what_is_round() -> None:
+    """A profile is drawn on both sides of it, and only its half at positive radii counts."""
+    given = case(KINKED, text=HALF.replace("plane strain", "axisymmetric"), mirror=("[left, bottom]", "[b.left, bottom]"))
+    assert refused(given) == []
+
+
+def test_what_is_refused_at_a_line_is_not_warned_of() -> None:
+    """The warning of a tool beside the line is the same fault."""
+    given = case(f"{ROUND}, at: [0.5, 0]", text=HALF)
+    assert len([f for f in findings(pr.discretise(given.problem), given) if "there would be two tools" in str(f)]) == 1
+
+
+def test_a_flank_of_a_vee_is_one_of_two_in_the_plane() -> None:
+    """Its line goes on beyond the line of symmetry, where no body sees it."""
+    below = {"side": ("b.top, against", "b.bottom, against"), "touch": ("touching: b.top", "below: b.bottom")}
+    given = case(FLANK, by="y: 0.1", text=HALF.replace("b.bottom: y, ", "").replace("left, bottom", "left"), **below)
+    assert refused(given) == []
+
+
+def test_a_tool_that_turns_beside_a_line_is_another_one_than_its_image() -> None:
+    """Two rolls of which one is modelled turn opposite ways: each has its own force."""
+    given = case(f"{ROUND}, at: [3, 0]", by="rz: 0.1", text=HALF)
+    assert share(given) == Share()
+    assert share(case(f"{ROUND}, at: [3, 0]", by="y: -0.1", text=HALF)) == Share(("left",))
+    assert share(case(f"{ROUND}, at: [0, 0]", by="y: -0.1, rz: 0.1", mu=0.0, text=HALF)) == Share(("left",))

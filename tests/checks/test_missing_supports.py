@@ -123,6 +123,17 @@ def test_a_cut_side_that_nothing_holds_is_named(mesh, way, bottom):
         assert "of symmetry" in words or "unless" in words
 
 
+@pytest.mark.parametrize("way", ["x", "z"])
+def test_an_inclined_cut_side_that_is_held_along_one_axis_is_free_along_its_normal(way):
+    """Its nodes go along the part of the normal that is left; held along both axes, or moved along them, they do not."""
+    mesh, held = pr.Cylinder(**RING, angle=np.pi / 6), {"b.bottom": "y", "b.base": "z"}
+    (words,) = cut(mesh, held | {"b.cap": way})
+    assert "'b.cap' of the sector is free along its normal" in words and "'fixed' lacks 'b.cap: normal'" in words
+    assert cut(mesh, held | {"b.cap": "xz"}) == []
+    assert cut(mesh, held | {"b.cap": pr.Fixed(x=0.1, z=0.0)}) == []
+    assert cut(pr.Cylinder(**RING, angle=np.pi / 2), held | {"b.cap": "x"}) == []
+
+
 def test_sides_of_sectors_that_are_real_are_not_held():
     """A slotted ring of more than half a turn, a whole one, a cut side that a tool stands against, or that is pulled."""
     slotted = pr.Cylinder(**RING | {"n": (2, 2, 12)}, angle=1.5 * np.pi)

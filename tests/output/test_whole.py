@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -103,6 +104,32 @@ def test_planes_of_symmetry_are_flat_and_held_all_over_in_every_step(old: str, n
         text = text.replace("fixed: {b.bottom: y, b.left: x}\n", "").replace("touching: b.top", "normal: [0, -1], at: [0, 1]")
     (said,) = found(text)
     assert words in said
+
+
+@pytest.mark.parametrize(
+    ("text", "mirror", "force", "words"),
+    [
+        (SPACE, "[left, back]", "[0, -1, 0.01]", "'body_force' on 'b' has a part across their back side"),
+        (SPACE, "[left]", "[0, -1, 1]", ""),
+        (SPACE, "[b.left]", "[[[0, 0], [0.5, 1], [1, 0]], 0, 0]", "a part across 'b.left'"),
+        (PLANE, "[left, bottom]", "[0, -1]", "along the plane, or leave 'bottom' out"),
+        (PLANE, "[left]", "[0, -1]", ""),
+        (PLANE.replace("plane strain", "axisymmetric"), "[b.left]", "[1, 0]", ""),
+        (PLANE.replace("plane strain", "axisymmetric"), "[bottom]", "[0, 1]", "across their bottom side"),
+        (RING, "[ring.base, ring.cap]", "[0, -1, 0]", ""),
+        (RING, "[ring.base]", "[1, 0, 0]", ""),
+        (RING, "[ring.cap]", "[1, 0, 0]", "on 'ring' has a part across 'ring.cap'"),
+        (RING, "[ring.cap]", f"[1, 0, {math.tan(math.radians(60.0))}]", ""),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("in_step", [False, True])
+def test_body_forces_across_a_plane_are_refused(text: str, mirror: str, force: str, words: str, in_step: bool) -> None:
+    """The reflection turns them round: weight along a plane is that of the whole, weight across it is not."""
+    body = "ring" if text is RING else "b"
+    given = f"body_force: {{{body}: {force}}}"
+    text = text.replace("{name: press,", f"{{name: press, {given},") if in_step else text + given
+    said = found(re.sub(r"mirror: \[[^]]*\]", f"mirror: {mirror}", text))
+    assert len(said) == bool(words) and all(words in s and s.startswith("output.mirror: ") for s in said)
 
 
 @pytest.mark.parametrize("text", [SPACE, PLANE])

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.before.mirrored_tools import Wall, meetings
+from prensa.checks.before.mirrored_tools import Wall, goes_across, meetings, motions_in_space
 from prensa.checks.before.off_centre import Overlap, overlaps
 from prensa.checks.before.preflight import preflight
 from prensa.checks.thresholds import NO_DIFFERENCE
@@ -42,7 +42,7 @@ def mirror_findings(system: System, case: Case) -> Iterator[Finding]:
         wrong = list(no_planes(system, [side for side in sides if side not in reported]))
         yield from (Finding(path, words, Severity.REFUSE) for words in wrong)
         reported |= set(sides)
-        if not wrong and system.dofs.dimension == 3:
+        if not wrong:
             named = system.problem.tools if path == "output.mirror" else [path.split(".")[1]]
             found = list(overlaps(system, walls_of(system, sides), [tool for tool in named if tool not in tools], named=True))
             tools |= {f.tool for f in found}
@@ -57,8 +57,9 @@ def findings(system: System, case: Case) -> list[Finding]:
 
 
 def walls_of(system: System, sides: Sequence[str]) -> list[Wall]:
-    """Planes of symmetry in space by the names of their sides, each once."""
+    """Planes of symmetry by the names of their sides, each once; what is round is its own image across the axis."""
     planes = [plane_of(system.problem, side, system.X, system.meshes) for side in sides]
+    planes = [plane for plane in planes if not (system.axisymmetric and plane.axis == 0)]
     return [Wall(plane) for plane in distinct(planes, DRAWN * system.length)]
 
 
@@ -95,6 +96,8 @@ def _no_plane(system: System, plane: Plane) -> str:
     for s in found:
         if not system.problem.bodies[s.body].material.is_mirrored(np.asarray(plane.normal)):
             return f"the axes of the material of {s.body!r} lie across {side}, so that it is no plane of symmetry; leave it out"
+    if words := _body_force_across(system, plane, side):
+        return words
     loose = [s for s in found if not held_along(system, s.body, np.asarray(plane.normal))[s.faces].all()]
     if not loose or _guided(system, plane, loose):
         return ""
@@ -110,6 +113,25 @@ def _no_plane(system: System, plane: Plane) -> str:
     hold = f"give 'fixed' '{support}'" if any(s.body == owner for s in loose) else "hold it in 'fixed'"
     what = f"nothing holds {bodies} along {way} all over {side} in every step"
     return f"{what}, so that {effect}; {hold}, or leave {plane.name!r} out"
+
+
+def _body_force_across(system: System, plane: Plane, side: str) -> str:
+    """What is wrong with a plane towards which, or away from which, a body force acts in any step; empty without one.
+
+    In axisymmetry what acts along the radius is its own image across the axis.
+    """
+    if system.axisymmetric and plane.axis == 0:
+        return ""
+    for plan, *_ in stages(system):
+        for body, courses in plan.body_force.items():
+            times = np.concatenate([course.times for course in courses])  # between them all parts are linear
+            force = np.array([[course(t) for course in courses] for t in times])
+            if (np.abs(force @ np.asarray(plane.normal)) > NO_DIFFERENCE * np.linalg.norm(force, axis=1)).any():
+                return (
+                    f"'body_force' on {body!r} has a part across {side}, and the images would have the opposite one, so that it "
+                    f"is no plane of symmetry; let it act along the plane, or leave {plane.name!r} out"
+                )
+    return ""
 
 
 def _pressing(system: System, plane: Plane, side: Side) -> list[str]:
@@ -223,10 +245,11 @@ def _share(system: System, case: Case, tool: str) -> Share:
     planes = _planes(case, tool, system)
     if not planes:
         return Share()
-    if system.dofs.dimension == 2:
-        return Share(tuple(plane.name for plane in planes if not _goes_across(system, tool, plane)))
     met = {m.wall.plane.name: m for m in meetings(system, [Wall(plane) for plane in planes], [tool])}
     own = tuple(name for name, m in met.items() if m.reaches and m.across is None)
+    if system.dofs.dimension == 2:
+        # a smooth round one at the line may turn and is the same tool
+        return Share(tuple(plane.name for plane in planes if not _goes_across(system, tool, plane, plane.name not in own)))
     more = tuple(name for name, m in met.items() if m.alike)
     return Share(own, len(images_of(case, tool, (*own, *more))) // len(images_of(case, tool, own)))
 
@@ -241,14 +264,15 @@ def _planes(case: Case, tool: str, system: System | None = None) -> list[Plane]:
     return distinct(planes, np.inf if system is None else DRAWN * system.length)
 
 
-def _goes_across(system: System, tool: str, line: Plane) -> bool:
-    """Whether a tool in the plane moves across a line in a run, or is free to."""
+def _goes_across(system: System, tool: str, line: Plane, turns: bool) -> bool:
+    """Whether a tool in the plane moves across a line in a run, or if ``turns`` turns, or is free to."""
     number = list(system.problem.tools).index(tool)
-    dofs, n = system.dofs.tool.dofs(number)[:2], np.asarray(line.normal)
+    dofs, n = system.dofs.tool.dofs(number)[: 3 if turns else 2], np.append(line.normal, 0.0)
     before: Moment | None = None
     for now in moments(system):
-        way = now.u[dofs] - before.u[dofs] if before is not None and before.plan is now.plan else np.zeros(2)
-        if abs(way @ n) > NO_DIFFERENCE * np.linalg.norm(way) or (~np.isin(dofs, now.plan.fixed) & (np.abs(n) > DRAWN)).any():
+        way = now.u[dofs] - before.u[dofs] if before is not None and before.plan is now.plan else np.zeros(len(dofs))
+        free = np.eye(len(dofs))[~np.isin(dofs, now.plan.fixed)]
+        if any(goes_across(w, n) for w in motions_in_space(np.vstack([way, free]))):
             return True
         before = now
     return False

@@ -12,6 +12,7 @@ from prensa.errors import Finding
 from prensa.model.meshes import Cylinder, Revolution
 from prensa.model.problem import Problem
 from prensa.precision import NEGLIGIBLE
+from prensa.system.held import held_along
 from prensa.system.inclined import side_normal
 from prensa.system.moments import stages
 from prensa.system.system import System
@@ -42,10 +43,11 @@ def said_of(body: str, cuts: dict[str, str]) -> Iterator[Finding]:
     if cuts:
         names, several = " and ".join(f"'{body}.{side}'" for side in cuts), len(cuts) > 1
         held = ", ".join(f"{body}.{side}: {way}" for side, way in cuts.items())
+        free = "are free along their normals" if several else "is free along its normal"
         yield Finding(
             f"bodies.{body}",
-            f"the cut side{'s' * several} {names} of the sector {'are' if several else 'is'} free, so that it opens there: "
-            f"'fixed' lacks '{held}', unless {'these are real sides' if several else 'that is a real side'} of the part",
+            f"the cut side{'s' * several} {names} of the sector {free}, so that it opens there: 'fixed' lacks '{held}', unless "
+            f"{'these are real sides' if several else 'that is a real side'} of the part",
         )
 
 
@@ -58,9 +60,11 @@ def _used(problem: Problem, name: str) -> bool:
 
 
 def _held(system: System, body: str, side: str, normal: Array) -> Flags:
-    """Nodes (k,) of a flat side that a support of the first step holds along something of its normal (3,)."""
-    nodes = np.unique(system.meshes[body].edges[side]) + system.offsets[body]
-    dofs = system.dofs.displacement.dofs(nodes)[:, np.abs(normal) > NO_DIFFERENCE]
-    held = np.isin(dofs, stages(system)[0].plan.fixed).any(axis=1)
-    inclined = system.ties.inclined if system.ties is not None else None
-    return np.asarray(held if inclined is None else held | np.isin(nodes, inclined.nodes))
+    """Nodes (k,) of a flat side that supports of the first step, or of all, hold along its normal (3,): where none is left free.
+
+    What holds one of two components of an inclined normal leaves the side free to go along it.
+    """
+    nodes = np.unique(system.meshes[body].edges[side])
+    dofs = system.dofs.displacement.dofs(nodes + system.offsets[body])[:, np.abs(normal) > NO_DIFFERENCE]
+    first = np.isin(dofs, stages(system)[0].plan.fixed).all(axis=1)
+    return np.asarray(first | held_along(system, body, normal)[nodes])

@@ -1,4 +1,4 @@
-"""Tools at planes of symmetry in space: whether one reaches a plane, is its own mirror image there, and stays so in a run.
+"""Tools at planes of symmetry: whether one reaches a plane, is its own mirror image there, and stays so in a run.
 
 The whole is the part with its images, so that beyond a plane the tool of the whole is the image of what stands on this side. A
 tool that is drawn across the plane is one with its image only if both are the same near the bodies: where the nodes of its
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -17,19 +18,20 @@ from prensa.checks.thresholds import NO_DIFFERENCE, SLIGHT
 from prensa.contact.masters import RigidMaster
 from prensa.contact.pairing import rotation
 from prensa.friction.fading import Fading
+from prensa.geometry.plane import rotated
 from prensa.geometry.reflections import Plane
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.system.moments import Moment, moments
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
-from prensa.types import Array, Flags
+from prensa.types import Array, Flags, Index
 
 OFF_LINE = 1e-3
 """Distance of a tool from the plane that it crosses, over its half breadth, that is a rounded coordinate."""
 
 
 class Wall(NamedTuple):
-    """A plane of symmetry in space, its normal into the part; ``body``: the one whose contacts meet tools there, None: all."""
+    """A plane (or line) of symmetry, its normal into the part; ``body``: the one whose contacts meet tools there, None: all."""
 
     plane: Plane
     body: str | None = None
@@ -42,12 +44,12 @@ class Wall(NamedTuple):
         return cls(plane._replace(normal=tuple(-n for n in plane.normal), place=-plane.place), body)
 
     def image(self, x: Array) -> Array:
-        """Mirror images (k, 3) of places (k, 3)."""
+        """Mirror images (k, d) of places (k, d)."""
         return np.asarray(x - 2.0 * self.plane.distance(x)[:, None] * np.asarray(self.plane.normal))
 
 
 class Sight(NamedTuple):
-    """What nodes x (k, 3) of the contacts of a tool see of it: closest points ``feet`` (k, 3) and normals n (k, 3) there.
+    """What nodes x (k, d) of the contacts of a tool see of it: closest points ``feet`` (k, d) and normals n (k, d) there.
 
     ``touches``: whether any node is on the tool, or in it; ``chord``: how far (length) the surface may be off what it stands for.
     """
@@ -152,11 +154,11 @@ def _follow(
     m: Meeting, system: System, before: Moment | None, now: Moment, then: Callable[[], Sight], seen: Callable[[], Sight]
 ) -> None:
     """Add to a meeting what a moment shows; ``before``: the moment before it, in this step or another."""
-    dofs, n = m.master.dofs, np.asarray(m.wall.plane.normal)
+    dofs, n = m.master.dofs, _in_space(np.asarray(m.wall.plane.normal))
     same = before is not None and before.plan is now.plan
-    way = now.u[dofs] - before.u[dofs] if same and before is not None else np.zeros(6)
-    free = np.eye(6)[~np.isin(dofs, now.plan.fixed)]
-    goes, loose = _goes_across(way, n), np.array([w for w in free if _goes_across(w, n)]).reshape(-1, 6)
+    way = motions_in_space(now.u[dofs] - before.u[dofs] if same and before is not None else np.zeros(len(dofs)))
+    free = motions_in_space(np.eye(len(dofs))[~np.isin(dofs, now.plan.fixed)])
+    goes, loose = goes_across(way, n), np.array([w for w in free if goes_across(w, n)]).reshape(-1, 6)
     if before is None:
         m.crosses = _both_sides(m, system, now.u)
         m.began = m.reaches = (m.crosses and ends(m)) or _sees_plane(m.wall, seen(), system)
@@ -187,6 +189,18 @@ def _follow(
     m._gone = False
 
 
+def _in_space(x: Array) -> Array:
+    """Vectors (…, 3) of vectors (…, d)."""
+    return np.concatenate([x, np.zeros((*x.shape[:-1], 3 - x.shape[-1]))], axis=-1)
+
+
+def motions_in_space(ways: Array) -> Array:
+    """Motions (…, 6) of a tool, its turns last, from its degrees of freedom (…, d + w): in the plane it turns about z."""
+    d = 3 if ways.shape[-1] == 6 else 2
+    turns = ways[..., d:]
+    return np.concatenate([_in_space(ways[..., :d]), np.zeros((*ways.shape[:-1], 3 - turns.shape[-1])), turns], axis=-1)
+
+
 def _kinds(way: Array, n: Array) -> Flags:
     """Whether a motion (6,) of a tool, its turns last, goes anywhere, goes along a normal (3,), turns about another axis."""
     size, turn = np.linalg.norm(way[:3]), np.linalg.norm(way[3:])
@@ -194,8 +208,8 @@ def _kinds(way: Array, n: Array) -> Flags:
     return np.array([size > 0.0, across > NO_DIFFERENCE * size, beside > NO_DIFFERENCE * turn])
 
 
-def _goes_across(way: Array, n: Array) -> bool:
-    """Whether the motion is not its own mirror image."""
+def goes_across(way: Array, n: Array) -> bool:
+    """Whether a motion (6,) is not its own mirror image across a plane with a normal (3,)."""
     return bool(_kinds(way, n)[1:].any())
 
 
@@ -207,15 +221,15 @@ def _drags(m: Meeting, plan: StepPlan, system: System, u: Array, ways: Array, si
     """
     if rough(system, plan, m.master.name, m.wall.body):
         return True
-    n = np.asarray(m.wall.plane.normal)
-    centre = m.master.at + m.master.place(u)[:3]
-    arm = -m.wall.plane.distance(centre[None])[0] * n
+    n, seen_n, feet = (_in_space(v) for v in (np.asarray(m.wall.plane.normal), sight.n, sight.feet))
+    centre = m.master.at + m.master.place(u)[: m.master.dimension]
+    arm, centre = -m.wall.plane.distance(centre[None])[0] * n, _in_space(centre)
     for way in ways:
         v, w = way[:3], way[3:]
         beside = v + np.cross(w, arm)  # on the plane
-        off = 2.0 * (beside @ n) * n + 2.0 * np.cross(w - (w @ n) * n, sight.feet - centre - arm)
-        size = np.linalg.norm(v + np.cross(w, sight.feet - centre), axis=1).max()
-        if np.abs(np.einsum("ki,ki->k", off, sight.n)).max() > NO_DIFFERENCE * size:
+        off = 2.0 * (beside @ n) * n + 2.0 * np.cross(w - (w @ n) * n, feet - centre - arm)
+        size = np.linalg.norm(v + np.cross(w, feet - centre), axis=1).max()
+        if np.abs(np.einsum("ki,ki->k", off, seen_n)).max() > NO_DIFFERENCE * size:
             return True
     return False
 
@@ -231,27 +245,42 @@ def rough(system: System, plan: StepPlan, tool: str, body: str | None = None) ->
 
 
 # --------------------------------------------------------------------------------------------------------- where it stands
+def endless(m: Meeting) -> bool:
+    """Whether a tool is extruded across the plane, and has no ends: it is drawn as far as it has to be seen."""
+    own = m.master.tool.description
+    axis = np.asarray(getattr(own, "axis", np.zeros(3)), dtype=float)
+    return own.type == "extruded" and bool(abs(axis @ np.asarray(m.wall.plane.normal)) > NEGLIGIBLE * np.linalg.norm(axis))
+
+
 def ends(m: Meeting) -> bool:
     """Whether a tool has ends across the plane, so that what is drawn of it is all of it."""
-    shape, own = m.master.shape, m.master.tool.description
-    axis = np.asarray(getattr(own, "axis", np.zeros(3)), dtype=float)
-    endless = own.type == "extruded" and abs(axis @ np.asarray(m.wall.plane.normal)) > NEGLIGIBLE * np.linalg.norm(axis)
-    return bool(0.0 < shape.extent < np.inf) and not shape.cavity and not endless
+    shape = m.master.shape
+    on = shape.cavity or endless(m) or m.master.tool.description.goes_on(shape)
+    return bool(0.0 < shape.extent < np.inf) and not on
 
 
-def drawn(master: RigidMaster, system: System, u: Array) -> Array:
-    """Points (k, 3) of the surface of a tool as it is drawn, where it is at u (ndof,)."""
-    points, _ = master.tool.description.facets(master.tool.direction, system.length)
-    place = master.place(u)
-    return np.asarray(master.at + place[:3] + points @ rotation(place[3:]).T)
+def surface_of(master: RigidMaster, system: System) -> tuple[Array, Index]:
+    """Points (k, d) of the surface of a tool in its frame, as it is drawn, and pairs (e, 2) of neighbours among them."""
+    tool, depth = master.tool, system.length
+    if master.dimension == 3:
+        points, triangles = tool.description.facets(tool.direction, depth)
+        return points, np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    lines = tool.description.outline(depth)
+    points, starts = np.concatenate(lines), np.cumsum([0, *map(len, lines)])
+    if tool.description.direction_key:
+        points = rotated(points, float(np.arctan2(tool.direction[0], -tool.direction[1])))
+    pairs = np.concatenate([np.stack([k := np.arange(a, b), np.roll(k, -1)], axis=1) for a, b in pairwise(starts)])
+    on = np.abs(master.shape.closest(points).g) <= DRAWN * depth  # what closes an endless tool lies inside
+    return points[on], (np.cumsum(on) - 1)[pairs[on[pairs].all(axis=1)]]
 
 
 def _both_sides(m: Meeting, system: System, u: Array) -> bool:
     """Whether a tool is drawn on both sides of the plane; neither half-spaces nor what encloses the bodies are."""
     if m.master.shape.half_space or m.master.shape.cavity:
         return False
-    d = m.wall.plane.distance(drawn(m.master, system, u))
-    return bool(d.min() < -NEGLIGIBLE * system.length and d.max() > NEGLIGIBLE * system.length)
+    place, d = m.master.place(u), m.master.dimension
+    away = m.wall.plane.distance(m.master.at + place[:d] + surface_of(m.master, system)[0] @ rotation(place[d:]).T)
+    return bool((away < -NEGLIGIBLE * system.length).any() and (away > NEGLIGIBLE * system.length).any())
 
 
 def _sees_plane(wall: Wall, sight: Sight, system: System) -> bool:

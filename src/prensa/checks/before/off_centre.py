@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.before.mirrored_tools import OFF_LINE, Meeting, Wall, meetings
+from prensa.checks.before.mirrored_tools import OFF_LINE, Meeting, Wall, endless, meetings, surface_of
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.contact.masters import RigidMaster
 from prensa.errors import Finding, Severity
@@ -79,14 +79,15 @@ def off_centre(system: System) -> Iterator[Finding]:
             yield _apart(c)
 
 
-def _apart(c: Crossing) -> Finding:
+def _apart(c: Crossing) -> Overlap:
     """What to say of a tool in the plane whose middle is beside the line."""
     across, place, at = c.middle.half - abs(c.middle.off), c.line.place + c.middle.off, c.line.place
     where = "the axis" if c.body is None else f"the line of symmetry of {c.body!r}, x = {at:g},"
-    return Finding(
+    return Overlap(
         _place(c.master),
         f"it is centred at x = {place:.4g} and reaches across {where} by {across:.4g}: {TWO}; centre it there "
         f"('at: [{at:g}, …]'), or keep it on one side" + ("" if c.body is None else _no_symmetry(c.body, "line")),
+        tool=c.master.name,
     )
 
 
@@ -104,7 +105,7 @@ def _no_symmetry(body: str, kind: str) -> str:
 def overlaps(
     system: System, walls: Sequence[Wall], tools: Sequence[str] | None = None, named: bool = False
 ) -> Iterator[Overlap]:  # fmt: skip
-    """Tools in space that are not their own images across planes of symmetry, or do not stay so, one finding for each tool.
+    """Tools that are not their own images across planes of symmetry, or do not stay so, one finding for each tool.
 
     ``named``: whether the case says that these are planes of symmetry: then what is surely no symmetric whole is refused, and
     nothing else reported.
@@ -127,7 +128,8 @@ def _moves(m: Meeting, named: bool) -> Overlap:
     moves = m.across == m.moved
     how = "moves or turns across it" if moves else "is free to move or turn across it"
     image = "moves the other way" if moves else "would move the other way"
-    hold = "move it along the plane" if moves else "hold it across the plane"
+    kind = "line" if m.master.dimension == 2 else "plane"
+    hold = f"move it along the {kind}" if moves else f"hold it across the {kind}"
     return Overlap(
         f"steps.{m.across}",
         f"tool {m.master.name!r} reaches across {_plane(m)}, and {how}, while its mirror image {image}: there would be two tools "
@@ -140,12 +142,12 @@ def _moves(m: Meeting, named: bool) -> Overlap:
 def _stands(system: System, m: Meeting, named: bool, normals: Sequence[Array]) -> Overlap | None:
     """What to say of a tool that is not its own image where it stands; None of one that is.
 
-    ``normals`` (3,): of all planes that it reaches.
+    ``normals`` (d,): of all planes that it reaches.
     """
     name, n = m.master.name, np.asarray(m.wall.plane.normal)
     if m.since is None and _loose(system.problem, name, n):
         return None  # on its way
-    middle = _across_plane(system, m) if m.crosses and m.since is None else None
+    middle = _across_plane(system, m) if m.crosses and m.since is None and not endless(m) else None
     if middle is not None and not middle.apart:
         return None
     if middle is None and m.unlike is None:
@@ -177,8 +179,8 @@ def _stands(system: System, m: Meeting, named: bool, normals: Sequence[Array]) -
 
 def _plane(m: Meeting) -> str:
     """A plane in words."""
-    plane = m.wall.plane
-    return f"the plane of symmetry {f'of {m.wall.body!r}' if m.wall.body else repr(plane.name)}, {plane}"
+    plane, kind = m.wall.plane, "line" if m.master.dimension == 2 else "plane"
+    return f"the {kind} of symmetry {f'of {m.wall.body!r}' if m.wall.body else repr(plane.name)}, {plane}"
 
 
 def _otherwise(m: Meeting, named: bool) -> str:
@@ -218,11 +220,11 @@ def _beside_line(system: System, master: RigidMaster, line: Plane, at: Array) ->
 
 
 def _across_plane(system: System, m: Meeting) -> Middle | None:
-    """The middle of a tool in space that is drawn on both sides of a plane; None if it is its own image about none."""
+    """The middle of a tool that is drawn on both sides of a plane; None if it is its own image about none."""
     master, n = m.master, np.asarray(m.wall.plane.normal)
     own, shape = master.tool.description, master.shape
-    points, triangles = own.facets(master.tool.direction, system.length)
-    at = master.at + master.place(system.initial().u)[:3]
+    points, pairs = surface_of(master, system)
+    at = master.at + master.place(system.initial().u)[: master.dimension]
     d = m.wall.plane.distance(points + at)
     some, half = points[:: 1 + len(points) // len(system.X)], 0.5 * float(np.ptp(d))
     place = -float(m.wall.plane.distance(at))  # of the plane along its normal, in the frame of the tool
@@ -233,12 +235,12 @@ def _across_plane(system: System, m: Meeting) -> Middle | None:
     if not getattr(own, "section", own).mirrored(True, np.array([0.0, -1.0])):  # that are drawn about their middles
         beyond = some[some @ n - place < 0.0]
         out = shape.closest(_image(beyond, n, place)).g - shape.closest(beyond).g
-        plate = _straight(master, points, triangles, d, n) and bool((out <= OFF_LINE * half).all())
+        plate = _straight(master, points, pairs, d, n) and bool((out <= OFF_LINE * half).all())
     return Middle(middle - place, half, plate)
 
 
 def _image(x: Array, n: Array, place: float) -> Array:
-    """Mirror images (k, 3) of places (k, 3) across the plane with a normal (3,) at a place along it."""
+    """Mirror images (k, d) of places (k, d) across the plane with a normal (d,) at a place along it."""
     return np.asarray(x - 2.0 * (x @ n - place)[:, None] * n)
 
 
@@ -260,9 +262,8 @@ def _middle(master: RigidMaster, x: Array, n: Array, guess: float, half: float) 
     return middle if least <= OFF_LINE * half else None
 
 
-def _straight(master: RigidMaster, points: Array, triangles: Index, d: Array, n: Array) -> bool:
-    """Whether a surface goes across a plane at right angles wherever it does; d (k,): distances of its points from it."""
-    ends = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+def _straight(master: RigidMaster, points: Array, ends: Index, d: Array, n: Array) -> bool:
+    """Whether a surface goes across a plane at right angles wherever it does; d (k,): distances of points, ``ends`` (e, 2)."""
     ends = ends[d[ends[:, 0]] * d[ends[:, 1]] < 0.0]
     a, b = ends.T
     through = points[a] + (d[a] / (d[a] - d[b]))[:, None] * (points[b] - points[a])

@@ -155,6 +155,10 @@ class Chained(ToolShape, abstract=True):
         """What was mended in a file."""
         yield from (("points", words) for words in getattr(self.points, "warnings", ()))
 
+    def goes_on(self, shape: Tool) -> bool:
+        """An open chain does, beyond both ends."""
+        return shape.half_space or not np.isfinite(shape.period)
+
     def outline(self, depth: float) -> list[Array]:
         """The chain; the ends of an open one are closed far inside the tool."""
         return [of_chain(*self.pieces(0.0), depth)]
