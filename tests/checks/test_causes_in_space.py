@@ -130,6 +130,7 @@ def cap(file: Path) -> str:
 DRAG = "increments: 4}\n  - {name: drag, by: {punch: {%s: 1.5}}}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", ["0, 0, 0", "0, -90 deg, 0"], ids=["as drawn", "turned towards the drag"])
 @pytest.mark.parametrize("along", "xz")
 def test_a_surface_is_turned_towards_what_it_presses_and_not_along_a_drag(tmp_path: Path, turn: str, along: str) -> None:

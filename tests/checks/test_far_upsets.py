@@ -54,6 +54,7 @@ def test_upsets_by_most_of_the_height_are_reported(mesh, travel, mu, reported):
         assert f"press 'b' together by {travel * height:.4g} of {height:g}" in words and "'remesh: auto'" in words
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("travel", "worn"), [(0.6, True), (0.3, False)])
 def test_elements_wear_out_where_it_is_reported(travel, worn):
     """A tenth of the elements of a flat box that sticks is out of shape by then, or the run has ended on one of them."""
@@ -188,6 +189,7 @@ def test_extrusions_that_open_corners_beyond_180_degrees_are_reported(angle, red
         assert said(extrusion(angle, reduction, travel=1.0)) == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("angle", "folds"), [(45, True), (25, False)])
 def test_corners_fold_where_it_is_reported(angle, folds):
     """Of an extrusion by 35 %, past a steep and a flat die."""

@@ -83,6 +83,7 @@ def test_sides_that_roll_onto_a_tool_are_in_shape(caplog):
     assert (jacobians(mesh.cells, x)[:, 8:] > 0.0).all()
 
 
+@pytest.mark.slow
 def test_a_stop_has_what_the_run_has_seen_its_place_and_a_picture(tmp_path: Path, capsys):
     """On an axis that a tool has come through: no contact is missing there, and the folder has summary and picture."""
     case = tmp_path / "can.yaml"

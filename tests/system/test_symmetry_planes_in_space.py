@@ -126,6 +126,7 @@ def test_tetrahedra_meet_the_plane_too():
     assert abs(pressed) > 0.1
 
 
+@pytest.mark.slow
 def test_derivatives_go_on_at_the_plane():
     """They are differences of whole runs, and a run from a state with the plane has the same ones."""
     path, step = "bodies.t.material.flow.s0", 1e-4
