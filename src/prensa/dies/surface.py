@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prensa.geometry.plane import rotated, turned
+from prensa.geometry.plane import ONE_NORMAL, rotated, turned
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.result.increment import ToolState
 from prensa.tools.analytic import Closest
-from prensa.tools.place import ONE_NORMAL, PlacedTool
+from prensa.tools.place import PlacedTool
 from prensa.types import Array, Index
 
 

@@ -6,6 +6,8 @@ import numpy as np
 
 from prensa.types import Array
 
+ONE_NORMAL = np.cos(np.radians(5.0))  # cosine of the angle to the mean normal up to which a boundary counts as straight
+
 
 def cross(a: Array, b: Array) -> Array:
     """A × b (…) of vectors (…, 2): the area of the parallelogram, positive where b lies to the left of a."""

@@ -52,6 +52,10 @@ class Plane(NamedTuple):
         """Distance (…) of places (…, d) from it, positive on the side to which the normal points."""
         return np.asarray(x @ np.asarray(self.normal) - self.place)
 
+    def image(self, x: Array) -> Array:
+        """Mirror images (…, d) of places (…, d) across it."""
+        return np.asarray(x - 2.0 * self.distance(x)[..., None] * np.asarray(self.normal))
+
     def same(self, other: Plane, near: float, turned: float = NEGLIGIBLE) -> bool:
         """Whether it is another one with the same normal, but for a distance ``near`` and an angle ``turned``.
 

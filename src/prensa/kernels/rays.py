@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from prensa.kernels.compiled import njit
+from prensa.kernels.search import push_children
 from prensa.precision import NEGLIGIBLE
 
 
@@ -58,11 +59,7 @@ def first_met(boxes, order, X, least, start, way, met, far):
             if enters == np.inf or enters > best:
                 continue
             if i < first:
-                l, r = 2 * i, 2 * i + 1
-                if _enters(boxes[l], o, d) <= _enters(boxes[r], o, d):
-                    l, r = r, l
-                stack[top], stack[top + 1] = l, r
-                top += 2
+                top = push_children(stack, top, i, _enters(boxes[2 * i], o, d), _enters(boxes[2 * i + 1], o, d))
                 continue
             t = order[i - first]
             if t < 0:

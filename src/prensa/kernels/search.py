@@ -1,4 +1,4 @@
-"""Search in sorted rows of a sparse pattern."""
+"""Search in sorted rows of a sparse pattern, and in trees of boxes."""
 
 from __future__ import annotations
 
@@ -16,3 +16,11 @@ def entry(indptr, indices, row, wanted):
         else:
             hi = mid
     return lo
+
+
+@njit(cache=True, forceinline=True)
+def push_children(stack, top, i, left, right):
+    """Push the children 2i and 2i + 1 of a node of a heap, the nearer one last by what is ``left`` and ``right``: the new top."""
+    nearer = 2 * i if left <= right else 2 * i + 1
+    stack[top], stack[top + 1] = 4 * i + 1 - nearer, nearer
+    return top + 2

@@ -340,7 +340,8 @@ def _sketch(data: dict[str, Any], context: Any) -> Any:
     sketch: Any = SimpleNamespace(**{name: _part(kind, data, name, context) for name, kind in hints(Problem).items()})
     named = isinstance(sketch.tools, dict) and isinstance(sketch.bodies, dict) and None not in sketch.no_contact
     if not sketch.contacts and named:
-        sketch.contacts, sketch.contacts_filled_in = Problem.every_contact(sketch), True
+        sketch.contacts = Problem.every_contact(sketch)
+        sketch.contacts_filled_in = bool(sketch.contacts)
     return sketch
 
 

@@ -141,7 +141,7 @@ def _tools(p: Any, dimension: int) -> Iterator[Finding]:
 
 
 def _contacts(p: Any) -> Iterator[Finding]:
-    if getattr(p, "contacts_filled_in", False) and p.contacts:  # a sketch of a case that could not be read is no problem
+    if getattr(p, "contacts_filled_in", False):  # a sketch of a case that could not be read is no problem
         entries = ", ".join(f"{{surface: {_side_for(p, c.surface[0], c.against)}, against: {c.against}}}" for c in p.contacts)
         yield Finding(("tools", p.contacts[0].against), words_of("no contacts", entries=entries), at_key=True)
         return

@@ -16,12 +16,13 @@ import numpy as np
 
 from prensa.dies.spread import joined
 from prensa.dies.surface import in_space, outline_of
+from prensa.geometry.plane import ONE_NORMAL
 from prensa.model.problem import Case
 from prensa.output.stored import Placement, Stored
 from prensa.precision import NEGLIGIBLE
 from prensa.result.increment import BodyState, ContactState, ToolState
 from prensa.system.system import System
-from prensa.tools.place import ONE_NORMAL, PlacedTool
+from prensa.tools.place import PlacedTool
 from prensa.types import Array, Flags
 
 

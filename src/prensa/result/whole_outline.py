@@ -46,7 +46,7 @@ class WholeOutline(NamedTuple):
         for number, lines in enumerate(self.images):
             for line in lines:
                 there = image == number
-                out[there] = line.image(out[there])
+                out[there] = line.plane.image(out[there])
         return out
 
     def image_of(self, node: int, line: Mirror) -> int:
@@ -62,7 +62,7 @@ class WholeOutline(NamedTuple):
         for line in self.lines:
             beyond = line.distance(x) < 0.0
             x = x.copy()
-            x[beyond] = line.image(x[beyond])
+            x[beyond] = line.plane.image(x[beyond])
         return x
 
 

@@ -57,10 +57,6 @@ class Mirror:
         """Distance (...) of places (..., d) from it, positive where the bodies lie."""
         return np.asarray(self.side * self.plane.distance(x))
 
-    def image(self, x: Array) -> Array:
-        """The mirror images (..., d) of places (..., d)."""
-        return np.asarray(x - 2.0 * self.plane.distance(x)[..., None] * np.array(self.plane.normal))
-
 
 class MirrorContact(model.Contact):
     """Contact of the free sides of a body with a plane of symmetry; in space, too, it names the whole of the body."""

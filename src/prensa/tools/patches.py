@@ -27,6 +27,7 @@ from __future__ import annotations
 import numpy as np
 
 from prensa.kernels.compiled import njit
+from prensa.kernels.search import push_children
 from prensa.precision import NEGLIGIBLE, ROUND_OFF
 from prensa.tools.facets import BORDER, CREASE, SMOOTH
 
@@ -269,11 +270,7 @@ def nearest(P, C, R, T, curved, flats, kinds, groups, start, members, boxes, ord
             if _beyond(boxes[i], p) > best * (1.0 + NEGLIGIBLE):
                 continue
             if i < first:
-                l, r = 2 * i, 2 * i + 1
-                if _beyond(boxes[l], p) <= _beyond(boxes[r], p):
-                    l, r = r, l
-                stack[top], stack[top + 1] = l, r
-                top += 2
+                top = push_children(stack, top, i, _beyond(boxes[2 * i], p), _beyond(boxes[2 * i + 1], p))
                 continue
             t = order[i - first]
             if t < 0:

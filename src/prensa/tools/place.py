@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.errors import PrensaError, along, coordinates
+from prensa.geometry.plane import ONE_NORMAL
 from prensa.geometry.sections import section_axes
 from prensa.mesh.faces import first_met
 from prensa.mesh.mesh import Mesh
@@ -18,7 +19,6 @@ from prensa.tools.tool import ToolShape
 from prensa.types import Array, Index
 
 DIRECTIONS = 36  # in which the width of a tool is taken
-ONE_NORMAL = np.cos(np.radians(5.0))  # cosine of the angle to the mean normal up to which a boundary counts as straight
 FACING = 0.5  # cosine of the angle between the mean normal and a tool's way up to which the tool goes towards the boundary
 
 

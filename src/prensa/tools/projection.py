@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from prensa.kernels.compiled import njit
+from prensa.kernels.search import push_children
 from prensa.precision import ROUND_OFF
 from prensa.tools.analytic import AT_CENTRE
 
@@ -73,12 +74,7 @@ def _nearest(table, boxes, x, y):
             if d < best or (d == best and k < found):
                 best, found, where = d, k, at
             continue
-        a, b = 2 * i, 2 * i + 1
-        if _box_distance(boxes[a], x, y) <= _box_distance(boxes[b], x, y):
-            a, b = b, a
-        stack[top] = a
-        stack[top + 1] = b
-        top += 2
+        top = push_children(stack, top, i, _box_distance(boxes[2 * i], x, y), _box_distance(boxes[2 * i + 1], x, y))
     return found, where
 
 

@@ -43,10 +43,6 @@ class Wall(NamedTuple):
             return cls(plane, body)
         return cls(plane._replace(normal=tuple(-n for n in plane.normal), place=-plane.place), body)
 
-    def image(self, x: Array) -> Array:
-        """Mirror images (k, d) of places (k, d)."""
-        return np.asarray(x - 2.0 * self.plane.distance(x)[:, None] * np.asarray(self.plane.normal))
-
 
 class Sight(NamedTuple):
     """What nodes x (k, d) of the contacts of a tool see of it: closest points ``feet`` (k, d) and normals n (k, d) there.
@@ -299,7 +295,7 @@ def unlike(m: Meeting, system: System, u: Array, sight: Sight) -> Unlike | None:
     Nor where the image adds nothing on the side of the part and the tool goes straight across the plane: it is drawn beyond it.
     """
     wall = m.wall
-    g = m.master.seen(wall.image(sight.feet), u).g
+    g = m.master.seen(wall.plane.image(sight.feet), u).g
     least = max(OFF_LINE * float(np.abs(wall.plane.distance(sight.feet)).max()), 2.0 * sight.chord)
     off, adds = float(np.abs(g).max()), bool(g.min() < -least)
     on = np.abs(wall.plane.distance(sight.x)) <= DRAWN * system.length

@@ -227,31 +227,26 @@ def _across_plane(system: System, m: Meeting) -> Middle | None:
     at = master.at + master.place(system.initial().u)[: master.dimension]
     d = m.wall.plane.distance(points + at)
     some, half = points[:: 1 + len(points) // len(system.X)], 0.5 * float(np.ptp(d))
-    place = -float(m.wall.plane.distance(at))  # of the plane along its normal, in the frame of the tool
-    middle = _middle(master, some, n, place + 0.5 * float(d.min() + d.max()), half)
+    plane = m.wall.plane._replace(place=-float(m.wall.plane.distance(at)))  # in the frame of the tool
+    middle = _middle(master, some, plane._replace(place=plane.place + 0.5 * float(d.min() + d.max())), half)
     if middle is None:
         return None
     plate = False
     if not getattr(own, "section", own).mirrored(True, np.array([0.0, -1.0])):  # that are drawn about their middles
-        beyond = some[some @ n - place < 0.0]
-        out = shape.closest(_image(beyond, n, place)).g - shape.closest(beyond).g
+        beyond = some[plane.distance(some) < 0.0]
+        out = shape.closest(plane.image(beyond)).g - shape.closest(beyond).g
         plate = _straight(master, points, pairs, d, n) and bool((out <= OFF_LINE * half).all())
-    return Middle(middle - place, half, plate)
+    return Middle(middle - plane.place, half, plate)
 
 
-def _image(x: Array, n: Array, place: float) -> Array:
-    """Mirror images (k, d) of places (k, d) across the plane with a normal (d,) at a place along it."""
-    return np.asarray(x - 2.0 * (x @ n - place)[:, None] * n)
+def _middle(master: RigidMaster, x: Array, guess: Plane, half: float) -> float | None:
+    """Place of the plane along the guess about which a tool with surface points x (k, 3) is its own image; None without.
 
-
-def _middle(master: RigidMaster, x: Array, n: Array, guess: float, half: float) -> float | None:
-    """Place along a normal (3,) of the plane about which a tool with surface points x (k, 3) is its own image; None without.
-
-    From a guess by Gauss-Newton steps on the distances of the images; ``half``: breadth.
+    By Gauss-Newton steps on the distances of the images; ``half``: breadth.
     """
-    g, middle, place, least = master.shape.closest(x).g, guess, guess, np.inf
+    g, n, middle, place, least = master.shape.closest(x).g, np.asarray(guess.normal), guess.place, guess.place, np.inf
     while True:
-        found = master.shape.closest(_image(x, n, place))
+        found = master.shape.closest(guess._replace(place=place).image(x))
         slope, missing = 2.0 * (found.n @ n), found.g - g
         if not (left := float(np.abs(missing).max())) < least:
             break

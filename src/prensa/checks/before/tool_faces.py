@@ -11,13 +11,11 @@ from prensa.checks.before.pushed_tools import forces_of
 from prensa.checks.thresholds import NO_DIFFERENCE, TOWARDS
 from prensa.contact.pairing import rotation
 from prensa.errors import Finding, along
+from prensa.geometry.plane import ONE_NORMAL
 from prensa.geometry.sections import section_axes
 from prensa.system.moments import moments
 from prensa.system.system import System
 from prensa.types import Array
-
-ASKEW = math.radians(5.0)
-"""Angle by which a border that is cut askew may turn where a surface looks; within as much a boundary has one normal."""
 
 
 def tool_faces(system: System) -> Iterator[Finding]:
@@ -32,7 +30,8 @@ def tool_faces(system: System) -> Iterator[Finding]:
         looks = tool.description.presented(tool.shape)
         if looks is None or not len(ways := _pressing(system, tool.name, _ways(system, number, tool.name))):
             continue
-        aside = (np.abs(ways @ looks) < math.sin(ASKEW) * np.linalg.norm(ways, axis=1)).all()
+        # a border that is cut askew turns where a surface looks by as much as a boundary that has one normal
+        aside = (np.abs(ways @ looks) < math.sqrt(1.0 - ONE_NORMAL**2) * np.linalg.norm(ways, axis=1)).all()
         turned = np.array(getattr(tool.description, "turn", np.zeros(3)))
         if aside and not _cut(system, number):
             yield Finding(
@@ -62,7 +61,7 @@ def _pressing(system: System, name: str, ways: Array) -> Array:
 
 def _axis_near(v: Array) -> Array:
     """The axis (3,) next to a unit vector v (3,), which a border cut askew turns a little; v itself where none is near."""
-    axis = np.where(np.abs(v) > math.cos(ASKEW), np.sign(v), 0.0)
+    axis = np.where(np.abs(v) > ONE_NORMAL, np.sign(v), 0.0)
     return axis if axis.any() else v
 
 
