@@ -251,7 +251,7 @@ def located(messages: str, path: str | Path, overrides: Iterable[str] = ()) -> s
     """
     try:
         return located_in(messages, _read(Path(path)), str(path), overrides)
-    except CaseError:  # what cannot be read is what the messages tell
+    except CaseError:  # what cannot be read is in the messages already
         return messages
 
 

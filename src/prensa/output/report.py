@@ -93,7 +93,7 @@ def number(value: float, digits: int = 5) -> str:
 def _interactive(stored: Stored, room: int | None) -> dict[str, Any]:
     """The interactive part: the library that draws it, the script that drives that, and what it shows in so many characters.
 
-    Without ``room`` (None) all but what it shows, which tells how much room there is.
+    Without ``room`` (None) all but what it shows, from which the room that is left follows.
     """
     from prensa.output.scene import as_json, scene
 
