@@ -252,7 +252,7 @@ class Iterative:
         return out
 
     def _slides(self, more: Array) -> bool:
-        """Whether contact makes another P than (A + Aᵀ)/2; only then may elements too: its pivots say something of A elsewhere."""
+        """Whether contact makes another P than (A + Aᵀ)/2; only then may elements too: its pivots depend on A elsewhere."""
         return bool(more[: len(self.part.places)].any())
 
     def _preconditioner(self, way: str, A: csr_matrix, more: Array) -> Solve:

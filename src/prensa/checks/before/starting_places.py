@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from prensa.errors import Finding, Severity, coordinates
 from prensa.linear.rigid_modes import CLOSED
 from prensa.model.interference import interference_of
 from prensa.system.system import System
+from prensa.tools.place import ToolError, side_of
 from prensa.types import Array
 
 SUNK = 0.45
@@ -62,7 +64,7 @@ def starting_places(system: System) -> Iterator[Finding]:
         behind = np.where(facing > TOWARDS, depth, 0.0)
         k = int(np.argmax(behind))
         if behind[k] > NOTABLE_DEPTH and not start.contact.closed[s.rows].any():
-            to_touch, at = _to_touch(system, s, int(nodes[k])), coordinates(system.X[nodes[k]])
+            to_touch, at = _to_touch(system, s, k, pairs.n[k]), coordinates(system.X[nodes[k]])
             yield Finding(
                 f"tools.{name}",
                 f"it starts so deep inside {surface!r} that node {nodes[k] - system.offsets[s.body]} ({at}) is "
@@ -95,8 +97,7 @@ def _inside(system: System, s: Surface, pairs: Pairs, depth: Array) -> Finding:
         + (
             _along_axis(system, s)
             if system.axisymmetric
-            else f"move the tool by ({_at(way)}) {unit}"
-            + _to_touch(system, s, int(nodes[k]))
+            else f"move the tool by ({_at(way)}) {unit}" + _to_touch(system, s, k, pairs.n[k])
         )
         + (tool.description.hint(-s.node_normal[k]) if depth[k] > SUNK else "")
         + (
@@ -113,11 +114,21 @@ def _at(x: Array) -> str:
     return coordinates(np.where(np.abs(x) > SLIGHT * np.abs(x).max(), x, 0.0))
 
 
-def _to_touch(system: System, s: Surface, node: int) -> str:
-    """How to place a tool at the boundary of a node, in words; '' where that has no name."""
-    sides = [name for name in s.description.surface if "." in name]
-    sides += [f"{s.body}.{k}" for k, e in system.meshes[s.body].edges.items() if node - system.offsets[s.body] in e]
-    return f", or place it with 'touching: {sides[0]}'" if sides else ""
+def _to_touch(system: System, s: Surface, slot: int, normal: Array) -> str:
+    """How to place a tool with the normal (d,) at node ``slot`` of a surface, in words; '' where no side there has a name.
+
+    Of the sides that meet at the node, those that the contact lists if any, it is the one that faces the tool.
+    """
+    mesh, node = system.meshes[s.body], int(s.points.nodes[slot]) - system.offsets[s.body]
+    there = {f"{s.body}.{side}": faces for side, faces in mesh.edges.items() if node in faces}
+    listed = {side: faces for side, faces in there.items() if side in s.description.surface} or there
+    facing: dict[str, float] = {}
+    for side, faces in listed.items():
+        with suppress(ToolError):  # it runs all around: no tool can be placed by 'touching' there
+            facing[side] = float(
+                side_of(s.against, side, mesh.points, faces[:, : 2 * (mesh.points.shape[1] - 1)]) @ normal
+            )
+    return f", or place it with 'touching: {min(facing, key=facing.__getitem__)}'" if facing else ""
 
 
 def _along_axis(system: System, s: Surface) -> str:
