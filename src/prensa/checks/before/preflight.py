@@ -65,6 +65,8 @@ AFTER: dict[Check[System], tuple[Check[System], ...]] = {
     edges_between_nodes: (*AT_REST, tools_inside),
 }
 """Check → those after which it has nothing to say if one of them refuses the problem."""
+RELIES_ON: dict[Check[System], tuple[Check[System], ...]] = {rigid_motions: AT_REST}
+"""Check → those after which it has no warnings if one of them refuses: what touches a body follows from where tools are."""
 CAUSES: dict[Check[System], tuple[Check[System], ...]] = {
     tool_sizes: (lengths, file_units),
     starting_places: (tool_faces,),
@@ -81,7 +83,8 @@ def preflight(system: System) -> list[Finding]:
     refused: set[Check[System]] = set()
     for check in CHECKS:
         if refused.isdisjoint(AFTER.get(check, ())):
-            own = list(check(system))
+            unsure = not refused.isdisjoint(RELIES_ON.get(check, ()))
+            own = [f for f in check(system) if f.fatal or not unsure]
             found += [(check, f) for f in own]
             refused |= {check} if any(f.fatal for f in own) else set()
     return sorted(_causes(system, found), key=lambda f: not f.fatal)

@@ -77,11 +77,28 @@ def starting_places(system: System) -> Iterator[Finding]:
             yield _inside(system, s, pairs, depth)
 
 
-def _holds_all(system: System, s: Surface) -> bool:
-    """Whether no node of a contact's body lies outside of its tool: where one side of a chain is the body, it is the other."""
+def _gaps_of_body(system: System, s: Surface) -> Array:
+    """Gaps (k,) of the nodes of a contact's body from its tool, of those that the tool sees."""
     start = system.initial()
     g = system.tool_masters[s.against].seen(system.positions(start.u)[system.span(s.body)], start.u).g
-    return bool((g[~np.isnan(g)] <= CLOSED * float(s.points.depth.min())).all())
+    return np.asarray(g[~np.isnan(g)])
+
+
+def _holds_all(system: System, s: Surface) -> bool:
+    """Whether no node of a contact's body lies outside of its tool: where one side of a chain is the body, it is the other."""
+    return bool((_gaps_of_body(system, s) <= CLOSED * float(s.points.depth.min())).all())
+
+
+def _turned_round(system: System, s: Surface, depth: float, normal: Array) -> str:
+    """What else may be wrong with a tool in which a node with outward normal (d,) lies ``depth`` deep, an element being 1.
+
+    A plane or a chain that was turned round would have in it what lies outside of it now: that is no remedy if it is more.
+    """
+    description = system.tool_masters[s.against].tool.description
+    g = _gaps_of_body(system, s)
+    if depth <= SUNK or (getattr(description, "type", "") != "stl" and g.max() > -g.min()):
+        return ""
+    return description.hint(-normal)
 
 
 def _inside(system: System, s: Surface, pairs: Pairs, depth: Array) -> Finding:
@@ -99,7 +116,7 @@ def _inside(system: System, s: Surface, pairs: Pairs, depth: Array) -> Finding:
             if system.axisymmetric
             else f"move the tool by ({_at(way)}) {unit}" + _to_touch(system, s, k, pairs.n[k])
         )
-        + (tool.description.hint(-s.node_normal[k]) if depth[k] > SUNK else "")
+        + _turned_round(system, s, float(depth[k]), s.node_normal[k])
         + (
             ""
             if system.dofs.dimension == 3
