@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import pytest
 
 import prensa as pr
 from prensa.checks.before.preflight import preflight
-from prensa.errors import per_cent
-from prensa.model.schema import in_short, loads
+from prensa.errors import CaseError, per_cent
+from prensa.measures import MeasureError, parse
+from prensa.model.schema import in_short, loads, warnings_of
 
 BLOCK = """\
 name: block
@@ -83,6 +85,41 @@ def test_what_holds_a_body_is_not_asked_where_a_tool_stands_behind_its_surface()
     assert "reverse the order of its 'points'" in line
     right = "type: profile, points: [[4, 40], [4, 0], [0, 0]], fillet: 0, at: [0, 0]"
     assert said(right, "[b.bottom, b.right]", *billet, space="axisymmetric") == []
+
+
+@pytest.mark.parametrize(("side", "tool", "motion"), [("top", "b.top", "{y: -0.2}"), ("right", "b.right", "{x: -0.2}")])
+def test_a_side_that_is_held_and_pressed_is_named(side: str, tool: str, motion: str) -> None:
+    """Where contacts are left out a tool has none with sides that are held: no travel is too long, a support too many."""
+    listed = ("contacts:\n  - {surface: b, against: die, friction: {type: coulomb, mu: 0.1}}\n", "")
+    held = {"top": "b.top: y, b.left: x", "right": "b.bottom: y, b.right: x"}[side]
+    (line,) = said(f"type: plane, touching: {tool}", "b", listed, ("{y: -0.2}", motion), ("b.bottom: y, b.left: x", held))
+    assert f"the two contradict each other; remove 'b.{side}' from the supports" in line
+    (line,) = said("type: plane, touching: b.top", "b", listed, ("{y: -0.2}", "{y: -2.5}"))
+    assert "is its travel larger than the body?" in line
+
+
+def test_of_an_exponent_in_per_cent_nothing_follows_for_units() -> None:
+    """The flow stress of such a curve is next to nothing."""
+    swift = "{type: swift, K: 600, e0: 0.01, n: 22}"
+    text = BLOCK.replace("TOOL", "type: plane, touching: b.top").replace("SIDES", "b.top").replace("SPACE", "plane strain")
+    (line,) = warnings_of(loads(text.replace("{type: voce, s0: 60, Q: 120, b: 8}", swift)).problem)
+    assert "did you mean 0.22?" in line
+
+
+@pytest.mark.parametrize(
+    ("measure", "meant"), [("die.Fy", "die.fy"), ("DIE.FORCE.Y", "die.force.y"), ("max die.force.y", "max(die.force.y)")]
+)
+def test_measures_differ_by_capitals_and_brackets(measure: str, meant: str) -> None:
+    """The nearest name is that in other letters, not one that differs in less of them."""
+    p = loads(BLOCK.replace("TOOL", "type: plane, touching: b.top").replace("SIDES", "b.top").replace("SPACE", "plane strain"))
+    with pytest.raises(MeasureError, match=re.escape(f"did you mean '{meant}'?")):
+        parse(measure, p.problem)
+
+
+def test_a_speed_where_a_length_belongs_is_called_one() -> None:
+    """With the key that takes it."""
+    with pytest.raises(CaseError, match="'-8 mm/s' is a speed, and a length is meant; speeds of tools are given by 'velocity'"):
+        said("type: plane, touching: b.top", "b.top", ("{y: -0.2}", "{y: -8 mm/s}"))
 
 
 @pytest.mark.parametrize("origin", [[0.0, 1.5], [1.0, 1.0], [2.0, 1.25]])

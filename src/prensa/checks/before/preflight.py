@@ -22,7 +22,7 @@ from prensa.checks.before.measured_places import measured_places
 from prensa.checks.before.mesh_shapes import mesh_shapes
 from prensa.checks.before.new_meshes import new_meshes, new_sizes
 from prensa.checks.before.obsolete_keys import obsolete_keys
-from prensa.checks.before.off_centre import off_centre
+from prensa.checks.before.off_centre import Overlap, off_centre
 from prensa.checks.before.overlap import overlapping_bodies
 from prensa.checks.before.passages_ahead import few_passages
 from prensa.checks.before.pushed_tools import pushed_tools
@@ -70,11 +70,12 @@ RELIES_ON: dict[Check[System], tuple[Check[System], ...]] = {rigid_motions: AT_R
 CAUSES: dict[Check[System], tuple[Check[System], ...]] = {
     tool_sizes: (lengths, file_units),
     starting_places: (tool_faces,),
-    off_centre: (tool_faces,),
+    off_centre: (lengths, tool_faces, turns, tool_paths),
     tool_paths: (lengths, file_units, tool_faces),
     edges_between_nodes: (lengths, file_units, tool_faces),
 }
-"""Check → those that find the cause of what it finds of the same tool: a size or travel in another unit, a file's other axes."""
+"""Check → those that find the cause of what it finds of the same tool: a size, turn or travel in another unit, a file's
+other axes, a motion along the wrong one."""
 
 
 def preflight(system: System) -> list[Finding]:
@@ -92,7 +93,7 @@ def preflight(system: System) -> list[Finding]:
 
 def _causes(system: System, found: list[tuple[Check[System], Finding]]) -> list[Finding]:
     """Findings without those that follow from others, which are as severe as what follows; of two on one support the severer."""
-    tools = [_tool(system, f.path) for _, f in found]
+    tools = [f.tool if isinstance(f, Overlap) else _tool(system, f.path) for _, f in found]
     out = [f for _, f in found]
     followed: set[int] = set()
     for k, (check, f) in enumerate(found):

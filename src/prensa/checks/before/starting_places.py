@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from prensa.errors import Finding, Severity, coordinates
 from prensa.linear.rigid_modes import CLOSED
 from prensa.model.interference import interference_of
 from prensa.system.system import System
-from prensa.tools.place import ToolError, side_of
+from prensa.tools.place import faces
 from prensa.types import Array
 
 SUNK = 0.45
@@ -137,15 +136,11 @@ def _to_touch(system: System, s: Surface, slot: int, normal: Array) -> str:
     Of the sides that meet at the node, those that the contact lists if any, it is the one that faces the tool.
     """
     mesh, node = system.meshes[s.body], int(s.points.nodes[slot]) - system.offsets[s.body]
-    there = {f"{s.body}.{side}": faces for side, faces in mesh.edges.items() if node in faces}
-    listed = {side: faces for side, faces in there.items() if side in s.description.surface} or there
-    facing: dict[str, float] = {}
-    for side, faces in listed.items():
-        with suppress(ToolError):  # it runs all around: no tool can be placed by 'touching' there
-            facing[side] = float(
-                side_of(s.against, side, mesh.points, faces[:, : 2 * (mesh.points.shape[1] - 1)]) @ normal
-            )
-    return f", or place it with 'touching: {min(facing, key=facing.__getitem__)}'" if facing else ""
+    there = {f"{s.body}.{side}": edges for side, edges in mesh.edges.items() if node in edges}
+    listed = {side: edges for side, edges in there.items() if side in s.description.surface} or there
+    facing = {side: faces(mesh.points, edges, normal) for side, edges in listed.items()}
+    best = min(facing, key=facing.__getitem__, default="")
+    return f", or place it with 'touching: {best}'" if best and facing[best] < 0.0 else ""
 
 
 def _along_axis(system: System, s: Surface) -> str:
