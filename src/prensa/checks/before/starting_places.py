@@ -63,7 +63,7 @@ def starting_places(system: System) -> Iterator[Finding]:
         behind = np.where(facing > TOWARDS, depth, 0.0)
         k = int(np.argmax(behind))
         if behind[k] > NOTABLE_DEPTH and not start.contact.closed[s.rows].any():
-            to_touch, at = _to_touch(system, s, k, pairs.n[k]), coordinates(system.X[nodes[k]])
+            to_touch, at = _to_touch(system, s, k, -s.node_normal[k]), coordinates(system.X[nodes[k]])
             yield Finding(
                 f"tools.{name}",
                 f"it starts so deep inside {surface!r} that node {nodes[k] - system.offsets[s.body]} ({at}) is "
