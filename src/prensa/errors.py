@@ -17,6 +17,11 @@ def coordinates(place: Iterable[float]) -> str:
     return ", ".join(f"{v:.4g}" for v in place)
 
 
+def per_cent(share: float) -> str:
+    """A share, not in per cent, in words: two digits, without a power of ten, as '0.31 %' or '100 %'."""
+    return f"{float(f'{100.0 * share:.2g}'):.6g} %"
+
+
 def along(way: Iterable[float]) -> str:
     """A direction in words: an axis, such as -y, or else its components, in brackets."""
     components = [float(v) for v in way]

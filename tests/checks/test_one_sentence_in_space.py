@@ -53,12 +53,15 @@ def said(tmp_path: Path, text: str, *command: str) -> tuple[int, list[str], str]
             "type: sphere, radius: 20", "type: revolved, section: {type: circle, radius: 20}, axis: [0, 0, 0]",
             "the axis [0, 0, 0] has no direction; write 'x', 'y', 'z' or a vector",
         ),
+        ("{y: -0.3}", "{z: -0.3}", "only goes away from it"),
+        ("{y: -0.3}", "{y: -0.3, rz: 30}", "for degrees write '30 deg'"),
+        ("block.bottom: y", "block.top: y", "the two contradict each other; take the support off the contact surface"),
         ("bodies:\n", SECOND.replace("HEIGHT", "-4"), "it overlaps body 'base', by 1 mm"),
         ("bodies:\n", SECOND.replace("HEIGHT", "-5"), "join them with 'ties', or make one a tool"),
     ],
     ids=["metres", "flow stress", "plane of symmetry", "planes exchanged", "base held", "base held, planes too", "tip",
          "none", "sign", "plane mesh", "place", "two numbers",
-         "no axis", "overlap", "untied"],
+         "no axis", "wrong axis", "degrees", "pressed side held", "overlap", "untied"],
 )
 def test_one_sentence_for_one_mistake(tmp_path: Path, old: str, new: str, words: str) -> None:
     """With its place and a remedy; nothing of a case that is in order."""

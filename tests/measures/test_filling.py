@@ -133,6 +133,30 @@ def test_the_answer_of_a_run_says_how_far_the_die_is_filled(tmp_path: Path) -> N
     assert resume(tmp_path / "r", quiet=True).summary["fill"] == run.summary["fill"]
 
 
+@pytest.mark.parametrize(
+    ("drawn", "pockets"), [({"fixed": {"b.right": {"x": 0.01}}}, 0), ({"by": {"b.right": {"x": 0.01}}}, 0), ({}, 1)]
+)
+def test_what_draws_a_strip_is_no_wall_of_the_die(drawn: dict, pockets: int) -> None:
+    """Behind the throat the die stands open: a flank and the drawn end enclose nothing, a flank and a side held at rest do."""
+    die = pr.Polygon(points=((0.6, 2.0), (1.0, 1.99), (7.0, 8.0), (0.0, 8.0)), fillet=0.0, at=(0, 0))
+    held = {"b.bottom": "y", **({} if drawn else {"b.right": "x"})}
+    p = pressed_block(
+        pr.Step("draw", increments=1, **drawn), size=(2.0, 2.0), n=(5, 4), element="q4", tools={"t": die},
+        material=pr.Elastic(1000.0, 0.3), contacts=[pr.Contact("b.top", "t")], fixed=held,
+    )  # fmt: skip
+    *_, i = pr.solve(p)
+    assert i.measure("b.pockets") == pockets
+    assert [w.at for w in walls(p) if w.axis == 0] == [2.0] * (not drawn)
+
+
+def test_walls_of_a_die_are_where_supports_have_stayed_up_to_the_step() -> None:
+    """Held at rest from the first step on, or from a later one; not what was moved or released before, and held again."""
+    motions = [{}, {"by": {"b.left": {"x": 0.1}}}, *({"fixed": {"b.right": how}} for how in ("x", "free", "x"))]
+    steps = tuple(pr.Step(f"s{k}", **m) for k, m in enumerate(motions))
+    p = replace(in_a_box("plane strain"), steps=steps)
+    assert [sorted(w.at for w in walls(p, k)) for k in range(5)] == [[0.0, 0.0], [0.0], [0.0, 2.0], [0.0], [0.0]]
+
+
 def test_pockets_of_open_dies_are_in_the_answer() -> None:
     """Without a closed die there is no share: number, volume and place of the pockets, the largest of several."""
     places = [{"x": 1.0, "y": 2.0, "volume": 3.0}, {"x": 4.0, "y": 5.0, "volume": 1.0}]

@@ -16,7 +16,7 @@ def lines_of(system: System) -> Iterator[str]:
     """Lines about a discretised problem: bodies, tools in their places, contacts, steps, size."""
     from prensa.mesh.quality import quality
     from prensa.model.metals import metals_of
-    from prensa.model.schema import brief
+    from prensa.model.schema import in_short
 
     p = system.problem
     geometry = "moved" if p.contact_geometry == "current" else "undeformed"
@@ -29,7 +29,7 @@ def lines_of(system: System) -> Iterator[str]:
         why = f" ({system.chosen[name]})" if name in system.chosen else ""
         yield f"body {name}: {len(mesh.cells)} elements {p.element_name(name)}{why}, {len(mesh.points)} nodes"
         material = replace(body.material, of=None) if name in metals else body.material
-        yield f"  {', '.join(f'{c} {low:g} … {high:g}' for c, low, high in ranges)}; {brief(material)}"
+        yield f"  {', '.join(f'{c} {low:g} … {high:g}' for c, low, high in ranges)}; {in_short(material)}"
         if name in metals:
             yield f"  of {metals[name].words()}"
         yield f"  {quality(mesh).line()}"
@@ -48,7 +48,7 @@ def lines_of(system: System) -> Iterator[str]:
     for surface in system.surfaces:
         contact = surface.description
         law = contact.friction or p.friction
-        friction = brief(law) if law is not None else "none"
+        friction = in_short(law) if law is not None else "none"
         rule = "" if contact.integration == "nodal" else f" ({contact.integration})"
         points = f"{len(surface.points)} candidate points{rule}"
         yield f"contact {surface.name}: {points}; friction {friction}; {contact.enforcement.type}"
@@ -94,10 +94,10 @@ def _lasting(step: Step) -> str:
 
 def _actions(step: Step) -> str:
     """What a step does, as it is written, and its increments."""
-    from prensa.model.schema import brief
+    from prensa.model.schema import in_short
 
     kinds = ("move", "by", "velocity", "crank", "feed", "push", "control", "fixed", "loads", "body_force", "friction", "until")
-    acts = [f"{kind} {brief(getattr(step, kind))}" for kind in kinds if getattr(step, kind)]
+    acts = [f"{kind} {in_short(getattr(step, kind))}" for kind in kinds if getattr(step, kind)]
     many = "" if step.increments == 1 else "s"
     acts.append(f"{step.increments} increment{many}" if step.increments else "increments chosen on the way")
     return ", ".join(acts)

@@ -317,7 +317,7 @@ def _carried_frame(Q, T, y, n_tool, H, touched, m, start, n, e, kept, s, dg, ds,
 def continued(shape: Tool, s: Array, X: Array, u: Array, at: Array, place: Array, since: Since) -> Array:
     """Coordinates s (k, 1) on a closed surface, counted on from those ``since``: X (k, 2) initial positions, u (k, 2).
 
-    A closed surface has a cut, across which its coordinate jumps by the period: where a point is does not tell how often it
+    A closed surface has a cut, across which its coordinate jumps by the period: where a point is does not say how often it
     went round. Half a period and less is the shorter way. A tool that turns by more is followed in turns of no more than
     `LOOK_EVERY`, points and tool on straight ways, so that a whole turn slips by the circumference.
     """

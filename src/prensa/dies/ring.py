@@ -13,7 +13,7 @@ import numpy as np
 
 from prensa.dies.section import mesh_of, offset
 from prensa.dies.surface import in_space
-from prensa.errors import PrensaError
+from prensa.errors import PrensaError, per_cent
 from prensa.materials.solids.elastic import Elastic
 from prensa.mesh.mesh import boundary_edges
 from prensa.model.problem import Body, Fixed, Points, Problem, Tie
@@ -49,7 +49,7 @@ class ShrinkRing:
         if self.interference > self.largest_strain * radius:
             raise PrensaError(
                 f"the interference {self.interference:g} {unit} of the shrink ring of tool {tool!r} is "
-                f"{100 * self.interference / radius:.2g} % of the radius {radius:.4g} of its seat, more than is elastic; give "
+                f"{per_cent(self.interference / radius)} of the radius {radius:.4g} of its seat, more than is elastic; give "
                 f"at most {self.largest_strain * radius:.2g} {unit}, or another 'largest_strain' in ShrinkRing"
             )
 

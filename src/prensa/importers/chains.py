@@ -119,7 +119,7 @@ def _without_doubles(segments: Sequence[Segment], near: float) -> tuple[list[Seg
     copies: dict[int, int] = {}
     for i, (s, pair) in enumerate(zip(segments, ends.pairs)):
         some = known.setdefault(frozenset(pair), [])
-        # the places half way tell two half circles between the same ends apart
+        # two half circles between the same ends differ in the places half way
         same = next((j for j in some if distance(_middle(s), _middle(segments[j])) <= near), None)
         if same is None:
             some.append(i)

@@ -15,7 +15,7 @@ LABELS = 10**9  # labels of different instances of an assembly are kept apart by
 
 
 def is_label(word: str) -> bool:
-    """Whether a word is the label of a node or an element: digits, and fewer than tell instances apart."""
+    """Whether a word is the label of a node or an element: digits, and fewer than those of the numbers of instances."""
     # isdigit alone is true for digits of other scripts, and for superscripts that int refuses.
     return word.isascii() and word.isdigit() and len(word) < 10
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from prensa.errors import per_cent
 from prensa.inverse.flow_data import FlowData
 from prensa.inverse.flow_laws import FittedCurve, extrapolated
 from prensa.materials.flow_curve import stress_at
@@ -59,7 +60,7 @@ def lines_of(name: str, data: FlowData, fits: Sequence[FittedCurve], to: float |
     if loose := [fit.law for fit in fits if not (fit.worse or fit.determined)]:
         yield f"constants that the readings do not determine (95 % intervals reach zero) are in: {', '.join(loose)}"
     if len(fits) > 1 and far > last:
-        yield f"beyond the data nothing is known: at {far:g} the laws lie {100 * spread:.2g} % of their mean apart"
+        yield f"beyond the data nothing is known: at {far:g} the laws lie {per_cent(spread)} of their mean apart"
     yield snippet(fits[0], data.unit)
 
 

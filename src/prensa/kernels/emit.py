@@ -259,7 +259,7 @@ class _Emitter:
         """End a block of instructions that has become long, and begin another.
 
         LLVM orders the instructions of a block in a time that grows with the square of their number. Blocks that always follow
-        one another it makes one: it is not told that the flag ``goes_on`` is always set, and the block ``never`` not reached.
+        one another it makes one: it does not know that the flag ``goes_on`` is always set, and the block ``never`` not reached.
         """
         if len(self.b.block.instructions) > LONGEST_BLOCK:
             after = self.b.append_basic_block("on")

@@ -400,7 +400,7 @@ class Factorisation:
 
     @property
     def may_resolve_soft_modes(self) -> bool:
-        """Whether the factors were made since `begin`, and nothing is known yet against their telling the softest modes."""
+        """Whether the factors were made since `begin`, and nothing is known yet against their softest modes."""
         return self._own and (self._to_check is not None or self._soft_mode_error)
 
     def resolves_soft_modes(self, b: Array, x: Array) -> bool:
@@ -717,7 +717,7 @@ def krylov(
             # The recurrence may promise more than there is; the factor 2 is the margin between it and the true residual.
             return x if length(b - A @ x) <= 2.0 * share * size else None
         # At the mean rate so far, would all iterations leave more than the share? Outlying eigenvalues take iterations that
-        # tell no rate.
+        # say nothing of the rate.
         counted = j + 1 - outliers
         if j >= least and counted > 0 and counted * math.log(share) < (most + 1 - outliers) * math.log(left):
             return None

@@ -252,7 +252,7 @@ class Iterative:
         return out
 
     def _slides(self, more: Array) -> bool:
-        """Whether contact makes another P than (A + Aᵀ)/2; only then may elements too: its pivots tell of A elsewhere."""
+        """Whether contact makes another P than (A + Aᵀ)/2; only then may elements too: its pivots depend on A elsewhere."""
         return bool(more[: len(self.part.places)].any())
 
     def _preconditioner(self, way: str, A: csr_matrix, more: Array) -> Solve:
@@ -335,7 +335,7 @@ class Iterative:
             return solve(r)
 
         def by_gmres(r: Array, share: float) -> Array | None:
-            # the first iterations, in which few eigenvalues are seen, tell nothing of the rate
+            # the first iterations, in which few eigenvalues are seen, say nothing of the rate
             if not isinstance(solve, PressureApart):
                 return krylov(A, counted, r, most, share, least=most // 2)
             x, rest, goal = np.zeros_like(r), r, share * length(r)
@@ -503,7 +503,7 @@ class Iterative:
     def positive(self) -> bool:
         """Whether all eigenvalues have positive real parts: where P is the symmetric part of A and all its pivots are positive.
 
-        Where points slide P leaves out what makes A unsymmetric, and its pivots tell nothing of A.
+        Where points slide P leaves out what makes A unsymmetric, and its pivots say nothing of A.
         """
         if self.by_lu:
             return self.direct.positive

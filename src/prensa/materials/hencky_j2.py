@@ -207,7 +207,7 @@ def hencky_j2(h: Tensor, old: Begun, metal: Metal, flows: Flows | None = None) -
         r = _returned(e, J, old.strain, metal, flows)
         moved = differs(r.rise, 0.0)
         # Where nothing flowed the trial tensor itself, not the exponential of its logarithm: elastic states collect no
-        # round-off, and equal bits tell `begin` that nothing flowed.
+        # round-off, and equal bits say in `begin` that nothing flowed.
         new = [where(moved, x, y) for x, y in zip(exponential(r.elastic), t)]
         kept = [where(moved, x, y) for x, y in zip(push_forward(h, old.kept), new)]
         # Trapezoid: at the end's flow stress alone the plastic work would err by the first order of the increment.

@@ -65,22 +65,38 @@ class Filling(NamedTuple):
 
 
 def walls(problem: Problem, step: int = 0) -> list[Wall]:
-    """Straight sides that supports hold along their normal, at first or in a step (from 0)."""
+    """Straight sides that supports hold along their normal where they were made, from the beginning to a step (from 0).
+
+    Those that supports move, as what draws a wire, are no walls of a die: what they leave behind is open.
+    """
     found = []
-    given = {**problem.fixed, **(problem.steps[step].fixed if step < len(problem.steps) else {})}
-    for name, support in given.items():
+    for name, axis in _at_rest(problem, step):
         body, _, side = name.partition(".")
-        if body not in problem.bodies or support.free:
+        if body not in problem.bodies:
             continue
         mesh = _mesh(problem, body)
         if side not in mesh.edges:
             continue
         X = mesh.points[np.unique(mesh.edges[side])]
-        for axis, value in enumerate((support.x, support.y)):
-            if value is not None and np.ptp(X[:, axis]) <= NEGLIGIBLE * np.ptp(mesh.points):
-                at = float(X[0, axis])
-                found.append(Wall(axis, at, float(np.sign(mesh.points[:, axis].mean() - at))))
+        if np.ptp(X[:, axis]) <= NEGLIGIBLE * np.ptp(mesh.points):
+            at = float(X[0, axis])
+            found.append(Wall(axis, at, float(np.sign(mesh.points[:, axis].mean() - at))))
     return found
+
+
+def _at_rest(problem: Problem, step: int) -> list[tuple[str, int]]:
+    """Sides and the axes along which supports hold them up to a step (from 0) without having moved or released them."""
+    steps = problem.steps[: step + 1]
+    held: dict[tuple[str, int], bool] = {}  # whether it was held there all the time, in the order of the description
+    for fixed in (problem.fixed, *(s.fixed for s in steps)):
+        for name, support in fixed.items():
+            for axis, value in enumerate((support.x, support.y)):
+                rests = value is not None and (value == "held" or not np.any(np.atleast_2d(np.array(value))[:, -1]))
+                if value is not None or support.free:
+                    held[name, axis] = rests and held.get((name, axis), True)
+    ways = [(name, (way.x, way.y)) for s in steps for given in (s.by, s.feed) for name, way in given.items()]
+    moved = {(name, axis) for name, way in ways for axis in (0, 1) if way[axis] not in (None, 0.0)}
+    return [key for key, rests in held.items() if rests and key not in moved]
 
 
 def _mesh(problem: Problem, body: str) -> Any:

@@ -255,7 +255,11 @@ class _Reader:
         if where:
             return self._unknown_at(head, text)
         known = list(names(self.problem))
-        near = difflib.get_close_matches(_old_order(text, self.problem) or text, known, n=1, cutoff=0.5)
+        near = [k for k in known if k.casefold() == text.casefold()]
+        near += difflib.get_close_matches(_old_order(text, self.problem) or text, known, n=1, cutoff=0.5)
+        function, blank, rest = text.partition(" ")
+        if blank and function in ("max", "min", *FUNCTIONS) and rest in known:
+            near.insert(0, f"{function}({rest})")
         remedy = f"did you mean {near[0]!r}? {GUIDE}" if near else GUIDE
         return MeasureError(f"unknown measure {text!r}; {remedy}")
 

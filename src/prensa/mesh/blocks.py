@@ -213,7 +213,7 @@ def _curve(name: str, side: model.ArcSide | model.SplineSide | None, a: Array, b
         if far:
             raise MeshError(f"side {name!r}: points of the spline are too far apart to be computed with")
         share = np.cumsum(chords) / max(float(chords.sum()), SMALLEST)
-        if (np.diff(share, prepend=0.0) <= 0.0).any():  # there, or so near to each other that the length does not tell
+        if (np.diff(share, prepend=0.0) <= 0.0).any():  # there, or so near to each other that the length does not grow
             raise MeshError(f"side {name!r}: two points of the spline are at one place")
         return _SplineCurve(points)
     if not isinstance(side, model.ArcSide):

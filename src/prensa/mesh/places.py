@@ -21,7 +21,7 @@ SPATIAL_SIDES = {"left": (0, -1.0), "right": (0, 1.0), "bottom": (1, -1.0), "top
 
 
 def faces_by_place(points: Array, faces: Index) -> dict[str, Index]:
-    """Sides of the outside, faces (k, 4 | 6) of points (n, 3), by place: name → faces; only those that one can tell.
+    """Sides of the outside, faces (k, 4 | 6) of points (n, 3), by place: name → faces; only those that are unambiguous.
 
     The outside is cut at its edges, where it turns by more than `CORNER`. A side is made of the pieces that lie flat at the
     outermost coordinate, or else is the one piece that reaches it and looks that way on the average, within 45°.
@@ -67,7 +67,7 @@ def _pieces(faces: Index, normal: Array) -> Index:
 
 
 def sides_by_place(points: Array, cells: Index, curves: Mapping[str, Index]) -> dict[str, Index]:
-    """Sides by place: name → edges (k, 2|3), body on the left; only those that one can tell.
+    """Sides by place: name → edges (k, 2|3), body on the left; only those that are unambiguous.
 
     The outline is cut at its corners. A side is made of the stretches that lie straight at the outermost coordinate, or else is
     the one stretch that reaches it and faces that way (its chord within 45° of the line across). An outline without corners, a

@@ -135,7 +135,7 @@ class SizeField:
             0.5 * np.pi * 0.5 * (length + length[following]) / (np.maximum(turn, BENT) * self.asked.per_radius),
             np.inf,
         )
-        return np.maximum(h, 0.5 * length)  # what one mesh cannot tell from a corner the next one can
+        return np.maximum(h, 0.5 * length)  # what one mesh takes for a corner the next one may resolve
 
 
 def coarseness(field: SizeField) -> Array:

@@ -189,7 +189,7 @@ def _boundary(
 
 
 def _boundaries(body: Any) -> list[str]:
-    """Boundaries and points of a body that are known before it is meshed; none where only the mesh can tell."""
+    """Boundaries and points of a body that are known before it is meshed; none where that takes the mesh."""
     if body is None:
         return []
     return _of_mesh(body.mesh)

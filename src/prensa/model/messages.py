@@ -11,7 +11,7 @@ from typing import Any
 
 from prensa.errors import Mistake, shown
 from prensa.model.checks import FindingsError
-from prensa.model.names import Finding, meant, of_a_slip, of_the_trade, suggest, suggest_key
+from prensa.model.names import Finding, elsewhere, meant, of_a_slip, of_the_trade, suggest, suggest_key
 from prensa.model.places import Place, Root, bare, expected, fields_of, follow, having, in_space, is_names, offered
 from prensa.model.units import ANGLE
 from prensa.registry import DOORS
@@ -23,6 +23,7 @@ _BOUNDS = {
     "less_than": ("lt", "less than"),
     "less_than_equal": ("le", "at most"),
 }
+_ELEMENT_SIZES = ("h", "lc", "esize", "element_size", "mesh_size", "seed", "elements")
 _KINDS = {
     "mesh": "mesh", "material": "material", "flow": "flow", "enforcement": "enforcement", "friction": "friction",
     "damage": "damage law",
@@ -101,6 +102,8 @@ def explain(error: Any, place: Place) -> Mistake:
             meant_here = remedy if meant(str(key), options) is not None else ""
             remedy = f"{others}{meant_here}" if (others := _of_another_type(str(key), above)) else remedy
         remedy = _of_another_shape(str(key), fields) or remedy
+        if instead := elsewhere(str(key)):
+            remedy = f"; {instead}"
         if key in ("z", "r") and "y" in fields_of(above.kind, above.node) and not in_space(place):
             remedy += " In axisymmetry x is the radius and y the axis"
         return Mistake(place.mark(at_key=True), f"unknown key {key!r}{where}{remedy}")
@@ -131,6 +134,8 @@ def _of_another_shape(key: str, fields: list[str]) -> str:
     """What to write for a key whose number stands elsewhere: in the flow curve, in 'size', in 'radius'; '' of others."""
     if of_the_trade(key) == "s0" and "flow" in fields:
         return "; the yield stress is one of 'flow', such as {type: perfect, s0: 250 MPa}"
+    if key.casefold() in _ELEMENT_SIZES and {"size", "n"} <= set(fields):
+        return "; give 'n', the numbers of elements along the sides"
     if key == "diameter" and "radius" in fields:
         return "; give 'radius', half of it"
     if key == "turn" and (direction := next((f for f in ("axis", "normal") if f in fields), "")):

@@ -29,6 +29,21 @@ FIELD_WORDS = {
 }  # fmt: skip
 """Words of the trade and of other programs, and the name that stands for each in a description."""
 
+ELSEWHERE = {
+    "temperature": "a flow curve that depends on it takes it as 'T'; heat is not computed from files",
+    "density": "inertia is neglected; a weight is 'body_force', a force per volume",
+    "gravity": "a weight is 'body_force', a force per volume",
+    "dt": "give 'increments', their number, or leave it out: it is found on the way",
+}
+"""Words of the trade that stand for no name of a description, and what there is instead."""
+_SAME = {"temp": "temperature", "rho": "density", "g": "gravity", "time_step": "dt", "timestep": "dt", "time_increment": "dt"}
+
+
+def elsewhere(word: str) -> str:
+    """What there is instead of what a word of the trade stands for; '' of others."""
+    word = word.casefold().replace(" ", "_")
+    return ELSEWHERE.get(_SAME.get(word, word), "")
+
 
 def of_the_trade(word: str) -> str | None:
     """The name in a description that a word of the trade or of another program stands for, if one does."""

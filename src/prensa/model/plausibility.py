@@ -70,8 +70,10 @@ def warnings_of(problem: Problem) -> list[str]:
     in_mpa = (problem.units.force, problem.units.length) == ("N", "mm")
     for name, body in problem.bodies.items():
         E, flow = body.material.modulus, getattr(body.material, "flow", None)
-        first = flow.first() if flow is not None else 0.0
-        proof = first if flow is None else flow.proof()  # laws without yield stress begin at next to nothing
+        doubts = list(flow.doubts()) if flow is not None else []
+        # Of a curve with a constant in per cent nothing follows for the units of its stresses.
+        first = flow.first() if flow is not None and not doubts else 0.0
+        proof = first if flow is None or doubts else flow.proof()  # laws without yield stress begin at next to nothing
         if flow is not None and (nu := body.material.poisson) < 0:
             thicker = "no metal gets thicker where it is pulled"
             said.append(f"bodies.{name}.material: nu = {nu:g} is negative; {thicker}; did you mean {-nu:g}?")
@@ -80,7 +82,7 @@ def warnings_of(problem: Problem) -> list[str]:
             said.append(f"bodies.{name}.material: E = {E:g} in {stress}, flow stress {first:g}{meant}")
         else:
             said += _stiffness(name, body.material, first, proof, problem.units)
-        said += [f"bodies.{name}.material.flow.{key}: {words}" for key, words in (flow.doubts() if flow else ())]
+        said += [f"bodies.{name}.material.flow.{key}: {words}" for key, words in doubts]
         if flow is not None and (step := next((s for s in problem.steps if stated(s) is None), None)) and flow.rated():
             said.append(
                 f"bodies.{name}.material.flow: it depends on the rate of strain, and step {step.name!r} does not say how long it "

@@ -30,9 +30,12 @@ from prensa.model.problem import SPATIAL_AXES, Case, Fixed, Problem, Units
 from prensa.model.python_alone import of_python_alone
 from prensa.model.units import Length
 
-__all__ = ["CaseError", "brief", "dump", "load", "loads", "warnings_of"]
+__all__ = ["CaseError", "brief", "dump", "in_short", "load", "loads", "warnings_of"]
 
 CASE_LIMIT = 4 << 20
+MOST_ROWS = 8
+"""Rows of a table that summaries show in full: more of them do not fit on a line."""
+CUT = "…"
 _HALVES = re.compile("[\ud800-\udfff]")
 _TESTS = re.compile(r"[\"']?\btests\b")
 
@@ -251,7 +254,7 @@ def located(messages: str, path: str | Path, overrides: Iterable[str] = ()) -> s
     """
     try:
         return located_in(messages, _read(Path(path)), str(path), overrides)
-    except CaseError:  # what cannot be read is what the messages tell
+    except CaseError:  # what cannot be read is in the messages already
         return messages
 
 
@@ -434,3 +437,18 @@ def plain(value: Any) -> Any:
 def brief(value: Any) -> str:
     """A part of a description as it may be written in a file, in one line."""
     return yaml.line(_plain(value))
+
+
+def in_short(value: Any) -> str:
+    """`brief` for reading: of tables with more than `MOST_ROWS` rows the first two and the last one."""
+    return yaml.line(_shortened(_plain(value))).replace(f'"{CUT}"', CUT)
+
+
+def _shortened(data: Any) -> Any:
+    """Plain data without the middle of long lists."""
+    if isinstance(data, dict):
+        return {key: _shortened(v) for key, v in data.items()}
+    if isinstance(data, list | tuple):
+        rows = list(data) if len(data) <= MOST_ROWS else [*data[:2], CUT, data[-1]]
+        return [_shortened(v) for v in rows]
+    return data

@@ -241,6 +241,9 @@ def _converter(dimension: Dimension, per_depth: bool = False) -> Callable[[Any, 
                 raise ValueError(f"{value!r} is a mass, and {dimension.name} is meant: its weight is '{weight}'") from None
             if "did you mean" in reason:
                 raise ValueError(f"{value!r}: {reason}") from None
+            if dimension is LENGTH and "wrong unit" in reason and _is_speed(value, units):
+                remedy = "speeds of tools are given by 'velocity'"
+                raise ValueError(f"{value!r} is a speed, and {dimension.name} is meant; {remedy}") from None
             raise ValueError(f"{value!r} is not {dimension.name} ({reason}); {remedy}") from None
 
     return convert
@@ -261,6 +264,14 @@ def _is_force(text: str, units: Any) -> bool:
     with suppress(ValueError):
         factor(text, units["length"], units["force"], FORCE.exponents)
         return not set("*/·") & set(_NUMBER.match(text)[2])  # type: ignore[index]
+    return False
+
+
+def _is_speed(text: str, units: Any) -> bool:
+    """Whether a text is a speed."""
+    with suppress(ValueError):
+        factor(text, units["length"], units["force"], SPEED.exponents)
+        return True
     return False
 
 

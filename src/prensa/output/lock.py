@@ -50,7 +50,7 @@ def locked(directory: Path) -> Iterator[None]:
 
 
 def is_held(directory: Path) -> bool | None:
-    """Whether a run writes in *directory*; None where nobody can tell, as of a process on another host or on Windows.
+    """Whether a run writes in *directory*; None where that is unknown, as of a process on another host or on Windows.
 
     The lock itself is tried only where its process seems to be there: a run that begins meanwhile is not to find it taken.
     """
@@ -115,7 +115,7 @@ def _entry(file: IO[str]) -> dict[str, object]:
 
 
 def _runs_here(holder: dict[str, object]) -> bool:
-    """Whether the holder may still run: on another host nobody can tell, on Windows neither."""
+    """Whether the holder may still run: on another host that is unknown, and on Windows."""
     pid = holder.get("pid")
     if not isinstance(pid, int) or pid <= 0:
         return False

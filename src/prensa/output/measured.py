@@ -66,7 +66,7 @@ class MeasureTable:
         return value
 
     def close(self) -> None:
-        """Close the file, and tell of measures that never had a value."""
+        """Close the file, and report measures that never had a value."""
         if self._table is not None:
             self._table.close()
         for name, reason in self._reasons.items():

@@ -93,7 +93,7 @@ def number(value: float, digits: int = 5) -> str:
 def _interactive(stored: Stored, room: int | None) -> dict[str, Any]:
     """The interactive part: the library that draws it, the script that drives that, and what it shows in so many characters.
 
-    Without ``room`` (None) all but what it shows, which tells how much room there is.
+    Without ``room`` (None) all but what it shows, from which the room that is left follows.
     """
     from prensa.output.scene import as_json, scene
 
@@ -250,7 +250,7 @@ def _pressures_agree(stored: Stored) -> Iterator[str]:
 
 
 def _facts(case: Case, summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    from prensa.model.schema import brief
+    from prensa.model.schema import in_short
 
     p: Problem = case.problem
     surface = "moved" if p.contact_geometry == "current" else "undeformed"
@@ -258,21 +258,21 @@ def _facts(case: Case, summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
     yield "Units", f"{p.units.length}, {p.units.force}, {style.pressure_unit(p)}"
     for name, body in p.bodies.items():
         size = summary["bodies"].get(name, {})
-        mesh = "a mesh by its points and cells" if body.mesh.type == "points" else brief(body.mesh)
+        mesh = "a mesh by its points and cells" if body.mesh.type == "points" else in_short(body.mesh)
         element = size.get("element", p.element_name(name))  # of older runs it was not written
-        yield f"Body {name}", f"{size.get('elements', '?')} elements {element}, {mesh}; {brief(body.material)}"
+        yield f"Body {name}", f"{size.get('elements', '?')} elements {element}, {mesh}; {in_short(body.material)}"
     for name, tool in p.tools.items():
-        yield f"Tool {name}", brief(tool)
+        yield f"Tool {name}", in_short(tool)
     for contact in p.all_contacts:
         friction = contact.friction or p.friction
         yield (
             f"Contact {contact.name}",
-            f"friction {brief(friction) if friction else 'none'}; {contact.enforcement.type}",
+            f"friction {in_short(friction) if friction else 'none'}; {contact.enforcement.type}",
         )
     for name, support in p.fixed.items():
-        yield f"Support {name}", brief(support)
+        yield f"Support {name}", in_short(support)
     for step in p.steps:
-        given = brief(replace(step, name="_")).replace("{name: _", "{", 1).replace("{, ", "{", 1)
+        given = in_short(replace(step, name="_")).replace("{name: _", "{", 1).replace("{, ", "{", 1)
         yield f"Step {step.name}", given if given != "{}" else "nothing moves"
 
 

@@ -45,7 +45,7 @@ class RunResult(Shown):
     """What a run gave: its folder, how it ended, its last increment, and its summary.
 
     ``status`` is ``completed`` (always so where `prensa.run` returns it), ``failed`` or ``interrupted``; of a run that has not
-    ended ``running``, ``killed`` or, where nobody can tell which, ``killed or still running``: ``summary["reason"]`` says how
+    ended ``running``, ``killed`` or, where it is unknown which, ``killed or still running``: ``summary["reason"]`` says how
     far it has come. ``increment`` is None when there is none yet or a resumed run had nothing left to do; ``summary`` is the
     content of ``summary.json``, of a run that has not ended as its tables stand.
     """

@@ -18,7 +18,7 @@ from prensa import __version__
 from prensa.analysis import solve
 from prensa.checks.after.passages import Passages
 from prensa.checks.thresholds import IMBALANCE
-from prensa.errors import PrensaError, refuse, take, take_path
+from prensa.errors import PrensaError, per_cent, refuse, take, take_path
 from prensa.measures import parse_all, refuse_targets
 from prensa.model.problem import Case, Problem
 from prensa.output import answer, checkpoint, history, measured, passages, pictures, press, report, runlog, summary, vtk
@@ -313,15 +313,15 @@ class _Run:
         missing = float(np.abs(table["energy.imbalance"]).max(initial=0.0))
         nothing = self.system.stiffness * self.system.length * ROUND_OFF**2  # of strains that are round-off
         if missing > max(IMBALANCE * largest, nothing):
-            share = 100 * missing / largest if largest else 100.0
+            share = missing / largest if largest else 1.0
             jumped = any(JUMPED in text for text in self.warnings.texts)
             remedy = "what jumps set free is part of it" if jumped else "smaller increments reduce it"
-            log.warning("energy balance off by %.2g %% of the largest energy; %s", share, remedy)
+            log.warning("energy balance off by %s of the largest energy; %s", per_cent(share), remedy)
         for blow in press.blows(table, self.case.problem):
             if abs(blow.missing) > IMBALANCE * blow.gave:
-                share = 100 * abs(blow.missing) / blow.gave
-                words = "energy balance of step %r off by %.2g %% of what its blow gave; smaller increments reduce it"
-                log.warning(words, blow.step, share)
+                share = abs(blow.missing) / blow.gave
+                words = "energy balance of step %r off by %s of what its blow gave; smaller increments reduce it"
+                log.warning(words, blow.step, per_cent(share))
 
     def _timings(self) -> dict[str, float]:
         """Wall seconds by section, added up over resumes; what no section claims is ``other``."""

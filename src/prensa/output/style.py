@@ -1,4 +1,4 @@
-"""One look for all pictures: fonts, colours that colour-blind readers can tell apart, and labels with units."""
+"""One look for all pictures: fonts, colours that colour-blind readers can distinguish, and labels with units."""
 
 from __future__ import annotations
 

@@ -270,7 +270,7 @@ class Remeshing:
 
     def _refuse_hopeless(self, state: State, error: SolveError, failures: int) -> None:
         """Raise what ended a run if a new mesh does not help, or has not helped twice at the same place."""
-        # No mesh removes what these tell: metal that is inside a tool, strains beyond small ones, a body that nothing holds.
+        # No new mesh removes these: metal that is inside a tool, strains beyond small ones, a body that nothing holds.
         hopeless = isinstance(error.reason, MetalInside | BeyondSmall | FreeToMove)
         hopeless = hopeless or tools_removed(self.base.problem, state.clock.step)
         if hopeless or not self.asked.when.failure or self._count(state) >= self.asked.at_most:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from prensa.errors import per_cent
 from prensa.model.problem import ever_stabilised, stabilised
 from prensa.policy import Policy
 from prensa.result.energy_balance import energies_after, nodal_work
@@ -137,7 +138,7 @@ class Stabilisation:
         if not energy.viscous > self.policy.viscous_warning_share * work:
             return []
         return [
-            f"the viscous forces of 'stabilise' have dissipated {100 * energy.viscous / work:.2g} % of the work: part of it "
+            f"the viscous forces of 'stabilise' have dissipated {per_cent(energy.viscous / work)} of the work: part of it "
             "is energy released by a jump; a smaller number for 'stabilise' shows how much these forces affect results"
         ]
 

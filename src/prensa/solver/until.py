@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.errors import SolveError
+from prensa.errors import SolveError, per_cent
 from prensa.measures import Measure, parse, targets
 from prensa.measures.damage import largest
 from prensa.measures.filling import closed_around
@@ -179,7 +179,7 @@ class Stopping:
         share = (c.time - self.plan.t0) / (self.plan.t1 - self.plan.t0)
         if share < self.policy.until_early_share and any(c.stopped.startswith(k.words) and not k.side for k in self.criteria):
             yield (
-                f"step {self.plan.name!r} ends after {100 * share:.2g} % of its way: {c.stopped}; is that number in the units of "
+                f"step {self.plan.name!r} ends after {per_cent(share)} of its way: {c.stopped}; is that number in the units of "
                 "the case?"
             )
 

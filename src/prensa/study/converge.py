@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from prensa.errors import PrensaError, shown
+from prensa.errors import PrensaError, per_cent, shown
 from prensa.model.problem import Case, Problem
 from prensa.output.history import read_history
 from prensa.study.levels import DEFAULTS, REFINED, Kind, Level, Levels, numbers_of, plan_of
@@ -57,7 +57,7 @@ class Finding:
         """What the results show, in a sentence."""
         c = self.convergence
         unit = f" {self.quantity.unit}" if self.quantity.unit else ""
-        share = f" ({100 * c.band / abs(c.limit):.2g} %)" if c.limit and math.isfinite(c.band) else ""
+        share = f" ({per_cent(c.band / abs(c.limit))})" if c.limit and math.isfinite(c.band) else ""
         if c.has_order:
             error = "" if math.isnan(c.order_error) else f" ± {c.order_error:.2g}"
             found = f"order {c.order:.2f}{error}, extrapolated {c.limit:.8g}{unit}"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from prensa.errors import PrensaError
+from prensa.errors import PrensaError, per_cent
 from prensa.model.problem import Case, Problem
 from prensa.model.schema import dump
 from prensa.output import style
@@ -206,7 +206,7 @@ def _map(
     if not slopes:
         return made, f"bilinear: {reason}"
     ours, without = made.left_out(), made.bilinear.left_out()
-    missed = f"runs that are left out are missed by {100 * ours:.2g} % of the range, {100 * without:.2g} % without gradients"
+    missed = f"runs that are left out are missed by {per_cent(ours)} of the range, {per_cent(without)} without gradients"
     if ours > without:
         return made.bilinear, f"bilinear: gradients meet left-out runs no better, as where nodes land one by one ({missed})"
     how = "bicubic, by values and gradients" if len(slopes) == 2 else f"cubic along {next(iter(slopes))}, linear else: {reason}"

@@ -70,7 +70,7 @@ class Outcome:
 
 def key_of(text: str) -> str:
     """Key of a case by its detached text: the same case of the same version of prensa has the same."""
-    # By content: values that were changed do not tell of a mesh file that was, and numbers of cases shift.
+    # By content: values that were changed do not show that a mesh file was, and numbers of cases shift.
     return text_hash(f"prensa {__version__}\n{text}")
 
 

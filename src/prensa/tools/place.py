@@ -58,6 +58,14 @@ def surface_normal(points: Array, sides: Index) -> Array:
     return np.asarray(n / np.linalg.norm(n))
 
 
+def faces(points: Array, sides: Index, normal: Array) -> float:
+    """Cosine between the mean outward normal of edges (k, 2|3) or faces (k, 4|6) and a unit vector (d,); all around 0."""
+    own = _area_normals(points, sides[:, : 2 * (points.shape[1] - 1)])
+    mean = own.sum(axis=0)
+    length = float(np.linalg.norm(mean))
+    return 0.0 if length <= NEGLIGIBLE * float(np.linalg.norm(own, axis=1).sum()) else float(mean @ normal) / length
+
+
 def side_of(name: str, target: str, points: Array, edges: Index) -> Array:
     """`surface_normal` of the boundary that tool *name* is to touch; `ToolError` if it ends where it begins and has none."""
     n = _area_normals(points, edges)

@@ -2,7 +2,7 @@
 
 The chain is walked with the tool on the left: n is the tangent turned by −90°, and e = n turned by +90° is the way of
 the walk, so s grows along it. Where the closest point is a corner its normals fan out: the corner is an arc of radius
-zero, c = 1/g. A point whose closest points are two belongs to the nearer one, the first of the chain if it cannot tell.
+zero, c = 1/g. A point whose closest points are two belongs to the nearer one, the first of the chain if they are equally near.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from prensa.checks.force_share import ForceShare
 from prensa.checks.thresholds import NOTABLE_DEPTH, SLIGHT
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.record import magnitude
-from prensa.errors import Finding, coordinates
+from prensa.errors import Finding, coordinates, per_cent
 from prensa.linear.rigid_modes import CLOSED
 from prensa.model.fields import motions_in
 from prensa.model.problem import Problem, Step
@@ -75,7 +75,7 @@ class PenaltyShare:
         if share > SLIGHT:
             yield warning(
                 f"{GIVE_WAY}, that of {self.softest!r} most, and forces of prescribed travels are "
-                f"too low by an estimated {100.0 * share:.2g} %; raise 'beta' and 'beta_T', or use "
+                f"too low by an estimated {per_cent(share)}; raise 'beta' and 'beta_T', or use "
                 "'enforcement: {type: exact}'"
             )
 

@@ -12,19 +12,23 @@ from prensa.errors import Finding, Severity, coordinates
 from prensa.model import problem as model
 from prensa.system.moments import Moment, contact_path
 from prensa.system.system import System
+from prensa.tools.place import faces
 from prensa.types import Array
 
 
 class Pressed(NamedTuple):
-    """A held node that a tool presses in: the largest ``depth``, at time t, and the axis along which it is held."""
+    """A held node that a tool presses in: the largest ``depth``, at time t, the axis along which it is held, and the way (1 or
+    −1) along it in which the tool looks.
+    """
 
     depth: float
     t: float
     node: int
     axis: int
+    looks: float
 
 
-NOT_PRESSED = Pressed(0.0, 0.0, 0, 0)
+NOT_PRESSED = Pressed(0.0, 0.0, 0, 0, 0.0)
 
 
 def held(system: System, s: Surface, i: int, m: Moment, x: Array, pressed: dict[tuple[int, int], Pressed]) -> None:
@@ -55,7 +59,7 @@ def held(system: System, s: Surface, i: int, m: Moment, x: Array, pressed: dict[
         # Negative numbers: nodes that are no candidates of the contact, of which `deepest` keeps account apart.
         key = (i, int(nodes[k]) if nodes[k] in own else -1 - int(nodes[k]))
         if -pairs.g[k] > pressed.get(key, NOT_PRESSED).depth:
-            pressed[key] = Pressed(float(-pairs.g[k]), m.t, int(nodes[k]), int(axis[k]))
+            pressed[key] = Pressed(float(-pairs.g[k]), m.t, int(nodes[k]), int(axis[k]), float(np.sign(pairs.n[k, axis[k]])))
 
 
 def deepest(pressed: dict[tuple[int, int], Pressed]) -> dict[tuple[int, int], Pressed]:
@@ -69,11 +73,12 @@ def deepest(pressed: dict[tuple[int, int], Pressed]) -> dict[tuple[int, int], Pr
 
 def overconstrained(system: System, s: Surface, i: int, most: Pressed, candidate: bool) -> Finding:
     """What there is to say of a held node that a tool presses; ``candidate``: it is one of the contact surface (number i)."""
-    depth, t, node, _ = most
+    depth, t, node = most.depth, most.t, most.node
     where = f"node {node - system.offsets[s.body]} of {s.body!r} at ({coordinates(system.X[node])})"
     tool = s.against
-    if candidate:
-        advice, meant = _advice_to_release(system, s, most)
+    against = _facing_support(system, s, most)
+    if candidate or against:
+        advice, meant = (f"remove {against!r} from the supports", "") if against else _advice_to_release(system, s, most)
         return Finding(
             contact_path(system, i),
             f"{where} is held along the normal of tool {tool!r}, which presses it in by {depth:.4g} until time {t:.4g}: the two "
@@ -91,20 +96,38 @@ def overconstrained(system: System, s: Surface, i: int, most: Pressed, candidate
     )
 
 
-def _advice_to_release(system: System, s: Surface, most: Pressed) -> tuple[str, str]:
-    """What to do about a node of a contact surface that a support holds: by the support, which may be one beside the surface.
-
-    With the support that is meant where one of a flat side acts along the side alone, and a plane of symmetry holds it across.
-    """
+def _supports_there(system: System, s: Surface, most: Pressed) -> dict[str, model.Fixed]:
+    """Supports of the sides and points of a held node that hold it along the axis in question, up to the time in question."""
     mesh, own = system.meshes[s.body], most.node - system.offsets[s.body]
-    beside: dict[str, model.Fixed] = {}
+    there: dict[str, model.Fixed] = {}
     begun: list[model.Problem | model.Step] = [system.problem, *system.problem.steps[: int(np.ceil(most.t))]]
     for owner in begun:
         for name, support in owner.fixed.items():
             body, _, side = name.partition(".")
             of_side = mesh.edges[side] if side in mesh.edges else np.array([mesh.corners.get(side, -1)])
             if body == s.body and own in of_side and getattr(support, "xyz"[most.axis]) is not None:
-                beside[name] = support
+                there[name] = support
+    return there
+
+
+def _facing_support(system: System, s: Surface, most: Pressed) -> str:
+    """The one support of a node that holds a side which looks at the tool and is in none of its contacts; '' if there is none.
+
+    Without 'contacts' a tool has none with sides that are held: it would go through this one, and no travel is too long.
+    """
+    mesh, normal = system.meshes[s.body], most.looks * np.eye(system.dofs.dimension)[most.axis]
+    sides = {name: name.partition(".")[2] for name in _supports_there(system, s, most) if name not in s.description.surface}
+    flat = {name: mesh.edges[side] for name, side in sides.items() if side in mesh.edges}
+    looking = [name for name, edges in flat.items() if faces(mesh.points, edges, normal) < -ALONG]
+    return looking[0] if len(looking) == 1 and s.body in s.description.surface else ""
+
+
+def _advice_to_release(system: System, s: Surface, most: Pressed) -> tuple[str, str]:
+    """What to do about a node of a contact surface that a support holds: by the support, which may be one beside the surface.
+
+    With the support that is meant where one of a flat side acts along the side alone, and a plane of symmetry holds it across.
+    """
+    beside = _supports_there(system, s, most)
     if len(beside) != 1 or s.body in s.description.surface or set(beside) & set(s.description.surface):
         return "take the support off the contact surface, or let it act along the surface only", ""
     ((name, support),) = beside.items()

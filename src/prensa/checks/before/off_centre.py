@@ -156,7 +156,7 @@ def _stands(system: System, m: Meeting, named: bool, normals: Sequence[Array]) -
     severity = Severity.REFUSE if named and sure else Severity.WARN
     if middle is not None:
         across, axis = middle.half - abs(middle.off), int(np.argmax(np.abs(n)))
-        place = float(n[axis]) * (m.wall.plane.place + middle.off)
+        place = float(n[axis]) * (m.wall.plane.place + middle.off) + 0.0
         centre = f"at {'xyz'[axis]} = {place:.4g}" if abs(n[axis]) == 1.0 else f"{abs(middle.off):.4g} beside it"
         rest = _no_symmetry(m.wall.body, "plane") if m.wall.body else f", or {_otherwise(m, named)}"
         return Overlap(

@@ -159,7 +159,8 @@ def unjoined(system: System) -> set[str]:
 
 def overlapping_bodies(system: System) -> Iterator[Finding]:
     """Bodies that lie in one another, or on one another without a tie."""
-    for o in overlaps(system):
+    overlapping = list(overlaps(system))
+    for o in overlapping:
         meets = "no contact acts between the two; move it ('origin'), and join the two with 'ties' where they meet"
         if _in_contact(system, o.first, o.second):
             meets = "their contact presses them apart from the first increment on; move it ('origin') if no such fit is meant"
@@ -168,6 +169,8 @@ def overlapping_bodies(system: System) -> Iterator[Finding]:
             f"it overlaps body {o.first!r}, by {o.depth:.3g} {system.problem.units.length} at ({coordinates(o.place)}): {meets}",
         )
     for o in neighbours(system):
+        if any({o.first, o.second} == {p.first, p.second} for p in overlapping):
+            continue  # reported already; parts of their outlines coincide besides
         yield Finding(
             f"bodies.{o.second}",
             f"it lies on body {o.first!r} at ({coordinates(o.place)}), and nothing holds the two together or apart; join them "

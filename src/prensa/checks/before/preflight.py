@@ -22,7 +22,7 @@ from prensa.checks.before.measured_places import measured_places
 from prensa.checks.before.mesh_shapes import mesh_shapes
 from prensa.checks.before.new_meshes import new_meshes, new_sizes
 from prensa.checks.before.obsolete_keys import obsolete_keys
-from prensa.checks.before.off_centre import off_centre
+from prensa.checks.before.off_centre import Overlap, off_centre
 from prensa.checks.before.overlap import overlapping_bodies
 from prensa.checks.before.passages_ahead import few_passages
 from prensa.checks.before.pushed_tools import pushed_tools
@@ -65,14 +65,17 @@ AFTER: dict[Check[System], tuple[Check[System], ...]] = {
     edges_between_nodes: (*AT_REST, tools_inside),
 }
 """Check → those after which it has nothing to say if one of them refuses the problem."""
+RELIES_ON: dict[Check[System], tuple[Check[System], ...]] = {rigid_motions: AT_REST}
+"""Check → those after which it has no warnings if one of them refuses: what touches a body follows from where tools are."""
 CAUSES: dict[Check[System], tuple[Check[System], ...]] = {
     tool_sizes: (lengths, file_units),
     starting_places: (tool_faces,),
-    off_centre: (tool_faces,),
+    off_centre: (lengths, tool_faces, turns, tool_paths),
     tool_paths: (lengths, file_units, tool_faces),
     edges_between_nodes: (lengths, file_units, tool_faces),
 }
-"""Check → those that find the cause of what it finds of the same tool: a size or travel in another unit, a file's other axes."""
+"""Check → those that find the cause of what it finds of the same tool: a size, turn or travel in another unit, a file's
+other axes, a motion along the wrong one."""
 
 
 def preflight(system: System) -> list[Finding]:
@@ -81,7 +84,8 @@ def preflight(system: System) -> list[Finding]:
     refused: set[Check[System]] = set()
     for check in CHECKS:
         if refused.isdisjoint(AFTER.get(check, ())):
-            own = list(check(system))
+            unsure = not refused.isdisjoint(RELIES_ON.get(check, ()))
+            own = [f for f in check(system) if f.fatal or not unsure]
             found += [(check, f) for f in own]
             refused |= {check} if any(f.fatal for f in own) else set()
     return sorted(_causes(system, found), key=lambda f: not f.fatal)
@@ -89,7 +93,7 @@ def preflight(system: System) -> list[Finding]:
 
 def _causes(system: System, found: list[tuple[Check[System], Finding]]) -> list[Finding]:
     """Findings without those that follow from others, which are as severe as what follows; of two on one support the severer."""
-    tools = [_tool(system, f.path) for _, f in found]
+    tools = [f.tool if isinstance(f, Overlap) else _tool(system, f.path) for _, f in found]
     out = [f for _, f in found]
     followed: set[int] = set()
     for k, (check, f) in enumerate(found):

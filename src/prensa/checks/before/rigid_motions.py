@@ -110,7 +110,7 @@ def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
         pairs = system.tool_masters[s.against].seen(x[s.points.nodes], u)
         touching = pairs.n[pairs.g <= CLOSED * float(s.points.depth.min())]
         # Friction alone holds all motions in the rank of the rows, without force behind it none. Along the axis there is one
-        # direction: signs of normals tell whether what is pressed has something to be pressed against.
+        # direction: signs of normals say whether what is pressed has something to be pressed against.
         signs = set(np.sign(touching[np.abs(touching[:, 1]) > NO_DIFFERENCE, 1]).tolist())
         dof = int(system.tool_masters[s.against].dofs[1])
         bearing |= signs

@@ -13,6 +13,7 @@ from prensa.errors import Finding, Severity, coordinates
 from prensa.linear.rigid_modes import CLOSED
 from prensa.model.interference import interference_of
 from prensa.system.system import System
+from prensa.tools.place import faces
 from prensa.types import Array
 
 SUNK = 0.45
@@ -62,7 +63,7 @@ def starting_places(system: System) -> Iterator[Finding]:
         behind = np.where(facing > TOWARDS, depth, 0.0)
         k = int(np.argmax(behind))
         if behind[k] > NOTABLE_DEPTH and not start.contact.closed[s.rows].any():
-            to_touch, at = _to_touch(system, s, int(nodes[k])), coordinates(system.X[nodes[k]])
+            to_touch, at = _to_touch(system, s, k, -s.node_normal[k]), coordinates(system.X[nodes[k]])
             yield Finding(
                 f"tools.{name}",
                 f"it starts so deep inside {surface!r} that node {nodes[k] - system.offsets[s.body]} ({at}) is "
@@ -75,11 +76,28 @@ def starting_places(system: System) -> Iterator[Finding]:
             yield _inside(system, s, pairs, depth)
 
 
-def _holds_all(system: System, s: Surface) -> bool:
-    """Whether no node of a contact's body lies outside of its tool: where one side of a chain is the body, it is the other."""
+def _gaps_of_body(system: System, s: Surface) -> Array:
+    """Gaps (k,) of the nodes of a contact's body from its tool, of those that the tool sees."""
     start = system.initial()
     g = system.tool_masters[s.against].seen(system.positions(start.u)[system.span(s.body)], start.u).g
-    return bool((g[~np.isnan(g)] <= CLOSED * float(s.points.depth.min())).all())
+    return np.asarray(g[~np.isnan(g)])
+
+
+def _holds_all(system: System, s: Surface) -> bool:
+    """Whether no node of a contact's body lies outside of its tool: where one side of a chain is the body, it is the other."""
+    return bool((_gaps_of_body(system, s) <= CLOSED * float(s.points.depth.min())).all())
+
+
+def _turned_round(system: System, s: Surface, depth: float, normal: Array) -> str:
+    """What else may be wrong with a tool in which a node with outward normal (d,) lies ``depth`` deep, an element being 1.
+
+    A plane or a chain that was turned round would have in it what lies outside of it now: that is no remedy if it is more.
+    """
+    description = system.tool_masters[s.against].tool.description
+    g = _gaps_of_body(system, s)
+    if depth <= SUNK or (getattr(description, "type", "") != "stl" and g.max() > -g.min()):
+        return ""
+    return description.hint(-normal)
 
 
 def _inside(system: System, s: Surface, pairs: Pairs, depth: Array) -> Finding:
@@ -95,10 +113,9 @@ def _inside(system: System, s: Surface, pairs: Pairs, depth: Array) -> Finding:
         + (
             _along_axis(system, s)
             if system.axisymmetric
-            else f"move the tool by ({_at(way)}) {unit}"
-            + _to_touch(system, s, int(nodes[k]))
+            else f"move the tool by ({_at(way)}) {unit}" + _to_touch(system, s, k, pairs.n[k])
         )
-        + (tool.description.hint(-s.node_normal[k]) if depth[k] > SUNK else "")
+        + _turned_round(system, s, float(depth[k]), s.node_normal[k])
         + (
             ""
             if system.dofs.dimension == 3
@@ -113,11 +130,17 @@ def _at(x: Array) -> str:
     return coordinates(np.where(np.abs(x) > SLIGHT * np.abs(x).max(), x, 0.0))
 
 
-def _to_touch(system: System, s: Surface, node: int) -> str:
-    """How to place a tool at the boundary of a node, in words; '' where that has no name."""
-    sides = [name for name in s.description.surface if "." in name]
-    sides += [f"{s.body}.{k}" for k, e in system.meshes[s.body].edges.items() if node - system.offsets[s.body] in e]
-    return f", or place it with 'touching: {sides[0]}'" if sides else ""
+def _to_touch(system: System, s: Surface, slot: int, normal: Array) -> str:
+    """How to place a tool with the normal (d,) at node ``slot`` of a surface, in words; '' where no side there has a name.
+
+    Of the sides that meet at the node, those that the contact lists if any, it is the one that faces the tool.
+    """
+    mesh, node = system.meshes[s.body], int(s.points.nodes[slot]) - system.offsets[s.body]
+    there = {f"{s.body}.{side}": edges for side, edges in mesh.edges.items() if node in edges}
+    listed = {side: edges for side, edges in there.items() if side in s.description.surface} or there
+    facing = {side: faces(mesh.points, edges, normal) for side, edges in listed.items()}
+    best = min(facing, key=facing.__getitem__, default="")
+    return f", or place it with 'touching: {best}'" if best and facing[best] < 0.0 else ""
 
 
 def _along_axis(system: System, s: Surface) -> str:

@@ -157,7 +157,7 @@ def _least_tetrahedron(x: Array) -> Array:
 def tunnelled(system: System, state: State, u: Array, policy: Policy = DEFAULT) -> Tunnelled | None:
     """A contact point that got from one side of a tool to another in a single increment; None if none did.
 
-    Both ends of the increment are free of contact, so no residual can tell. Ways are straight in the frame of the tool.
+    Both ends of the increment are free of contact, so no residual shows it. Ways are straight in the frame of the tool.
     """
     for s in system.tool_contacts:
         if system.tool_masters[s.against].shape.half_space:  # nothing gets through a half-space

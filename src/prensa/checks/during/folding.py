@@ -16,7 +16,7 @@ from prensa.checks.during.acceptance import Corners
 from prensa.checks.during.self_intersection import free_sides, least_on_sides, past_support, side_nodes
 from prensa.checks.force_share import ForceShare
 from prensa.checks.thresholds import SLIGHT, TOUCHING_DEPTH
-from prensa.errors import Finding
+from prensa.errors import Finding, per_cent
 from prensa.policy import Policy
 from prensa.system.assembly import Block
 from prensa.system.failure import CornerInverted, Past, PastSupport, place_of
@@ -74,7 +74,7 @@ class Folding:
         share = self.carry.at_most_work() if self.coarse else 0.0
         if share > SLIGHT:
             yield warning(
-                f"{self.coarse} folds over itself, and an estimated {100.0 * share:.2g} % of the forces are those of elements "
+                f"{self.coarse} folds over itself, and an estimated {per_cent(share)} of the forces are those of elements "
                 "that do: use a finer mesh, or a larger fillet of the tool"
             )
 

@@ -96,9 +96,9 @@ def hanging(system: System, u: Array) -> Hang | None:
 def _of_body(system: System, body: str, met: Sequence[Overlap]) -> Fold | None:
     """The deepest of the places where the outline of a body lies in itself, if deeper than outlines that just touch are.
 
-    Wrinkles of a surface, one or two sides of elements long, cross too, and nothing is wrong but their elements. By their mean
-    depth they are told from flanks that have met: it is less, however far one node is on the wrong side. A wall that has come out
-    on the far side of another is through, however thin.
+    Wrinkles of a surface, one or two sides of elements long, cross too, and nothing is wrong but their elements. Their
+    mean depth distinguishes them from flanks that have met: it is less, however far one node is on the wrong side. A wall that
+    has come out on the far side of another is through, however thin.
     """
     deep = [k for k in met if k.stretches > 2 or k.depth > TOUCHING_DEPTH * k.size]
     if not deep:

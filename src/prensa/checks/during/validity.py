@@ -14,7 +14,7 @@ import numpy as np
 from prensa.checks.check import Committed, Failed, Finished, ended_by, warning
 from prensa.checks.force_share import ForceShare
 from prensa.checks.thresholds import NO_DIFFERENCE, SLIGHT
-from prensa.errors import Finding
+from prensa.errors import Finding, per_cent
 from prensa.geometry.plane import cross
 from prensa.materials.flow_curve import FlowCurve
 from prensa.model.metals import metals_of
@@ -169,20 +169,20 @@ class Validity:
     def _of_compression(self) -> Iterator[str]:
         """Sentences about bodies that flow and lose volume, where their forces show it."""
         for body, lost in self.squeezed.items():
-            much = f"body {body!r}: a twentieth of it has lost more than {100 * lost:.2g} % of its volume"
+            much = f"body {body!r}: a twentieth of it has lost more than {per_cent(lost)} of its volume"
             soft, missed = self.too_soft[body].at_most_work(), abs(self.unbalanced.at_most_work())
             rubbed = self._without_bound(body)
             if soft > STRAIN_WARNING:
                 yield (
                     f"{much}, where metals are stiffer than a constant bulk modulus, and forces are too low by an estimated "
-                    f"{100 * soft:.2g} %; plastic flow preserves volume: tools and supports leave it no room"
+                    f"{per_cent(soft)}; plastic flow preserves volume: tools and supports leave it no room"
                     + ", or friction that no shear strength bounds presses it" * rubbed
                     + "; check supports and travels" + ", and take 'capped' or 'shear' friction" * rubbed
                 )  # fmt: skip
             elif missed > SLIGHT:
                 yield (
                     f"{much}, and under such pressures the work of its elements' stresses differs from that of their forces by "
-                    f"{100 * missed:.2g} %: the mesh is too coarse; take a finer one, and check the forces of both"
+                    f"{per_cent(missed)}: the mesh is too coarse; take a finer one, and check the forces of both"
                 )
 
     def _of_metals(self) -> Iterator[str]:
