@@ -260,10 +260,10 @@ def gaps_across(
     nearest = np.full(out.shape, -1)
     if moved is not None and moved.given.any():
         outward = np.stack([-t.across, t.across], axis=1)
-        both, alone = t.held | moved.given, moved.given & ~(t.held | moved.given).all(axis=1)[:, None]
-        ways = np.where(moved.given[:, :, None], moved.ways, 0.0)
-        out = np.where(both, np.where(both.all(axis=1)[:, None], (ways * outward).sum(axis=2), 0.0), np.inf)
-        middle = middle + np.where(alone[:, :, None], ways, 0.0).sum(axis=1)[:, None]
+        ends = t.held | moved.given
+        both, ways = ends.all(axis=1, keepdims=True), np.where(moved.given[..., None], moved.ways, 0.0)
+        out = np.where(ends, np.where(both, (ways * outward).sum(axis=2), 0.0), np.inf)
+        middle = middle + np.where(both, 0.0, ways.sum(axis=1))[:, None]
     for i, s in enumerate(system.tool_contacts):
         if s.body == body:
             master = system.tool_masters[s.against]

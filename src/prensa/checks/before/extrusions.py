@@ -111,8 +111,8 @@ def _ways_pushed(system: System, body: str) -> Iterator[Array]:
 
 def _pushed(system: System, body: str, moment: Moment, across: Array) -> tuple[Array, list[str]]:
     """How far (d,) tools and sides, ``across`` their way, have pushed a body at a moment; their names."""
-    pushes = [(w, name) for w, name in _pushes(system, body, moment) if abs(w @ across) > ALONG * np.linalg.norm(w)]
-    return max((w for w, _ in pushes), key=np.linalg.norm, default=np.zeros(len(across))), [name for _, name in pushes]
+    found = [(w, name) for w, name in _pushes(system, body, moment) if abs(w @ across) > ALONG * np.linalg.norm(w)]
+    return max((w for w, _ in found), key=np.linalg.norm, default=np.zeros(len(across))), [name for _, name in found]
 
 
 def _pushes(system: System, body: str, moment: Moment) -> Iterator[tuple[Array, str]]:

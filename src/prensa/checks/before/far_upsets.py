@@ -11,6 +11,7 @@ import numpy as np
 from prensa.checks.before.extrusions import confined, extruded, mouth, spread
 from prensa.checks.before.pressed_by_force import gaps_of_forces
 from prensa.checks.before.pressing import pressings
+from prensa.checks.before.punch_edges import past_edges
 from prensa.checks.during.distortion import IN_A_SECTION
 from prensa.checks.during.validity import STRAIN_WARNING, YIELDS_BEFORE, elastic_metal
 from prensa.checks.thresholds import NO_DIFFERENCE, TOWARDS
@@ -62,7 +63,7 @@ def far_upsets(system: System) -> Iterator[Finding]:
         if u is not None and elastic:
             yield from _beyond_yield(name, u)
             continue
-        worn = [] if u is None or system.dofs.dimension == 2 else list(_wears(system, name, u))
+        worn = list(_wears(system, name, u)) if u is not None and system.dofs.dimension == 3 else []
         if worn:
             yield from worn
         elif not elastic and system.dofs.dimension == 3:
@@ -71,6 +72,9 @@ def far_upsets(system: System) -> Iterator[Finding]:
 
 def _wears(system: System, body: str, u: Upset) -> Iterator[Finding]:
     """What there is to say of a body that is pressed together further than its elements bear."""
+    if edges := list(past_edges(system, body, u.across)):
+        yield from edges
+        return
     shear = u.past_face if u.surrounded else max(u.at_mouth, sheared(system, body, u))
     flat = 1.0 if u.surrounded else flattened(system, body, u)
     sound = 1.0 / math.hypot(1.0, shear)  # the scaled Jacobian of a rectangle that is sheared

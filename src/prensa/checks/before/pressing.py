@@ -69,9 +69,10 @@ def end_motions(system: System, body: str, t: Thickness) -> Iterator[tuple[Momen
             fixed = _prescribed(system, plan.fixed)[ends]
             given = ((fixed & (part > np.sqrt(0.5))).any(axis=3) | (fixed | (part <= NO_DIFFERENCE)).all(axis=3)).all(axis=2)
             after = plan.fixed[stages(system)[plan.number].known_after[plan.fixed]]
-            found = (_prescribed(system, after)[ends] | ~fixed).all(axis=(2, 3))
+            found = np.asarray((_prescribed(system, after)[ends] | ~fixed).all(axis=(2, 3)))
         way = there - first
-        now = begun + (np.where(((way * outward).sum(axis=2) > 0.0)[:, :, None], way, 0.0) if waits else way)
+        opens = np.asarray((way * outward).sum(axis=2) > 0.0)
+        now = begun + (np.where(opens[:, :, None], way, 0.0) if waits else way)
         if m.t == plan.t1:
             now = np.where(found[:, :, None], there, now)
         yield m, EndMotions(given, now, given & (now != there).any(axis=2))
@@ -79,7 +80,8 @@ def end_motions(system: System, body: str, t: Thickness) -> Iterator[tuple[Momen
 
 def _prescribed(system: System, fixed: Index) -> Flags:
     """Components (n, d) of all nodes that ``fixed`` unknowns prescribe, those of nodes that ties make follow such too."""
-    return np.asarray(system.dofs.displacement.of(np.isin(np.arange(system.ndof), system.prescribed(fixed))))
+    field = system.dofs.displacement
+    return np.isin(field.dofs(np.arange(field.count)), system.prescribed(fixed))
 
 
 def _asked(system: System, body: str, t: Thickness, m: Moment, moved: EndMotions) -> Array:
