@@ -10,7 +10,8 @@ import pytest
 
 import prensa as pr
 from prensa.checks.before.extrusions import extruded, spread
-from prensa.checks.before.far_upsets import _strains_of_forces, far_upsets, sheared, upset
+from prensa.checks.before.far_upsets import far_upsets, sheared, upset
+from prensa.checks.before.pressed_by_force import largest_force, strain_of_force
 from prensa.system.system import System
 
 STEEL = pr.J2(210e3, 0.3, pr.Swift(600.0, 0.01, 0.2))
@@ -62,7 +63,10 @@ def test_a_share_of_the_force_presses_a_part_as_far(which: str) -> None:
     """Friction as far out on the mean."""
     def pushed(one: str) -> float:
         force = -2e5 * ANGLES[one] / 360.0
-        return float(_strains_of_forces(part(one, steps=(pr.Step("push", push={"t": pr.Push(y=force)}),)), "b")[0, 1])
+        system, y = part(one, steps=(pr.Step("push", push={"t": pr.Push(y=force)}),)), np.array([0.0, 1.0, 0.0])
+        most = largest_force(system.problem.steps, "t", y)
+        assert most == -force
+        return strain_of_force(system, system.tool_contacts[0], y, most)
 
     assert pushed(which) == pytest.approx(pushed("whole"), rel=1e-6) and pushed("whole") > 0.1
 

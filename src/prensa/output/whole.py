@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.checks.before.free_cuts import sectors
 from prensa.checks.before.mirrored_tools import Wall, goes_across, meetings, motions_in_space
 from prensa.checks.before.off_centre import Overlap, overlaps
 from prensa.checks.before.preflight import preflight
@@ -100,7 +101,7 @@ def _no_plane(system: System, plane: Plane) -> str:
         return words
     loose = [s for s in found if not held_along(system, s.body, np.asarray(plane.normal))[s.faces].all()]
     if not loose or _guided(system, plane, loose):
-        return ""
+        return _stuck(system, plane, found)
     way = "xyz"[plane.axis] if plane.axis is not None else "its normal"
     bodies = " and ".join(repr(s.body) for s in loose)
     owner = plane.name.partition(".")[0]
@@ -113,6 +114,37 @@ def _no_plane(system: System, plane: Plane) -> str:
     hold = f"give 'fixed' '{support}'" if any(s.body == owner for s in loose) else "hold it in 'fixed'"
     what = f"nothing holds {bodies} along {way} all over {side} in every step"
     return f"{what}, so that {effect}; {hold}, or leave {plane.name!r} out"
+
+
+def _stuck(system: System, plane: Plane, found: Sequence[Side]) -> str:
+    """What is wrong with a cut side of a sector that supports hold along its radius too; empty of other planes.
+
+    The whole has metal there that spreads as it does beside it.
+    """
+    for s in found:
+        side = _cut_along_radius(system, s.body, plane)
+        if side:
+            normal = "normal" if plane.axis is None else "xyz"[plane.axis]
+            return (
+                f"supports hold the cut side '{s.body}.{side}' of the sector along its radius as well as its normal, so that "
+                "metal cannot spread there and it is no plane of symmetry; hold it along its normal alone, "
+                f"'{s.body}.{side}: {normal}' in 'fixed', or leave {plane.name!r} out"
+            )
+    return ""
+
+
+def _cut_along_radius(system: System, body: str, plane: Plane) -> str:
+    """The cut side of a sector in a plane that supports hold along its radius too, off the axis in all steps; empty if none."""
+    sector, n = sectors(system)[body], np.asarray(plane.normal)
+    if sector is None or len(n) == 2:
+        return ""
+    mesh = system.meshes[body]
+    for side, normal in sector.cuts.items():
+        nodes = np.unique(mesh.edges[side])
+        nodes = nodes[sector.axis.radial(mesh.points[nodes])[0] > DRAWN * system.length]
+        if abs(normal @ n) >= 1.0 - DRAWN and held_along(system, body, np.cross(sector.axis.way, normal))[nodes].all():
+            return side
+    return ""
 
 
 def _body_force_across(system: System, plane: Plane, side: str) -> str:
@@ -185,7 +217,8 @@ def part_of_whole(system: System, case: Case) -> str:
     planes = []
     for plane in _held_sides(system):
         n = np.asarray(plane.normal)
-        if any(abs(n @ w) <= DRAWN for w in ways) or any(abs(n @ w) >= 1.0 - DRAWN for w in turns):
+        moved = any(abs(n @ w) <= DRAWN for w in ways) or any(abs(n @ w) >= 1.0 - DRAWN for w in turns)
+        if moved and not _no_plane(system, plane):  # which would be refused where it is named
             planes.append(plane)
     given = named_sides(p)
     try:

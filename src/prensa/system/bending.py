@@ -121,6 +121,17 @@ def _holds(held: Held | None, ends: Index, across: Array) -> Flags:
     return np.zeros(ends.shape[:2], dtype=bool) if held is None else held.towards(ends, across, float(np.sqrt(0.5)))
 
 
+class EndMotions(NamedTuple):
+    """Motions that supports prescribe of the ends of strips along them: flags (s, 2) of which, and ``ways`` (s, 2, d) of all.
+
+    ``least`` (s, 2): whether an end may have gone further, since an earlier step may have ended anywhere on its way.
+    """
+
+    given: Flags
+    ways: Array
+    least: Flags
+
+
 class BentStrips(NamedTuple):
     """Strips (s,) through the thickness of a body, which bend as the sections of a beam, in space of a plate along two ways.
 
@@ -235,27 +246,42 @@ def _ways(system: System, body: str) -> Iterator[_Way]:
         yield _Way(body, float(own[np.argmax(np.abs(own))]), t)
 
 
-def gaps_across(system: System, body: str, t: Thickness, moment: Moment, unknown: Array) -> tuple[Array, Index]:
+def gaps_across(
+    system: System, body: str, t: Thickness, moment: Moment, unknown: Array, moved: EndMotions | None = None
+) -> tuple[Array, Index]:
     """Gaps (s, 2) at the ends of strips to what is there at a moment, tools in contact with the body and supports along them.
 
     With the numbers (s, 2) of the contacts of these tools among all of tools; -1: a support, or nothing. ``unknown`` (s,), or
-    (c, s, 2) by contacts of tools, for each end: the gap to a tool whose place nobody knows.
+    (c, s, 2) by contacts of tools, for each end: the gap to a tool whose place nobody knows. ``moved``: what supports move of
+    the ends: a strip goes along with the one end that they move or hold, and is as long as they leave it between two.
     """
     unknown = np.broadcast_to(unknown if unknown.ndim == 3 else unknown[:, None], (len(system.tool_contacts), len(t.size), 2))
-    out, d = np.where(t.held, 0.0, np.inf), t.across.shape[1]
+    out, d, middle = np.where(t.held, 0.0, np.inf), t.across.shape[1], t.middle
     nearest = np.full(out.shape, -1)
-    outward = np.stack([-t.across, t.across], axis=1)
+    if moved is not None and moved.given.any():
+        outward = np.stack([-t.across, t.across], axis=1)
+        ends = t.held | moved.given
+        both, ways = ends.all(axis=1, keepdims=True), np.where(moved.given[..., None], moved.ways, 0.0)
+        out = np.where(ends, np.where(both, (ways * outward).sum(axis=2), 0.0), np.inf)
+        middle = middle + np.where(both, 0.0, ways.sum(axis=1))[:, None]
     for i, s in enumerate(system.tool_contacts):
         if s.body == body:
             master = system.tool_masters[s.against]
-            seen = master.seen(t.middle.reshape(-1, d), moment.u)
-            # a tool that has come through from the other side faces away from this one
-            # and in space one that is met along the thickness of the other way faces neither
-            facing = (seen.n.reshape(-1, 2, d) * outward).sum(axis=2) < (-np.sqrt(0.5) if d == 3 else 0.0)
+            seen = master.seen(middle.reshape(-1, d), moment.u)
             gap = seen.g.reshape(-1, 2) if moment.known[master.number] else unknown[i]
-            nearer = facing & (gap < out)
+            nearer = facing(seen.n, t) & (gap < out)
             out, nearest = np.where(nearer, gap, out), np.where(nearer, i, nearest)
     return out, nearest
+
+
+def facing(normals: Array, t: Thickness) -> Flags:
+    """Ends (s, 2) of strips that tools face, by their normals (2 s, d) at these.
+
+    A tool that has come through from the other side faces away from this one, and in space one that is met along the thickness
+    of the other way faces neither.
+    """
+    outward, d = np.stack([-t.across, t.across], axis=1), t.across.shape[1]
+    return np.asarray((normals.reshape(-1, 2, d) * outward).sum(axis=2) < (-np.sqrt(0.5) if d == 3 else 0.0))
 
 
 def _driven_across(system: System, body: str, t: Thickness) -> bool:

@@ -12,9 +12,12 @@ from prensa.checks.thresholds import ALONG, NO_DIFFERENCE, SLIGHT, TOUCHING_DEPT
 from prensa.contact.masters import Seen
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
+from prensa.mesh.faces import area_vectors
+from prensa.model.problem import support_names
 from prensa.precision import NEGLIGIBLE, SMALLEST
 from prensa.system.held import held
 from prensa.system.moments import Moment, moments
+from prensa.system.once import once
 from prensa.system.system import System
 from prensa.types import Array, Flags
 
@@ -35,7 +38,7 @@ class Opening(NamedTuple):
 
 def extruded(system: System, body: str) -> Iterator[Finding]:
     """What there is to say of a body in a container that is pushed through an opening by more than elements bear."""
-    for across in np.eye(3):
+    for across in _ways_pushed(system, body):
         wide = spread(system, body, across)
         if not len(wide.ways) or confined(system, body, across) == 0.0:
             continue
@@ -95,21 +98,43 @@ def opening(system: System, body: str, across: Array, wide: Spread) -> Opening |
     return out if out.passes < 1.0 else None
 
 
+def _ways_pushed(system: System, body: str) -> Iterator[Array]:
+    """Unit vectors (d,) along which tools, or sides that are moved, push a body, each once."""
+    found = list[Array]()
+    for moment in moments(system):
+        for way, _ in _pushes(system, body, moment):
+            across = way / np.linalg.norm(way)
+            if all(abs(across @ known) < 1.0 - NEGLIGIBLE for known in found):
+                found.append(across)
+                yield across
+
+
 def _pushed(system: System, body: str, moment: Moment, across: Array) -> tuple[Array, list[str]]:
-    """How far (d,) tools that touch a body at first, ``across`` their way, have pushed it at a moment; their names."""
-    way, names, start = np.zeros(len(across)), [], system.initial().u
+    """How far (d,) tools and sides, ``across`` their way, have pushed a body at a moment; their names."""
+    found = [(w, name) for w, name in _pushes(system, body, moment) if abs(w @ across) > ALONG * np.linalg.norm(w)]
+    return max((w for w, _ in found), key=np.linalg.norm, default=np.zeros(len(across))), [name for _, name in found]
+
+
+def _pushes(system: System, body: str, moment: Moment) -> Iterator[tuple[Array, str]]:
+    """Ways (d,) of the tools that touch a body at first, and of its flat sides, that have pushed it at a moment; their names."""
+    start, d = system.initial().u, system.dofs.dimension
     for s in system.tool_contacts:
         master = system.tool_masters[s.against]
-        moved = (master.place(moment.u) - master.place(start))[: len(across)]
-        along = moved.any() and abs(moved @ across) > ALONG * np.linalg.norm(moved)
-        if s.body != body or not moment.known[master.number] or not along:
+        moved = (master.place(moment.u) - master.place(start))[:d]
+        if s.body != body or not moment.known[master.number] or not moved.any():
             continue
         seen = master.seen(system.X[s.points.nodes], start)
         touching = seen.g <= TOUCHING_DEPTH * s.points.depth.min()
         if (seen.n[touching] @ moved > ALONG * np.linalg.norm(moved)).any():
-            names.append(s.against)
-            way = moved if np.linalg.norm(moved) > np.linalg.norm(way) else way
-    return way, names
+            yield moved, s.against
+    for name in support_names(system.problem):
+        owner, _, side = name.partition(".")
+        if owner == body and side in system.meshes[body].edges:
+            faces = system.meshes[body].edges[side]
+            moved = moment.u[system.dofs.displacement.dofs(np.unique(faces) + system.offsets[body])].mean(axis=0)
+            area = area_vectors(system.meshes[body].points[faces])[1].sum(axis=(0, 1))
+            if moved.any() and -area @ moved > ALONG * np.linalg.norm(moved) * np.linalg.norm(area):
+                yield moved, name
 
 
 def _narrowest(system: System, s: Surface, moment: Moment, way: Array, reach: Array, most: float) -> tuple[float, float]:
@@ -202,10 +227,23 @@ def spread(system: System, body: str, across: Array) -> Spread:
     """How the nodes of a body lie about what does not move as its width changes: along all ways but ``across`` (d,).
 
     From flat sides that supports hold along their normals, whatever the axes, else from the middle; ways along which they hold
-    two sides are left out. A sector has the ways and places of the whole.
+    two sides are left out. A sector has the ways and places of the whole. It is found once for each direction.
     """
+    known, key = _spreads(system), (body, *np.round(across, 9).tolist())
+    if key not in known:
+        known[key] = _spread(system, body, across)
+    return known[key]
+
+
+@once
+def _spreads(_: System) -> dict[tuple[str | float, ...], Spread]:
+    """Those of a system that are known."""
+    return {}
+
+
+def _spread(system: System, body: str, across: Array) -> Spread:
     X = system.meshes[body].points
-    ways = np.eye(X.shape[1])[np.abs(across) < ALONG]
+    ways = _beside(np.eye(X.shape[1]), across[None])
     closed, single = _held_ends(system, body, ways)
     if len(closed):
         ways = _beside(ways, np.array(closed))

@@ -1,27 +1,25 @@
-"""Bodies that tools press together so far that their elements wear out, and elastic metals pressed beyond any yield stress."""
+"""Bodies that are pressed together so far that their elements wear out, and elastic metals pressed beyond any yield stress."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from prensa.checks.before.extrusions import confined, extruded, mouth, spread
+from prensa.checks.before.pressed_by_force import gaps_of_forces
 from prensa.checks.before.pressing import pressings
+from prensa.checks.before.punch_edges import past_edges
 from prensa.checks.during.distortion import IN_A_SECTION
 from prensa.checks.during.validity import STRAIN_WARNING, YIELDS_BEFORE, elastic_metal
 from prensa.checks.thresholds import NO_DIFFERENCE, TOWARDS
 from prensa.errors import Finding
 from prensa.friction.law import At, FrictionLaw, bounded
 from prensa.materials.flow_curve import stress_at
-from prensa.mesh.bricks import BrickMesh
-from prensa.mesh.faces import enclosed_volume
 from prensa.mesh.mesh import displaced
 from prensa.mesh.quality import POOR, quality
-from prensa.model.problem import Push, Step
-from prensa.model.until import ToolForce
 from prensa.policy import Policy
 from prensa.precision import NEGLIGIBLE
 from prensa.system.bending import Thickness
@@ -38,7 +36,8 @@ class Upset(NamedTuple):
     ``surrounded``: whether tools surround the body all along the height, as a container does; ``past_face``: shear of a layer of
     elements between metal that stands before a face and what flows past it; ``at_mouth``: shear of those between metal that a
     container holds and what spreads before its mouth; ``by_force``: whether it ends where the largest force of a tool that
-    presses it does; ``at_least``: whether it begins where an earlier step may have ended anywhere on its way.
+    presses it does; ``at_least``: whether it begins where an earlier step may have ended anywhere on its way; ``driven``: whether
+    a side of the body is moved, rather than a tool.
     """
 
     height: float
@@ -50,6 +49,7 @@ class Upset(NamedTuple):
     by_force: bool = False
     at_mouth: float = 0.0
     at_least: bool = False
+    driven: bool = False
 
 
 def far_upsets(system: System) -> Iterator[Finding]:
@@ -63,7 +63,7 @@ def far_upsets(system: System) -> Iterator[Finding]:
         if u is not None and elastic:
             yield from _beyond_yield(name, u)
             continue
-        worn = [] if u is None or system.dofs.dimension == 2 else list(_wears(system, name, u))
+        worn = list(_wears(system, name, u)) if u is not None and system.dofs.dimension == 3 else []
         if worn:
             yield from worn
         elif not elastic and system.dofs.dimension == 3:
@@ -72,6 +72,9 @@ def far_upsets(system: System) -> Iterator[Finding]:
 
 def _wears(system: System, body: str, u: Upset) -> Iterator[Finding]:
     """What there is to say of a body that is pressed together further than its elements bear."""
+    if edges := list(past_edges(system, body, u.across)):
+        yield from edges
+        return
     shear = u.past_face if u.surrounded else max(u.at_mouth, sheared(system, body, u))
     flat = 1.0 if u.surrounded else flattened(system, body, u)
     sound = 1.0 / math.hypot(1.0, shear)  # the scaled Jacobian of a rectangle that is sheared
@@ -99,7 +102,8 @@ def _beyond_yield(body: str, u: Upset) -> Iterator[Finding]:
 def _together(body: str, u: Upset) -> str:
     """By how much, in words."""
     bound = "up to " * u.by_force + "at least " * u.at_least
-    much = f"tools press {body!r} together by {bound}{u.height - u.left:.4g} of {u.height:.4g}"
+    what = f"the motion of a side of {body!r} presses it" if u.driven else f"tools press {body!r}"
+    much = f"{what} together by {bound}{u.height - u.left:.4g} of {u.height:.4g}"
     return much + ", as far as it yields to their force" * u.by_force
 
 
@@ -112,27 +116,20 @@ _BY_A_FACE = "where it flows past metal that stands before a face across its way
 
 
 def upset(system: System, body: str) -> Upset | None:
-    """The strip through a body that tools press together most, by known motions or by force; None if they press none."""
-    mesh = system.meshes[body]
+    """The strip through a body that is pressed together most, by known motions or by force of tools; None if none is."""
     holds, most = held(system, body), None
-    tools = [system.tool_masters[s.against].number for s in system.tool_contacts]
-    strains = np.array([_strains_of_forces(system, body, n + 1) for n in range(len(system.problem.steps))])
-    for t in Thickness.all_of(mesh, holds):
-        shares = np.exp(-strains)[:, :, np.abs(t.across).argmax(axis=1)]
-        of_forces = np.nan_to_num((shares - 1.0) * t.size, nan=np.inf)
-        for moment, gaps, contacts in pressings(system, body, t, of_forces) if len(t.size) else ():
+    for t in Thickness.all_of(system.meshes[body], holds):
+        of_forces = gaps_of_forces(system, body, t)
+        for moment, gaps, contacts, moved in pressings(system, body, t, of_forces) if len(t.size) else ():
             left = t.size + gaps.sum(axis=1)
-            left = np.where((contacts >= 0).any(axis=1) & (left > 0.0), left, np.inf)
+            left = np.where(((contacts >= 0) | moved.given).any(axis=1) & (left > 0.0), left, np.inf)
             k = int(np.argmin(left / t.size))
             if left[k] < t.size[k] and (most is None or left[k] * most.height < most.left * t.size[k]):
-                ends = [_held_by(system, holds, t.ends[k, end], t.across[k], int(contacts[k, end])) for end in range(2)]
-                pressing = [system.tool_contacts[i] for i in contacts[k] if i >= 0]
-                depth = max(float(s.points.depth.max()) for s in pressing)
-                lost = [i for i in contacts[k] if i >= 0 and not moment.known[tools[i]]]
+                most = _pressed(system, body, t, k, float(left[k]), contacts[k], holds)
+                lost = [i for i in contacts[k] if i >= 0 and not moment.known[system.tool_masters[_tool(system, i)].number]]
                 forces = bool(lost) and bool(np.isfinite(of_forces[moment.plan.number, lost, k]).all())
-                past = float(t.size[k] - left[k]) / depth
-                most = Upset(float(t.size[k]), float(left[k]), t.across[k], tuple(filter(None, ends)), past)
-                most = most._replace(by_force=forces, at_least=bool(lost) and not forces)
+                least = (bool(lost) and not forces) or bool(moved.least[k].any())
+                most = most._replace(by_force=forces, at_least=least, driven=bool(moved.ways[k][moved.given[k]].any()))
     if most is None:
         return None
     length = confined(system, body, most.across)  # which becomes no shorter
@@ -142,43 +139,17 @@ def upset(system: System, body: str) -> Upset | None:
     return most._replace(height=most.height - length, left=most.left - length, at_mouth=mouth)
 
 
-def _strains_of_forces(system: System, body: str, steps: int | None = None) -> Array:
-    """Logarithmic strains (c, d) up to which the largest forces of tools, by their contacts, press a body that flows; nan: none.
-
-    Of the first ``steps`` steps, or all.
-    Of all of its section A, volume over height h, with the friction τ of the tool that is pushed: of what spreads along m axes
-    at a mean distance r from where it does not move, F = σ(φ) A e^φ (1 + τ/σ r e^(φ/m)/(m h e^−φ)), Siebel's 1 + 2 μ R/(3 h) of a
-    disc between two plates. A tool that presses on a part of it goes in further, and is not reported for it.
-    """
-    p, mesh = system.problem, system.meshes[body]
-    flow = getattr(p.bodies[body].material, "flow", None)
-    out = np.full((len(system.tool_contacts), system.dofs.dimension), np.nan)
-    if flow is None or not isinstance(mesh, BrickMesh):
-        return out
-    strains = np.linspace(0.0, -np.log(NEGLIGIBLE), 1001)  # to where nothing is left; larger forces press as far
-    flows = stress_at(flow, strains, np.zeros_like(strains))
-    volume = enclosed_volume(mesh.points, mesh.boundary)
-    parts = next(b.volume for b in system.blocks if b.body == body).sum(axis=1)
-    parts = parts / parts.sum()
-    for i, s in enumerate(system.tool_contacts):
-        for a, key in enumerate("xyz") if s.body == body else ():
-            forces = [one[s.against] for step in p.steps[:steps] for one in _forces(step) if s.against in one]
-            given = [getattr(force, key) for force in forces]
-            tables = [one if isinstance(one, tuple) else ((0.0, one),) for one in given if one is not None]
-            if tables:
-                most = max(abs(force) for table in tables for _, force in table)
-                height, wide = float(np.ptp(mesh.points[:, a])), spread(system, body, np.eye(3)[a])
-                far = float(parts @ wide.distances[mesh.cells].mean(axis=1))
-                law, m = s.description.friction or p.friction, max(len(wide.ways), 1)
-                rubs = 0.0 if law is None else bounded(law, flows, np.zeros_like(flows), At(k=flows / np.sqrt(3.0)))[0]
-                rubs = np.minimum(rubs, flows / np.sqrt(3.0)) * far * np.exp((1.0 + 1.0 / m) * strains) / (m * height)
-                out[i, a] = np.interp(most * height / volume, (flows + rubs) * np.exp(strains), strains)
-    return out
+def _tool(system: System, contact: int) -> str:
+    """The tool of a contact by its number."""
+    return system.tool_contacts[contact].against
 
 
-def _forces(step: Step) -> tuple[Mapping[str, Push | ToolForce], ...]:
-    """Forces of tools that a step prescribes, and those at which it ends."""
-    return (step.push, step.until.force) if step.until is not None else (step.push,)
+def _pressed(system: System, body: str, t: Thickness, k: int, left: float, contacts: Index, holds: Held) -> Upset:
+    """Strip k of a body, of which what presses its ends, ``contacts`` (2,) of tools or supports, leaves a length."""
+    ends = [_held_by(system, holds, t.ends[k, end], t.across[k], int(contacts[end])) for end in range(2)]
+    own = [s for i, s in enumerate(system.tool_contacts) if s.body == body and (i in contacts or contacts.max() < 0)]
+    element = max((float(s.points.depth.max()) for s in own), default=np.inf)
+    return Upset(float(t.size[k]), left, t.across[k], tuple(filter(None, ends)), float(t.size[k] - left) / element)
 
 
 def _held_by(system: System, holds: Held, end: Index, across: Array, contact: int) -> FrictionLaw | bool:

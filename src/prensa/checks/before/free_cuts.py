@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
 
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding
-from prensa.model.meshes import Cylinder, Revolution
+from prensa.mesh.bricks import BrickMesh
+from prensa.mesh.sectors import Sector, sector_of
 from prensa.model.problem import Problem
-from prensa.precision import NEGLIGIBLE
 from prensa.system.held import held_along
-from prensa.system.inclined import side_normal
 from prensa.system.moments import stages
+from prensa.system.once import once
 from prensa.system.system import System
 from prensa.types import Array, Flags
+
+
+@once
+def sectors(system: System) -> dict[str, Sector | None]:
+    """The sectors of bodies of revolution that bodies in space are, whatever their meshes come from."""
+    return {name: sector_of(mesh) if isinstance(mesh, BrickMesh) else None for name, mesh in system.meshes.items()}
 
 
 def free_cuts(system: System, body: str) -> dict[str, str]:
@@ -25,13 +30,9 @@ def free_cuts(system: System, body: str) -> dict[str, str]:
     A body whose rigid motions are all held may still lack a plane of symmetry. A sector of more than half a turn is part of no
     whole, and its sides are real ones.
     """
-    mesh, problem = system.problem.bodies[body].mesh, system.problem
-    if not isinstance(mesh, Cylinder | Revolution) or mesh.angle > math.pi * (1.0 + NEGLIGIBLE):
-        return {}
-    found = {}
-    for side in ("base", "cap"):
+    found, problem, sector = {}, system.problem, sectors(system)[body]
+    for side, normal in sector.cuts.items() if sector is not None else ():
         name = f"{body}.{side}"
-        normal = side_normal(name, system.meshes)
         if not _used(problem, name) and not _held(system, body, side, normal).all():
             along = np.flatnonzero(np.abs(normal) > 1.0 - NO_DIFFERENCE)
             found[side] = "xyz"[along[0]] if len(along) else "normal"

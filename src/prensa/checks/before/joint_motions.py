@@ -92,13 +92,13 @@ def _flies(system: System, body: str, plan: StepPlan, never: bool, reported: set
     nothing = "nothing carries what they press with; " if never else ""
     yield Finding(
         f"bodies.{body}",
-        f"it is free to move along {_axis(found.way)}, away from the tools of step {plan.name!r}: {nothing}"
+        f"it is free to move along {axis_in_words(found.way)}, away from the tools of step {plan.name!r}: {nothing}"
         "hold its other side with 'fixed', or let a tool stand against it",
         Severity.REFUSE if never else Severity.WARN,
     )
 
 
-def _axis(way: Array) -> str:
+def axis_in_words(way: Array) -> str:
     """A direction (d,) in words."""
     sign = "-" if way[np.argmax(np.abs(way))] < 0 else "+"
     return f"{sign}{'xyz'[int(np.argmax(np.abs(way)))]}"

@@ -40,6 +40,7 @@ from prensa.checks.before.tool_sizes import tool_sizes
 from prensa.checks.before.tools_inside import tools_inside
 from prensa.checks.before.travels import travels
 from prensa.checks.before.units import lengths, thick_sheets, turns
+from prensa.checks.before.walls import walls
 from prensa.checks.check import Check
 from prensa.errors import Finding
 from prensa.model.remeshing import remeshing_of
@@ -52,7 +53,7 @@ CHECKS: tuple[Check[System], ...] = (
     obsolete_keys, new_meshes, flow_curves, tables, lengths, pushes, weak, mesh_shapes, stiff_in_bending, bores, table_starts,
     standstills, travels, feeding, new_sizes, mounts, turns, thick_sheets, file_units,
     *AT_REST, tools_inside, tool_faces, off_centre, small_strain, far_upsets,
-    tool_paths, pushed_tools, edges_between_nodes, rigid_motions, joint_motions, tied_gaps, measured_places, closed_dies,
+    tool_paths, pushed_tools, edges_between_nodes, rigid_motions, joint_motions, walls, tied_gaps, measured_places, closed_dies,
 )  # fmt: skip
 """In the order in which they are reported."""
 AFTER: dict[Check[System], tuple[Check[System], ...]] = {

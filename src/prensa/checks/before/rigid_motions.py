@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prensa.checks.before.free_cuts import free_cuts, said_of
+from prensa.checks.before.free_cuts import free_cuts, said_of, sectors
 from prensa.checks.before.overlap import unjoined
 from prensa.checks.before.pushed_away import loaded, never_resisted
 from prensa.checks.thresholds import NO_DIFFERENCE
@@ -15,7 +15,6 @@ from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity
 from prensa.geometry.plane import turned
 from prensa.linear.rigid_modes import CLOSED, Frame, along_all, free_in_words, free_motions, rows_of, support_rows
-from prensa.model.meshes import Cylinder, Revolution
 from prensa.model.problem import tools_removed
 from prensa.system.held import symmetric
 from prensa.system.moments import stages
@@ -137,7 +136,8 @@ def _symmetry(system: System, body: str, frame: Frame, held: Array) -> Iterator[
     normals = np.concatenate([left[:0, :3], *(m.seen(x[s.points.nodes], u).n for s, m in zip(mine, masters))])
     at = [m.tool.at for m in masters if not m.tool.shape.half_space]
     touched = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(s.points.nodes for s in mine)]))
-    ends = ("base", "cap") if isinstance(system.problem.bodies[body].mesh, Cylinder | Revolution) else ()
+    sector = sectors(system)[body]
+    ends = sector.cuts if sector is not None else ()
     mesh, lacking = system.meshes[body], dict[tuple[int, float], str]()
     for side, faces in mesh.edges.items():
         x = mesh.points[np.unique(faces)]
@@ -158,14 +158,14 @@ def _symmetry(system: System, body: str, frame: Frame, held: Array) -> Iterator[
         )
         missing = ", ".join(f"{body}.{side}: {'xyz'[axis]}" for (axis, _), side in lacking.items())
         several = len(lacking) > 1
-        sector = all(side in ends for side in lacking.values())
+        ends_there = all(side in ends for side in lacking.values())
         pushed = any((np.abs(normals[:, axis]) > NO_DIFFERENCE).any() for axis, _ in lacking)
         loose = any((np.abs(left[:, axis]) > NO_DIFFERENCE).any() for axis, _ in lacking)
         alone = f"only {'contact' if pushed else 'friction'} holds it along {names}"
         beside = f"half of a tool pushes it aside along {names}"
         yield Finding(
             f"bodies.{body}",
-            f"{alone if loose else beside}, and {'a sector ends' if sector else 'a tool stands'} in the "
+            f"{alone if loose else beside}, and {'a sector ends' if ends_there else 'a tool stands'} in the "
             f"plane{'s' * several} {planes}: if {'those are planes' if several else 'that is a plane'} of symmetry, "
             f"'fixed' lacks '{missing}'",
             support=missing,

@@ -111,8 +111,9 @@ class Extruded(_SweptShape):
         return self._swept(Prism, self._section_looks(-(direction @ section_axes(self._unit))), rounding)
 
     def goes_on(self, shape: Tool) -> bool:
-        """As an open section does."""
-        return shape.half_space or not shape.extent
+        """As its section does."""
+        section = shape.section if isinstance(shape, Prism) else shape
+        return not shape.extent or self.section.goes_on(section)
 
     def facets(self, direction: Array, depth: float) -> tuple[Array, Index]:
         """The outline of the section, extruded."""

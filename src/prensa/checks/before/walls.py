@@ -1,0 +1,73 @@
+"""Bodies in space that tools press along walls, with nothing beyond: friction of the walls alone holds them, or nothing does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from prensa.checks.before.joint_motions import axis_in_words
+from prensa.checks.before.pushed_away import Met, flights, met_by, translations
+from prensa.checks.thresholds import NO_DIFFERENCE
+from prensa.errors import Finding, Severity
+from prensa.linear.rigid_modes import Frame
+from prensa.model.problem import tools_removed
+from prensa.system.moments import stages
+from prensa.system.schedule import StepPlan
+from prensa.system.system import System
+from prensa.types import Array
+
+
+def walls(system: System) -> Iterator[Finding]:
+    """Bodies that only walls along their way hold against what presses them, by their friction."""
+    if system.dofs.dimension == 2 or system.problem.body_contacts or system.problem.start is not None:
+        return
+    reported: set[str] = set()
+    for stage in stages(system):
+        if tools_removed(system.problem, stage.plan.number):
+            return
+        for body, frame in Frame.of_all(system).items():
+            flight = flights(system)[body][stage.plan.number]  # None of loaded ones too
+            if body in reported or flight is None or flight.way.any():
+                continue
+            for finding in _along_walls(system, body, frame, stage.plan):
+                reported.add(body)
+                yield finding
+
+
+def _along_walls(system: System, body: str, frame: Frame, plan: StepPlan) -> Iterator[Finding]:
+    """What there is to say of a body in a step: its tools press it along one way, or stand along that way."""
+    free, mets = translations(system, frame, plan), list(met_by(system, body, plan))
+    at, moved = plan.values(plan.t0), plan.values(plan.t1)
+    pressing, beside = list[Met](), list[Met]()
+    for met in mets:
+        dofs = system.tool_masters[met.surface.against].dofs
+        changes = bool((at != moved)[np.isin(plan.fixed, dofs)].any() or np.isin(dofs, list(plan.push)).any())
+        (pressing if changes else beside).append(met)
+    if not pressing or not beside:
+        return
+    normals = np.concatenate([_seen(met) for met in pressing])
+    along = free @ (free.T @ normals.sum(axis=0))
+    size = float(np.linalg.norm(along))
+    if size <= NO_DIFFERENCE * len(normals):
+        return
+    along /= size
+    if not all((_seen(met) @ along > NO_DIFFERENCE).all() for met in pressing):
+        return
+    if not all((np.abs(_seen(met) @ along) <= NO_DIFFERENCE).all() for met in beside):
+        return
+    names = " and ".join(dict.fromkeys(repr(met.surface.against) for met in beside))
+    rubs = " and ".join(dict.fromkeys(repr(met.surface.against) for met in beside if met.rubs))
+    by = " and ".join(dict.fromkeys(repr(met.surface.against) for met in pressing))
+    what = f"only friction of {rubs} holds it" if rubs else f"nothing holds it, with {names} beside its way and smooth,"
+    yield Finding(
+        f"bodies.{body}",
+        f"{what} along {axis_in_words(along)} against {by} in step {plan.name!r}: hold its other side with 'fixed', or let a "
+        f"tool stand against it{', unless it is to slide there' * bool(rubs)}",
+        Severity.WARN if rubs else Severity.REFUSE,
+    )
+
+
+def _seen(met: Met) -> Array:
+    """Normals (k, 3) of a tool at the points of a contact that see it."""
+    return np.asarray(met.pairs.n[~np.isnan(met.pairs.g)])
