@@ -7,17 +7,18 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from prensa.checks.after.rims import Rim, rim
 from prensa.checks.check import Committed, warning
 from prensa.checks.during.penetration import ON_EDGE
 from prensa.checks.thresholds import NOTABLE_DEPTH, SLIGHT
-from prensa.contact.faces import FacePoints
+from prensa.contact.faces import FacePoints, face_measures
 from prensa.contact.forces import ContactForces
 from prensa.contact.passage import WORTH_SAYING
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, coordinates
 from prensa.mesh.mesh import segments
 from prensa.model.remeshing import remeshing_of
-from prensa.precision import SMALLEST
+from prensa.precision import NEGLIGIBLE, SMALLEST
 from prensa.system.system import System
 from prensa.types import Array, Index
 
@@ -30,6 +31,24 @@ class Dip(NamedTuple):
 
     nodes: Index
     length: float
+
+
+class Missed(NamedTuple):
+    """Shares of its force that a contact misses ``between`` its nodes, and at edges ``beyond`` them, most at a ``place``."""
+
+    between: float = 0.0
+    beyond: float = 0.0
+    place: Array | None = None
+
+    def share(self, plastic: bool) -> float:
+        """What is missed over what there is.
+
+        What covers a face in part acts on its nodes by their shape functions: ``between`` has that of an even pressure. Where the
+        body is elastic the pressure goes up towards an edge, and closure has it right; in metal it cannot, but what there is goes
+        farther than to the nodes, and the answer lies between the two.
+        """
+        more = max(self.between, self.beyond)
+        return float(np.sqrt(self.between * more)) if plastic else more
 
 
 class Right(NamedTuple):
@@ -101,10 +120,11 @@ class BetweenNodes:
         for i, s in self.contacts:
             f = given.evaluation.contacts[i]
             # one edge of many in contact, a row of faces of many rows in space, carries no notable share of the force
-            rows = np.count_nonzero(f.p > 0.0) ** (1.0 / (self.system.dofs.dimension - 1))
-            if s.name in self.reported or NOTABLE_DEPTH * rows > 1.0:
+            space = self.system.dofs.dimension == 3
+            few = NOTABLE_DEPTH * np.count_nonzero(f.p > 0.0) ** (0.5 if space else 1.0) <= 1.0
+            if s.name in self.reported or not (few or space):
                 continue
-            if words := self._of(s, f, given):
+            if words := self._in_space(s, f, given, few) if space else self._of(s, f, given):
                 self.reported.add(s.name)
                 yield warning(words)
 
@@ -114,7 +134,7 @@ class BetweenNodes:
         x = self.system.positions(u)
         # what a sharp corner covers is cut out of an edge, and no dip
         dip = None if s.sharp else self.deepest(s, x, u)
-        missed = self.missed(s, f, x, u) if s.name in self.nodal and not s.sharp else 0.0
+        missed = self.missed(s, f, x, u).between if s.name in self.nodal and not s.sharp else 0.0
         pressed = s.points.support[f.p > 0.0, 0]
         share = None
         if s.name in self.nodal and (missed > SLIGHT or self._turns(s, pressed, x, u) or (dip is not None and len(pressed))):
@@ -126,15 +146,39 @@ class BetweenNodes:
             if share is not None and abs(share) <= WORTH_SAYING:
                 self.right[s.name] = Right(missed, abs(share))
                 return ""
-        pushed = any(dof in given.context.plan.push for dof in self.system.tool_masters[s.against].dofs.tolist())
+        pushed = self._pushed(s, given)
         if dip is not None:
             return self.words(s, dip, x, _off(share, pushed) if len(pressed) else NO_FORCE)
-        # in space, of what the tool would bear whose depth is that of the nodes and δ more
-        short = missed / (1.0 + missed) if self.system.dofs.dimension == 3 else missed
-        off: float | None = short if share is None else share
-        if share is None and len(pressed) == 1 and self.system.problem.bodies[s.body].material.plastic:
+        off: float | None = missed if share is None else share
+        if share is None and len(pressed) == 1 and self._plastic(s):
             off = None  # metal carries its hardness times an area, of which one node knows nothing
         return self._few(s, len(pressed), off, pushed) if share is not None or missed > NOTABLE_DEPTH else ""
+
+    def _in_space(self, s: Surface, f: ContactForces, given: Committed, few: bool) -> str:
+        """The same in space, where nothing is computed on finer elements; ``few``: a row of nodes carries a notable share."""
+        u, count = given.state.u, int(np.count_nonzero(f.p > 0.0))
+        x, pushed = self.system.positions(u), self._pushed(s, given)
+        dip = self.deepest(s, x, u) if few else None
+        if not count:
+            return "" if dip is None else self.words(s, dip, x, NO_FORCE)
+        all_missed = self.missed(s, f, x, u)
+        missed = all_missed.share(self._plastic(s))
+        # of what the tool would bear whose depth is that of the nodes and δ more; as above of one node
+        off = None if count == 1 and self._plastic(s) else missed / (1.0 + missed)
+        if dip is not None:
+            return self.words(s, dip, x, _off(off if missed > SLIGHT else None, pushed))
+        if missed <= NOTABLE_DEPTH:
+            return ""
+        if all_missed.place is None or not all_missed.beyond > all_missed.between:
+            return self._few(s, count, off, pushed)
+        return self._edge(s, count, all_missed.place, _off(off, pushed))
+
+    def _plastic(self, s: Surface) -> bool:
+        return self.system.problem.bodies[s.body].material.plastic
+
+    def _pushed(self, s: Surface, given: Committed) -> bool:
+        """Whether a force on the tool of a contact is given in the step."""
+        return any(dof in given.context.plan.push for dof in self.system.tool_masters[s.against].dofs.tolist())
 
     def _turns(self, s: Surface, pressed: Index, x: Array, u: Array) -> bool:
         """Whether a tool turns notably from a pressed node to the next one: its edge or fillet is between them or near."""
@@ -163,12 +207,22 @@ class BetweenNodes:
             f"small against the elements, and {_off(share, pushed)}; shorten the elements there"
         )
 
-    def missed(self, s: Surface, f: ContactForces, x: Array, u: Array) -> float:
-        """Share of its force that a contact misses between its nodes, at x (n, 2) for degrees of freedom u (ndof,).
+    def _edge(self, s: Surface, count: int, place: Array, off: str) -> str:
+        """What there is to say of a contact of so many nodes, beyond which an edge of the tool lies, as at a ``place`` (3,)."""
+        nodes = "the node that carries" if count == 1 else f"the {count} nodes that carry"
+        return (
+            f"an edge of tool {s.against!r} lies beyond {nodes} it on {'+'.join(s.description.surface)!r} and before the next, "
+            f"as near ({coordinates(place)}): what it covers there presses nothing, and {off}; shorten the elements there, or let a "
+            "row of nodes lie just inside the edge"
+        )
+
+    def missed(self, s: Surface, f: ContactForces, x: Array, u: Array) -> Missed:
+        """Shares of its force that a contact misses, for nodes at x (n, 2|3) of degrees of freedom u (ndof,).
 
         A tool of depth u that is too little by the mean δ of the dips has a force too small by δ/u in a linear body, by less in
         metal that yields. Both are weighed by the forces of the nodes: the work of these on their way in the body, and of the
-        largest of them on all dips, since the tool covers edges beside the last node that it presses, too. Nodes on a parabola of
+        largest pressure on all dips, since the tool covers edges beside the last node that it presses, too. Forces would not do:
+        in a half or a quarter nodes on planes of symmetry have a part of theirs. Nodes on a parabola of
         radius R miss L²/(12 R) at edges of length L. 0 where nodes have gone with the tool rather than before it.
 
         Over that of the nodes: in space, where δ is often no small part of u, u + δ is taken for the depth. Of balls, rolls and
@@ -182,15 +236,28 @@ class BetweenNodes:
         way = moved[s.points.nodes] - moved[self.system.span(s.body)].mean(axis=0)
         work = float((push * (way * master.seen(x[s.points.nodes], u).n).sum(axis=1))[push > 0.0].sum())
         if not work > 0.0:
-            return 0.0
+            return Missed()
         ends = x[pieces]
         sunk = np.minimum(self._gaps(s, ends, u), 0.0)
         g = self._gaps(s, self.N @ ends, u)
         # a belt on its pulley: chords of a hollow side lie in a tool that the side itself goes along
         between = sunk @ self.N.T - 0.5 * (_sides(ends) * self.hollow[s.name]) @ self.parabola.T
         # trapezoids: at the nodes themselves there is no dip
-        dips = np.maximum(np.where(np.isfinite(g), between - g, 0.0), 0.0).sum(axis=1)
-        return float(push.max() * dips.sum()) / (len(ON_EDGE) + 1) ** self.parabola.shape[1] / work
+        dips = np.maximum(np.where(np.isfinite(g), between - g, 0.0), 0.0)
+        volume = float((dips.sum(axis=1) * self._areas(s, f, x)).sum()) / (len(ON_EDGE) + 1) ** self.parabola.shape[1]
+        own = Missed(float(f.p.max()) * volume / work)
+        if self.system.dofs.dimension == 2:
+            return own
+        beyond: Rim = rim(self.system, s, f, x, u, dips > NEGLIGIBLE * _sides(ends).max())
+        return own._replace(beyond=beyond.work / work, place=beyond.place)
+
+    def _areas(self, s: Surface, f: ContactForces, x: Array) -> Array:
+        """Areas (m,) of the pieces of a contact at nodes x (n, 2|3), as the weights of its points have them."""
+        ends = x[self.pieces[s.name]]
+        area = face_measures(ends).sum(axis=1) if ends.shape[1] == 4 else _sides(ends)[:, 0]
+        if self.system.axisymmetric:
+            area = area * ends[:, :, 0].mean(axis=1)
+        return np.asarray(area * (float(f.weight.sum()) / max(float(area.sum()), SMALLEST)))
 
     def _gaps(self, s: Surface, x: Array, u: Array) -> Array:
         """Gaps (m, k) of places x (m, k, d) to the tool of a contact."""
