@@ -16,9 +16,10 @@ from prensa.contact.forces import ContactForces
 from prensa.contact.passage import WORTH_SAYING
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, coordinates
+from prensa.mesh.hollows import hollow, inside, outward, sides
 from prensa.mesh.mesh import segments
 from prensa.model.remeshing import remeshing_of
-from prensa.precision import NEGLIGIBLE, SMALLEST
+from prensa.precision import SMALLEST
 from prensa.system.system import System
 from prensa.types import Array, Index
 
@@ -38,17 +39,12 @@ class Missed(NamedTuple):
 
     between: float = 0.0
     beyond: float = 0.0
-    place: Array | None = None
+    place: Array = np.zeros(3)
 
-    def share(self, plastic: bool) -> float:
-        """What is missed over what there is.
-
-        What covers a face in part acts on its nodes by their shape functions: ``between`` has that of an even pressure. Where the
-        body is elastic the pressure goes up towards an edge, and closure has it right; in metal it cannot, but what there is goes
-        farther than to the nodes, and the answer lies between the two.
-        """
-        more = max(self.between, self.beyond)
-        return float(np.sqrt(self.between * more)) if plastic else more
+    @property
+    def most(self) -> float:
+        """The larger of the two, of which each is known to a factor of two."""
+        return max(self.between, self.beyond)
 
 
 class Right(NamedTuple):
@@ -80,16 +76,6 @@ class OnFiner(Protocol):
         """
 
 
-def _inside(dimension: int) -> tuple[Array, Array]:
-    """Shape values (p, 2|4) of an edge or a face at places inside, and the parabola s (1 − s) (p, 1|2) along its sides."""
-    s = ON_EDGE
-    if dimension == 2:
-        return np.stack([1.0 - s, s], axis=1), (s * (1.0 - s))[:, None]
-    a, b = (v.ravel() for v in np.meshgrid(s, s, indexing="ij"))
-    N = np.stack([(1.0 - a) * (1.0 - b), a * (1.0 - b), a * b, (1.0 - a) * b], axis=1)
-    return N, np.stack([a * (1.0 - a), b * (1.0 - b)], axis=1)
-
-
 class BetweenNodes:
     """The contacts of tools with edges, fillets or faces that are small against the elements: nodes know nothing of a dip.
 
@@ -107,9 +93,9 @@ class BetweenNodes:
         own = [(i, s) for i, s in enumerate(system.tool_contacts) if not (_curved(s) or s.against in flat)]
         self.contacts = [] if none else own
         self.pieces = {s.name: _pieces(s) for _, s in self.contacts}
-        self.N, self.parabola = _inside(system.dofs.dimension)
+        self.N, self.parabola = inside(system.dofs.dimension, ON_EDGE)
         self.nodal = {s.name for _, s in self.contacts if s.sharp or _by_nodes(s)}
-        self.hollow = {s.name: _hollow(system.X[self.pieces[s.name]]) for _, s in self.contacts}
+        self.hollow = {s.name: hollow(system.X[self.pieces[s.name]]) for _, s in self.contacts}
         self.reported: set[str] = set()
         self.right: dict[str, Right] = {}
 
@@ -121,7 +107,7 @@ class BetweenNodes:
             f = given.evaluation.contacts[i]
             # one edge of many in contact, a row of faces of many rows in space, carries no notable share of the force
             space = self.system.dofs.dimension == 3
-            few = NOTABLE_DEPTH * np.count_nonzero(f.p > 0.0) ** (0.5 if space else 1.0) <= 1.0
+            few = bool(NOTABLE_DEPTH * np.count_nonzero(f.p > 0.0) ** (0.5 if space else 1.0) <= 1.0)
             if s.name in self.reported or not (few or space):
                 continue
             if words := self._in_space(s, f, given, few) if space else self._of(s, f, given):
@@ -161,17 +147,15 @@ class BetweenNodes:
         dip = self.deepest(s, x, u) if few else None
         if not count:
             return "" if dip is None else self.words(s, dip, x, NO_FORCE)
-        all_missed = self.missed(s, f, x, u)
-        missed = all_missed.share(self._plastic(s))
-        # of what the tool would bear whose depth is that of the nodes and δ more; as above of one node
-        off = None if count == 1 and self._plastic(s) else missed / (1.0 + missed)
+        missed = self.missed(s, f, x, u)
+        # of what the tool would bear whose depth is that of the nodes and δ more; as in the plane of one node
+        share = missed.most / (1.0 + missed.most)
+        off = None if count == 1 and self._plastic(s) else share
         if dip is not None:
-            return self.words(s, dip, x, _off(off if missed > SLIGHT else None, pushed))
-        if missed <= NOTABLE_DEPTH:
-            return ""
-        if all_missed.place is None or not all_missed.beyond > all_missed.between:
-            return self._few(s, count, off, pushed)
-        return self._edge(s, count, all_missed.place, _off(off, pushed))
+            return self.words(s, dip, x, _off(off if share > SLIGHT else None, pushed))
+        if missed.beyond > missed.between and share > WORTH_SAYING:
+            return self._edge(s, count, missed.place, _off(off, pushed))
+        return self._few(s, count, off, pushed) if missed.between > NOTABLE_DEPTH else ""
 
     def _plastic(self, s: Surface) -> bool:
         return self.system.problem.bodies[s.body].material.plastic
@@ -212,8 +196,8 @@ class BetweenNodes:
         nodes = "the node that carries" if count == 1 else f"the {count} nodes that carry"
         return (
             f"an edge of tool {s.against!r} lies beyond {nodes} it on {'+'.join(s.description.surface)!r} and before the next, "
-            f"as near ({coordinates(place)}): what it covers there presses nothing, and {off}; shorten the elements there, or let a "
-            "row of nodes lie just inside the edge"
+            f"as near ({coordinates(place)}): what it covers there presses nothing, and {off}; shorten the elements there, or "
+            "let a row of nodes lie just inside the edge"
         )
 
     def missed(self, s: Surface, f: ContactForces, x: Array, u: Array) -> Missed:
@@ -241,20 +225,20 @@ class BetweenNodes:
         sunk = np.minimum(self._gaps(s, ends, u), 0.0)
         g = self._gaps(s, self.N @ ends, u)
         # a belt on its pulley: chords of a hollow side lie in a tool that the side itself goes along
-        between = sunk @ self.N.T - 0.5 * (_sides(ends) * self.hollow[s.name]) @ self.parabola.T
+        between = sunk @ self.N.T - 0.5 * (sides(ends) * self.hollow[s.name]) @ self.parabola.T
         # trapezoids: at the nodes themselves there is no dip
         dips = np.maximum(np.where(np.isfinite(g), between - g, 0.0), 0.0)
         volume = float((dips.sum(axis=1) * self._areas(s, f, x)).sum()) / (len(ON_EDGE) + 1) ** self.parabola.shape[1]
         own = Missed(float(f.p.max()) * volume / work)
         if self.system.dofs.dimension == 2:
             return own
-        beyond: Rim = rim(self.system, s, f, x, u, dips > NEGLIGIBLE * _sides(ends).max())
+        beyond: Rim = rim(self.system, s, f, x, u, dips, self.N)
         return own._replace(beyond=beyond.work / work, place=beyond.place)
 
     def _areas(self, s: Surface, f: ContactForces, x: Array) -> Array:
         """Areas (m,) of the pieces of a contact at nodes x (n, 2|3), as the weights of its points have them."""
         ends = x[self.pieces[s.name]]
-        area = face_measures(ends).sum(axis=1) if ends.shape[1] == 4 else _sides(ends)[:, 0]
+        area = face_measures(ends).sum(axis=1) if ends.shape[1] == 4 else sides(ends)[:, 0]
         if self.system.axisymmetric:
             area = area * ends[:, :, 0].mean(axis=1)
         return np.asarray(area * (float(f.weight.sum()) / max(float(area.sum()), SMALLEST)))
@@ -268,7 +252,7 @@ class BetweenNodes:
         """The deepest dip over the length of its piece, for nodes at x (n, d) of degrees of freedom u (ndof,)."""
         pieces = self.pieces[s.name]
         ends = x[pieces]
-        length = _sides(ends).max(axis=1)
+        length = sides(ends).max(axis=1)
         # an arc of radius R over a chord L rises by L²/(8 R), which is no notable share of L where R is larger than this
         if float(length.max()) < 8.0 * NOTABLE_DEPTH * self.system.tool_masters[s.against].shape.radius:
             return None
@@ -279,7 +263,7 @@ class BetweenNodes:
             return None
         sunk = np.maximum(-g[near].min(axis=1), 0.0) / length[near]
         # A narrow tool is nowhere deeper than half its width: it is looked for behind the piece, not for its depth in it.
-        into = -(NOTABLE_DEPTH + sunk)[:, None] * _outward(ends[near])
+        into = -(NOTABLE_DEPTH + sunk)[:, None] * outward(ends[near])
         gaps = self._gaps(s, self.N @ ends[near] + into[:, None], u).min(axis=1)
         k = int(np.argmin(gaps))
         return Dip(pieces[near[k]], float(length[near[k]])) if gaps[k] < 0.0 else None
@@ -307,44 +291,3 @@ def _by_nodes(s: Surface) -> bool:
     """Whether points are nodes of straight pieces: chords of quadratic edges are not where these lie."""
     p = s.points
     return isinstance(p, FacePoints) or (p.are_nodes and bool((p.shares.factor == 0.5).all()))
-
-
-def _sides(x: Array) -> Array:
-    """Lengths (m, 1) of edges x (m, 2, 2), or mean lengths (m, 2) of the opposite sides of faces x (m, 4, 3)."""
-    length = np.linalg.norm(np.roll(x, -1, axis=1) - x, axis=2)
-    return length[:, :1] if x.shape[1] == 2 else 0.5 * (length[:, :2] + length[:, 2:])
-
-
-def _outward(x: Array) -> Array:
-    """Normals (m, d), as long as their longest side, of edges x (m, 2, 2) or faces x (m, 4, 3)."""
-    if x.shape[1] == 2:
-        t = x[:, 1] - x[:, 0]
-        return np.stack([t[:, 1], -t[:, 0]], axis=1)
-    n = np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
-    return np.asarray(n * (_sides(x).max(axis=1) / np.linalg.norm(n, axis=1))[:, None])
-
-
-def _hollow(ends: Array) -> Array:
-    """Sines (m, 1|2) by which a side turns inwards along its edges (m, 2, 2), body on the left, or faces (m, 4, 3); else 0."""
-    return _hollow_faces(ends) if ends.shape[1] == 4 else _hollow_edges(ends)[:, None]
-
-
-def _hollow_faces(x: Array) -> Array:
-    """Along the two pairs of sides of a face: changes of the normals at nodes, which are means of those of faces."""
-    flat, place = np.unique(x.reshape(-1, 3), axis=0, return_inverse=True)
-    n = np.zeros_like(flat)
-    np.add.at(n, place.reshape(x.shape[:2]), _outward(x)[:, None])
-    at = (n / np.linalg.norm(n, axis=1)[:, None])[place.reshape(x.shape[:2])]
-    t, change = (np.roll(v, -1, axis=1) - v for v in (x, at))
-    # a triangle names a node twice, and between the two there is no way
-    inwards = -(t * change).sum(axis=2) / np.maximum(np.linalg.norm(t, axis=2), SMALLEST)
-    return np.asarray(np.maximum(inwards, 0.0).reshape(-1, 2, 2).max(axis=1))
-
-
-def _hollow_edges(ends: Array) -> Array:
-    t = ends[:, 1] - ends[:, 0]
-    t = t / np.hypot(*t.T)[:, None]
-    turn = t[:-1, 1] * t[1:, 0] - t[:-1, 0] * t[1:, 1]
-    turn = np.where((ends[:-1, 1] == ends[1:, 0]).all(axis=1), turn, 0.0)
-    # at its ends the side goes on as beside them
-    return np.maximum(np.maximum(np.append(turn, 0.0), np.append(0.0, turn)), 0.0)

@@ -15,6 +15,7 @@ import numpy as np
 from prensa.contact.faces import FacePoints, face_measures
 from prensa.contact.forces import ContactForces
 from prensa.contact.surface import Surface
+from prensa.precision import NEGLIGIBLE
 from prensa.system.system import System
 from prensa.types import Array, Flags
 
@@ -26,21 +27,33 @@ class Rim(NamedTuple):
     place: Array
 
 
-def rim(system: System, s: Surface, f: ContactForces, x: Array, u: Array, covered: Flags) -> Rim:
+def rim(system: System, s: Surface, f: ContactForces, x: Array, u: Array, dips: Array, N: Array) -> Rim:
     """The rim of a contact on faces of four nodes, for nodes at x (n, 3) of degrees of freedom u (ndof,).
 
-    ``covered`` (m, k): at which places, spread evenly on the faces, the tool lies deeper than the nodes. Faces count of which
-    some nodes are pressed and others are not, by the share that is covered. Where a tool is round, its face before the next node
-    lies beyond it, and nothing would be closed.
+    ``dips`` (m, k): how much deeper than the nodes the tool lies at places spread evenly on faces, with shape values N (k, 4).
+    Places count where it does, on faces of which some nodes are pressed and others are not. Where a tool is round, its face
+    before the next node lies beyond it, and nothing would be closed; a fillet is farther off than the face that it ends.
+
+    Of such a place counts, in an elastic body, all: the pressure rises towards an edge, as with a crack; but what lies between
+    three pressed nodes of a face. In metal pressure is even, and acts on the nodes that are not pressed by their shape functions.
     """
     assert isinstance(s.points, FacePoints)
+    covered = dips > NEGLIGIBLE * float(np.ptp(x[s.points.nodes], axis=0).max())
     pressed = (f.p > 0.0)[s.points.slots]
     faces = np.flatnonzero(pressed.any(axis=1) & ~pressed.all(axis=1) & covered.any(axis=1))
     if not len(faces):
         return Rim(0.0, np.zeros(3))
     ends, on = x[s.points.faces[faces]], pressed[faces]
+    ahead = ~on @ N.T
+    if system.problem.bodies[s.body].material.plastic:
+        counts = ahead
+    else:  # the node across from the only one that is not pressed is the farthest within
+        beyond = (N - np.roll(N, 2, axis=1)).T > 0.0
+        counts = (on.sum(axis=1) < 3)[:, None] | beyond[np.argmin(on, axis=1)]
+    whole = _height(system, s, ends, on, u)[:, None]
+    height = np.clip(whole * (1.0 - ahead) + dips[faces], 0.0, whole)
     pressure = (f.p[s.points.slots[faces]] * on).sum(axis=1) / on.sum(axis=1)
-    work = pressure * face_measures(ends).sum(axis=1) * covered[faces].mean(axis=1) * _height(system, s, ends, on, u)
+    work = pressure * face_measures(ends).sum(axis=1) * (covered[faces] * counts * height).mean(axis=1)
     return Rim(float(work.sum()), ends[np.argmax(work)].mean(axis=0))
 
 
