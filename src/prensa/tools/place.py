@@ -15,6 +15,7 @@ from prensa.mesh.faces import first_met
 from prensa.mesh.mesh import Mesh
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.tools.analytic import Tool
+from prensa.tools.first_faces import met_ahead
 from prensa.tools.tool import ToolShape
 from prensa.types import Array, Index
 
@@ -201,7 +202,10 @@ def place(
     endwise = _endwise(d, outward) != ""
     if endwise or not np.isfinite(gaps).any():
         raise _never_met(name, d, target, "" if endwise else moved.why_missed(d, direction, points, mesh), outward)
-    where = start - gaps.min() * outward
+    nodes_of = moved.faces.shape[1] if len(moved.faces) else 0
+    between = dimension == 3 and nodes_of == 4 and not (shape.cavity or shape.half_space)
+    ahead = met_ahead(moved.gaps, mesh.points[moved.faces], DRAWN * size) if between else 0.0
+    where = start - (gaps.min() - ahead) * outward
     g = shape.closest(points - where).g
     if g.min() < -DRAWN * size:
         raise _misfit(name, d, target, points, g, shape, outward)
