@@ -40,13 +40,19 @@ def hollow(ends: Array) -> Array:
 def _hollow_faces(x: Array) -> Array:
     """Along the two pairs of sides of a face: changes of the normals at nodes, which are means of those of faces."""
     flat, place = np.unique(x.reshape(-1, 3), axis=0, return_inverse=True)
+    place = place.reshape(x.shape[:2])
     n = np.zeros_like(flat)
-    np.add.at(n, place.reshape(x.shape[:2]), outward(x)[:, None])
-    at = (n / np.linalg.norm(n, axis=1)[:, None])[place.reshape(x.shape[:2])]
+    np.add.at(n, place, outward(x)[:, None])
+    at = (n / np.linalg.norm(n, axis=1)[:, None])[place]
     t, change = (np.roll(v, -1, axis=1) - v for v in (x, at))
     # a triangle names a node twice, and between the two there is no way
     inwards = -(t * change).sum(axis=2) / np.maximum(np.linalg.norm(t, axis=2), SMALLEST)
-    return np.asarray(np.maximum(inwards, 0.0).reshape(-1, 2, 2).max(axis=1))
+    pairs = np.maximum(inwards, 0.0).reshape(-1, 2, 2).max(axis=1)
+    # at its borders, where normals are those of the last face, the side goes on as beside them
+    ends = np.sort(np.stack([place, np.roll(place, -1, axis=1)], axis=-1), axis=-1).reshape(-1, 2)
+    _, which, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+    border = (count[which.reshape(x.shape[:2])] == 1).reshape(-1, 2, 2).any(axis=1)
+    return np.asarray(pairs * np.where(border[:, ::-1], 2.0, 1.0))
 
 
 def _hollow_edges(ends: Array) -> Array:
