@@ -7,14 +7,16 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from prensa.checks.after.rims import Rim, rim
 from prensa.checks.check import Committed, warning
 from prensa.checks.during.penetration import ON_EDGE
 from prensa.checks.thresholds import NOTABLE_DEPTH, SLIGHT
-from prensa.contact.faces import FacePoints
+from prensa.contact.faces import FacePoints, face_measures
 from prensa.contact.forces import ContactForces
 from prensa.contact.passage import WORTH_SAYING
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, coordinates
+from prensa.mesh.hollows import hollow, inside, outward, sides
 from prensa.mesh.mesh import segments
 from prensa.model.remeshing import remeshing_of
 from prensa.precision import SMALLEST
@@ -30,6 +32,19 @@ class Dip(NamedTuple):
 
     nodes: Index
     length: float
+
+
+class Missed(NamedTuple):
+    """Shares of its force that a contact misses ``between`` its nodes, and at edges ``beyond`` them, most at a ``place``."""
+
+    between: float = 0.0
+    beyond: float = 0.0
+    place: Array = np.zeros(3)
+
+    @property
+    def most(self) -> float:
+        """The larger of the two, of which each is known to a factor of two."""
+        return max(self.between, self.beyond)
 
 
 class Right(NamedTuple):
@@ -61,16 +76,6 @@ class OnFiner(Protocol):
         """
 
 
-def _inside(dimension: int) -> tuple[Array, Array]:
-    """Shape values (p, 2|4) of an edge or a face at places inside, and the parabola s (1 − s) (p, 1|2) along its sides."""
-    s = ON_EDGE
-    if dimension == 2:
-        return np.stack([1.0 - s, s], axis=1), (s * (1.0 - s))[:, None]
-    a, b = (v.ravel() for v in np.meshgrid(s, s, indexing="ij"))
-    N = np.stack([(1.0 - a) * (1.0 - b), a * (1.0 - b), a * b, (1.0 - a) * b], axis=1)
-    return N, np.stack([a * (1.0 - a), b * (1.0 - b)], axis=1)
-
-
 class BetweenNodes:
     """The contacts of tools with edges, fillets or faces that are small against the elements: nodes know nothing of a dip.
 
@@ -88,9 +93,9 @@ class BetweenNodes:
         own = [(i, s) for i, s in enumerate(system.tool_contacts) if not (_curved(s) or s.against in flat)]
         self.contacts = [] if none else own
         self.pieces = {s.name: _pieces(s) for _, s in self.contacts}
-        self.N, self.parabola = _inside(system.dofs.dimension)
+        self.N, self.parabola = inside(system.dofs.dimension, ON_EDGE)
         self.nodal = {s.name for _, s in self.contacts if s.sharp or _by_nodes(s)}
-        self.hollow = {s.name: _hollow(system.X[self.pieces[s.name]]) for _, s in self.contacts}
+        self.hollow = {s.name: hollow(system.X[self.pieces[s.name]]) for _, s in self.contacts}
         self.reported: set[str] = set()
         self.right: dict[str, Right] = {}
 
@@ -101,10 +106,11 @@ class BetweenNodes:
         for i, s in self.contacts:
             f = given.evaluation.contacts[i]
             # one edge of many in contact, a row of faces of many rows in space, carries no notable share of the force
-            rows = np.count_nonzero(f.p > 0.0) ** (1.0 / (self.system.dofs.dimension - 1))
-            if s.name in self.reported or NOTABLE_DEPTH * rows > 1.0:
+            space = self.system.dofs.dimension == 3
+            few = bool(NOTABLE_DEPTH * np.count_nonzero(f.p > 0.0) ** (0.5 if space else 1.0) <= 1.0)
+            if s.name in self.reported or not (few or space):
                 continue
-            if words := self._of(s, f, given):
+            if words := self._in_space(s, f, given, few) if space else self._of(s, f, given):
                 self.reported.add(s.name)
                 yield warning(words)
 
@@ -114,7 +120,7 @@ class BetweenNodes:
         x = self.system.positions(u)
         # what a sharp corner covers is cut out of an edge, and no dip
         dip = None if s.sharp else self.deepest(s, x, u)
-        missed = self.missed(s, f, x, u) if s.name in self.nodal and not s.sharp else 0.0
+        missed = self.missed(s, f, x, u).between if s.name in self.nodal and not s.sharp else 0.0
         pressed = s.points.support[f.p > 0.0, 0]
         share = None
         if s.name in self.nodal and (missed > SLIGHT or self._turns(s, pressed, x, u) or (dip is not None and len(pressed))):
@@ -126,15 +132,37 @@ class BetweenNodes:
             if share is not None and abs(share) <= WORTH_SAYING:
                 self.right[s.name] = Right(missed, abs(share))
                 return ""
-        pushed = any(dof in given.context.plan.push for dof in self.system.tool_masters[s.against].dofs.tolist())
+        pushed = self._pushed(s, given)
         if dip is not None:
             return self.words(s, dip, x, _off(share, pushed) if len(pressed) else NO_FORCE)
-        # in space, of what the tool would bear whose depth is that of the nodes and δ more
-        short = missed / (1.0 + missed) if self.system.dofs.dimension == 3 else missed
-        off: float | None = short if share is None else share
-        if share is None and len(pressed) == 1 and self.system.problem.bodies[s.body].material.plastic:
+        off: float | None = missed if share is None else share
+        if share is None and len(pressed) == 1 and self._plastic(s):
             off = None  # metal carries its hardness times an area, of which one node knows nothing
         return self._few(s, len(pressed), off, pushed) if share is not None or missed > NOTABLE_DEPTH else ""
+
+    def _in_space(self, s: Surface, f: ContactForces, given: Committed, few: bool) -> str:
+        """The same in space, where nothing is computed on finer elements; ``few``: a row of nodes carries a notable share."""
+        u, count = given.state.u, int(np.count_nonzero(f.p > 0.0))
+        x, pushed = self.system.positions(u), self._pushed(s, given)
+        dip = self.deepest(s, x, u) if few else None
+        if not count:
+            return "" if dip is None else self.words(s, dip, x, NO_FORCE)
+        missed = self.missed(s, f, x, u)
+        # of what the tool would bear whose depth is that of the nodes and δ more; as in the plane of one node
+        share = missed.most / (1.0 + missed.most)
+        off = None if count == 1 and self._plastic(s) else share
+        if dip is not None:
+            return self.words(s, dip, x, _off(off if share > SLIGHT else None, pushed))
+        if missed.beyond > missed.between and share > WORTH_SAYING:
+            return self._edge(s, count, missed.place, _off(off, pushed))
+        return self._few(s, count, off, pushed) if missed.between > NOTABLE_DEPTH else ""
+
+    def _plastic(self, s: Surface) -> bool:
+        return self.system.problem.bodies[s.body].material.plastic
+
+    def _pushed(self, s: Surface, given: Committed) -> bool:
+        """Whether a force on the tool of a contact is given in the step."""
+        return any(dof in given.context.plan.push for dof in self.system.tool_masters[s.against].dofs.tolist())
 
     def _turns(self, s: Surface, pressed: Index, x: Array, u: Array) -> bool:
         """Whether a tool turns notably from a pressed node to the next one: its edge or fillet is between them or near."""
@@ -163,12 +191,22 @@ class BetweenNodes:
             f"small against the elements, and {_off(share, pushed)}; shorten the elements there"
         )
 
-    def missed(self, s: Surface, f: ContactForces, x: Array, u: Array) -> float:
-        """Share of its force that a contact misses between its nodes, at x (n, 2) for degrees of freedom u (ndof,).
+    def _edge(self, s: Surface, count: int, place: Array, off: str) -> str:
+        """What there is to say of a contact of so many nodes, beyond which an edge of the tool lies, as at a ``place`` (3,)."""
+        nodes = "the node that carries" if count == 1 else f"the {count} nodes that carry"
+        return (
+            f"an edge of tool {s.against!r} lies beyond {nodes} it on {'+'.join(s.description.surface)!r} and before the next, "
+            f"as near ({coordinates(place)}): what it covers there presses nothing, and {off}; shorten the elements there, or "
+            "let a row of nodes lie just inside the edge"
+        )
+
+    def missed(self, s: Surface, f: ContactForces, x: Array, u: Array) -> Missed:
+        """Shares of its force that a contact misses, for nodes at x (n, 2|3) of degrees of freedom u (ndof,).
 
         A tool of depth u that is too little by the mean δ of the dips has a force too small by δ/u in a linear body, by less in
         metal that yields. Both are weighed by the forces of the nodes: the work of these on their way in the body, and of the
-        largest of them on all dips, since the tool covers edges beside the last node that it presses, too. Nodes on a parabola of
+        largest pressure on all dips, since the tool covers edges beside the last node that it presses, too. Forces would not do:
+        in a half or a quarter nodes on planes of symmetry have a part of theirs. Nodes on a parabola of
         radius R miss L²/(12 R) at edges of length L. 0 where nodes have gone with the tool rather than before it.
 
         Over that of the nodes: in space, where δ is often no small part of u, u + δ is taken for the depth. Of balls, rolls and
@@ -182,15 +220,28 @@ class BetweenNodes:
         way = moved[s.points.nodes] - moved[self.system.span(s.body)].mean(axis=0)
         work = float((push * (way * master.seen(x[s.points.nodes], u).n).sum(axis=1))[push > 0.0].sum())
         if not work > 0.0:
-            return 0.0
+            return Missed()
         ends = x[pieces]
         sunk = np.minimum(self._gaps(s, ends, u), 0.0)
         g = self._gaps(s, self.N @ ends, u)
         # a belt on its pulley: chords of a hollow side lie in a tool that the side itself goes along
-        between = sunk @ self.N.T - 0.5 * (_sides(ends) * self.hollow[s.name]) @ self.parabola.T
+        between = sunk @ self.N.T - 0.5 * (sides(ends) * self.hollow[s.name]) @ self.parabola.T
         # trapezoids: at the nodes themselves there is no dip
-        dips = np.maximum(np.where(np.isfinite(g), between - g, 0.0), 0.0).sum(axis=1)
-        return float(push.max() * dips.sum()) / (len(ON_EDGE) + 1) ** self.parabola.shape[1] / work
+        dips = np.maximum(np.where(np.isfinite(g), between - g, 0.0), 0.0)
+        volume = float((dips.sum(axis=1) * self._areas(s, f, x)).sum()) / (len(ON_EDGE) + 1) ** self.parabola.shape[1]
+        own = Missed(float(f.p.max()) * volume / work)
+        if self.system.dofs.dimension == 2:
+            return own
+        beyond: Rim = rim(self.system, s, f, x, u, dips, self.N)
+        return own._replace(beyond=beyond.work / work, place=beyond.place)
+
+    def _areas(self, s: Surface, f: ContactForces, x: Array) -> Array:
+        """Areas (m,) of the pieces of a contact at nodes x (n, 2|3), as the weights of its points have them."""
+        ends = x[self.pieces[s.name]]
+        area = face_measures(ends).sum(axis=1) if ends.shape[1] == 4 else sides(ends)[:, 0]
+        if self.system.axisymmetric:
+            area = area * ends[:, :, 0].mean(axis=1)
+        return np.asarray(area * (float(f.weight.sum()) / max(float(area.sum()), SMALLEST)))
 
     def _gaps(self, s: Surface, x: Array, u: Array) -> Array:
         """Gaps (m, k) of places x (m, k, d) to the tool of a contact."""
@@ -201,7 +252,7 @@ class BetweenNodes:
         """The deepest dip over the length of its piece, for nodes at x (n, d) of degrees of freedom u (ndof,)."""
         pieces = self.pieces[s.name]
         ends = x[pieces]
-        length = _sides(ends).max(axis=1)
+        length = sides(ends).max(axis=1)
         # an arc of radius R over a chord L rises by L²/(8 R), which is no notable share of L where R is larger than this
         if float(length.max()) < 8.0 * NOTABLE_DEPTH * self.system.tool_masters[s.against].shape.radius:
             return None
@@ -212,7 +263,7 @@ class BetweenNodes:
             return None
         sunk = np.maximum(-g[near].min(axis=1), 0.0) / length[near]
         # A narrow tool is nowhere deeper than half its width: it is looked for behind the piece, not for its depth in it.
-        into = -(NOTABLE_DEPTH + sunk)[:, None] * _outward(ends[near])
+        into = -(NOTABLE_DEPTH + sunk)[:, None] * outward(ends[near])
         gaps = self._gaps(s, self.N @ ends[near] + into[:, None], u).min(axis=1)
         k = int(np.argmin(gaps))
         return Dip(pieces[near[k]], float(length[near[k]])) if gaps[k] < 0.0 else None
@@ -240,44 +291,3 @@ def _by_nodes(s: Surface) -> bool:
     """Whether points are nodes of straight pieces: chords of quadratic edges are not where these lie."""
     p = s.points
     return isinstance(p, FacePoints) or (p.are_nodes and bool((p.shares.factor == 0.5).all()))
-
-
-def _sides(x: Array) -> Array:
-    """Lengths (m, 1) of edges x (m, 2, 2), or mean lengths (m, 2) of the opposite sides of faces x (m, 4, 3)."""
-    length = np.linalg.norm(np.roll(x, -1, axis=1) - x, axis=2)
-    return length[:, :1] if x.shape[1] == 2 else 0.5 * (length[:, :2] + length[:, 2:])
-
-
-def _outward(x: Array) -> Array:
-    """Normals (m, d), as long as their longest side, of edges x (m, 2, 2) or faces x (m, 4, 3)."""
-    if x.shape[1] == 2:
-        t = x[:, 1] - x[:, 0]
-        return np.stack([t[:, 1], -t[:, 0]], axis=1)
-    n = np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
-    return np.asarray(n * (_sides(x).max(axis=1) / np.linalg.norm(n, axis=1))[:, None])
-
-
-def _hollow(ends: Array) -> Array:
-    """Sines (m, 1|2) by which a side turns inwards along its edges (m, 2, 2), body on the left, or faces (m, 4, 3); else 0."""
-    return _hollow_faces(ends) if ends.shape[1] == 4 else _hollow_edges(ends)[:, None]
-
-
-def _hollow_faces(x: Array) -> Array:
-    """Along the two pairs of sides of a face: changes of the normals at nodes, which are means of those of faces."""
-    flat, place = np.unique(x.reshape(-1, 3), axis=0, return_inverse=True)
-    n = np.zeros_like(flat)
-    np.add.at(n, place.reshape(x.shape[:2]), _outward(x)[:, None])
-    at = (n / np.linalg.norm(n, axis=1)[:, None])[place.reshape(x.shape[:2])]
-    t, change = (np.roll(v, -1, axis=1) - v for v in (x, at))
-    # a triangle names a node twice, and between the two there is no way
-    inwards = -(t * change).sum(axis=2) / np.maximum(np.linalg.norm(t, axis=2), SMALLEST)
-    return np.asarray(np.maximum(inwards, 0.0).reshape(-1, 2, 2).max(axis=1))
-
-
-def _hollow_edges(ends: Array) -> Array:
-    t = ends[:, 1] - ends[:, 0]
-    t = t / np.hypot(*t.T)[:, None]
-    turn = t[:-1, 1] * t[1:, 0] - t[:-1, 0] * t[1:, 1]
-    turn = np.where((ends[:-1, 1] == ends[1:, 0]).all(axis=1), turn, 0.0)
-    # at its ends the side goes on as beside them
-    return np.maximum(np.maximum(np.append(turn, 0.0), np.append(0.0, turn)), 0.0)
