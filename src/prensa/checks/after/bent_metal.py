@@ -36,8 +36,8 @@ class MetalBends:
 
     What `check` says before a run is of elastic stiffness in pure bending, by the shape that a body takes. Here each strip
     through the thickness has the curvature that the nodes on the outline show, and its moment is that of its layers of elements
-    and of the material (`BentMetal`). A force over a prescribed way is off by the work of the difference over all other work, that
-    of stretching too, in the increment after which most work had been done in the step: where a tool has drawn back, forces are
+    and of the material (`BentMetal`). A force over a prescribed way is off by the work of the difference over all other work, of
+    stretching too, in the increment after which most work had been done in the step: where a tool has drawn back, forces are
     not what is asked for. Sections that straighten do so elastically, and do not count. In space strips bend as plates, along two
     ways, and so do those of bodies of revolution, along the meridian and the hoop; no side of an element is straight along that.
     Quadratic elements bend well, and are not looked at.
