@@ -3,12 +3,12 @@
 *Bending*: clamped strips of one to eight elements across, and plates between planes down to half their height, against elements
 a quarter or half as long. *Confined*: bonded layers of rubber under a plate, whose force is that of exact contact. *Moved*:
 bodies whose support a later step moves, by a way, to a place, along a table, as a feed, straight or turned; the load does not
-change, so nor does what the support carries. *Free*: idle pulleys, boxes between forces, pushed tools, bodies between tools, bars on supports,
-with and without one that they need; what they carry or how they shorten is known, where they are held. Right is a force within a
-share of the reference; else the run has to name the cause. A finer mesh that is itself warned of is no reference, if there is one
-that is finer yet. A right answer that is warned of is a false alarm, unless all that is said is the share of the force that
-penalties take, and exact contact on the same mesh shows that they take more than the default may: that warning is due whatever
-the error of the mesh, which may be of the other sign.
+change, so nor does what the support carries. *Free*: idle pulleys, boxes between forces, pushed tools, bodies between tools, bars
+on supports, with and without one that they need; what they carry or how they shorten is known, where they are held. Right is a
+force within a share of the reference; else the run has to name the cause. A finer mesh that is itself warned of is no reference,
+if there is one that is finer yet. A right answer that is warned of is a false alarm, unless all that is said is the share of the
+force that penalties take, and exact contact on the same mesh shows that they take more than the default may: that warning is due
+whatever the error of the mesh, which may be of the other sign.
 """
 
 from __future__ import annotations
