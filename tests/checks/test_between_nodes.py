@@ -78,7 +78,7 @@ def estimated(said):
 def test_the_force_that_is_missed_between_nodes_is_estimated(radius, depth, aside):
     """Rolls on one or two nodes: what a mesh four times as fine has more, within a factor of two."""
     forces = []
-    for finer in (1, FINENESS):
+    for finer in (1, FINENESS[0]):
         problem = pr.Problem(
             "roll", bodies={"block": pr.Body(pr.Rectangle((12.0, 8.0), n=(12 * finer, 8 * finer)), pr.Elastic(1000.0, 0.3))},
             tools={"punch": pr.Circle(radius=radius, at=(6.0 + aside, 8.0 + radius))}, fixed={"block.bottom": "xy"},

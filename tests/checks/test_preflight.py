@@ -415,6 +415,21 @@ def test_small_bodies_of_a_case_in_micrometres_are_meant():
         assert all(f"measures {size:.4g} {length};" in words for words in found)
 
 
+@pytest.mark.parametrize(
+    ("fillet", "width", "asked"), [(0.01, 2.0, False), (0.001, 2.0, True), (0.002, 5.0, True), (0.005, 5.0, False)]
+)
+def test_fillets_are_in_another_unit_only_if_the_tool_could_have_those_of_that_unit(fillet, width, asked):
+    """A punch that is sharp on purpose: of 0.01 in metres would be 10 mm, on a face of 2 mm."""
+    w = 0.5 * width
+    punches = (
+        pr.Polygon(points=((-w, 0), (w, 0), (w, 9), (-w, 9)), fillet=fillet, at=(4, 4)),
+        pr.Stamp(width=width, fillet=fillet, at=(4, 4), facing=(0, -1)),
+    )
+    for punch in punches:
+        found = [words for words in reported(block(tools={"die": punch}, size=(8.0, 4.0))) if "in the same unit?" in words]
+        assert found == [f"tools.die.fillet: {fillet} mm against bodies of 8 mm; are both in the same unit?"] * asked
+
+
 @pytest.mark.parametrize(("E", "meant"), [(70.0, "70 GPa"), (210e3, "210000 MPa"), (70e9, "7e+10 Pa")])
 def test_a_modulus_without_its_unit_in_a_case_in_micrometres(E, meant):
     """The unit that is proposed makes it that of a metal."""

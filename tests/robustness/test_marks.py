@@ -17,7 +17,7 @@ def test_marks_are_met(kind, number, expected):
     found, error, said = verdict(draw(kind, 23, number))
     assert found == expected, (error, said)
     if number == 36:
-        assert any("are too stiff by" in words for words in said)
+        assert any("are too stiff for that" in words for words in said)
 
 
 def test_a_share_of_penalties_that_exact_contact_confirms_is_no_false_alarm():
@@ -36,3 +36,17 @@ def test_what_counts_as_a_false_alarm(monkeypatch, exact, said, expected):
     exacts = marks.enforced(mark.problem, "exact")
     monkeypatch.setattr(marks, "answer", lambda problem, _: (exact if problem == exacts else 1.0, said))
     assert verdict(mark)[0] == expected
+
+
+@pytest.mark.parametrize(("answers", "expected"), [
+    (((1.0, []),), 1.0), (((1.0, ["warned"]), (1.1, [])), 1.1), (((1.0, ["warned"]), (1.1, ["warned"])), 1.1),
+    (((1.0, ["warned"]), (float("nan"), ["stopped"])), 1.0), (((1.0, []), (1.1, [])), 1.0),
+])  # fmt: skip
+def test_what_is_warned_of_itself_is_no_reference(monkeypatch, answers, expected):
+    """The first finer mesh of which nothing is said is right, else the last one that has an answer."""
+    mark = draw("bending", 23, 2)
+    mark = mark._replace(better=mark.better * len(answers))
+    found = iter([(expected, []), *answers])
+    monkeypatch.setattr(marks, "answer", lambda *_: next(found))
+    verdict_, error, _ = verdict(mark)
+    assert verdict_ == "right" and abs(error) < 1e-12

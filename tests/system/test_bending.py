@@ -48,7 +48,7 @@ def test_the_error_that_is_reported_is_that_of_the_default_element(layers, lengt
     found = bendings(pr.discretise(problem), ["beam"])
     error = tip(beam(4, 0.5, space=space, element="q8")) / tip(problem) - 1.0
     if "beam" in found:
-        assert found["beam"].error == pytest.approx(error, abs=0.02 * (1.0 + error))
+        assert found["beam"].softest == found["beam"].stiffest == pytest.approx(error, abs=0.02 * (1.0 + error))
     else:
         assert abs(error) < WORTH_SAYING + 0.02
 
@@ -151,7 +151,7 @@ def test_the_error_that_is_reported_in_space_is_that_of_bricks(layers, length):
     assert found.bent
     assert not found.pressed
     error = force(default) / force(beam_in_space(4, 0.5, "h8_enhanced", held="z")) - 1.0
-    assert found.error == pytest.approx(error, abs=0.02 * (1.0 + error))
+    assert found.softest == found.stiffest == pytest.approx(error, abs=0.02 * (1.0 + error))
 
 
 def sheet_in_space(material=None, gap=5.0, element=None):
@@ -183,7 +183,7 @@ def test_bodies_in_space_get_the_element_of_what_they_do():
 def test_metal_that_bends_in_space_is_reported_with_the_error():
     """Across the thickness that the punch acts along; named elements are left alone."""
     (words,) = said(sheet_in_space(STEEL))
-    assert "'h8_fbar', are too stiff by 22 %: give it 'element: h8_enhanced'; 'element: h8_fbar' if" in words
+    assert "'h8_fbar', are too stiff by 22 to 47 %, by the shape that it takes: give it 'element: h8_enhanced'" in words
     assert not said(sheet_in_space(STEEL, element="h8_fbar"))
     assert not said(sheet_in_space(STEEL, gap=0.5))
 

@@ -68,7 +68,8 @@ class RunChecks:
             Penetration(system, folding if finite else None), symmetry_planes, Passing(system),
             *([self.closing] if finite else []), SelfIntersection(system), *([folding] if finite else []),
         ]  # fmt: skip
-        self.committed: list[Check[Committed]] = [self.validity, penalties, folding.note, self.untouched.note]
+        bent = [self.metal_bends.note] if self.metal_bends.open else []
+        self.committed: list[Check[Committed]] = [self.validity, penalties, folding.note, self.untouched.note, *bent]
         self.step_ends: list[Check[Committed]] = [
             partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), self.between_nodes,
             self.metal_bends, self.hills,

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from prensa.contact.passage import WORTH_SAYING
+from prensa.materials.solids.j2 import J2
 from prensa.mesh.bricks import BrickMesh
 from prensa.mesh.faces import first_met
 from prensa.mesh.mesh import Mesh
@@ -32,30 +33,65 @@ FOR_BENDING = {2: "q4_enhanced", 3: "h8_enhanced"}
 """By the dimension of space."""
 
 
-class Bending(NamedTuple):
-    """What bending makes of a body: the relative ``error`` of its stiffness with the default element.
+def has_strips(mesh: Mesh) -> bool:
+    """Whether a mesh is of linear quadrilaterals or bricks."""
+    return bool(mesh.cells.shape[1] == (8 if isinstance(mesh, BrickMesh) else 4))
 
-    ``pressed``: whether something presses the body across its thickness; ``bent``: whether something acts across it elsewhere.
+
+def looked_at(system: System, body: str) -> bool:
+    """Whether a run looks at how a body bends: metal of linear elements that its description does not name."""
+    own = system.problem.bodies[body]
+    open_ = own.element is None or body in system.chosen
+    return open_ and isinstance(own.material, J2) and has_strips(system.meshes[body])
+
+
+class Bending(NamedTuple):
+    """What bending makes of a body: relative errors of its stiffness with the default element, by the shape that it takes.
+
+    ``softest``, ``stiffest``: the least and the largest error; ``pressed``: whether something presses the body across its
+    thickness; ``bent``: whether something acts across it elsewhere.
     """
 
-    error: float
+    softest: float
+    stiffest: float
     pressed: bool
     bent: bool
 
 
-def stiffness_errors(s: Strips, row: Index, along: Index, nu: float, space: str) -> Array:
-    """Relative error (m,) of the stiffness in bending of layers of the default element, the strips in a row (m,) of m elements.
+SHAPES = {"axisymmetric": ((1.0, 0.0), (0.0, 1.0), (1.0, 1.0)), "solid": ((1.0, 0.0), (1.0, 1.0))}
+"""Curvatures along two ways: a plate bends to a cylinder or a dome, one of revolution also along the hoop alone."""
 
+
+def stiffness_errors(s: Strips, row: Index, along: Index, nu: float, space: str, held: Flags | None = None) -> Array:
+    """Relative errors (k, m) of the stiffness in bending of layers of the default element, strips in a row (m,) of m elements.
+
+    k: one in the plane, else one for each of `SHAPES`; ``held`` (m,): elements that supports keep from bending along the second
+    way.
     An element of length a, that in the row ``along`` (m,), bends in shear: G/E' (a/t)² of the bending of the thickness t, where
-    G/E' is (1 − ν)/2 of what is held across, and G/E = 1/(2 (1 + ν)) in plane stress. Of the bending of each of n layers by
-    itself, 1/n² of the whole, F-bar with its one volume keeps the deviatoric part, `q4` in plane stress all.
+    G/E' is (1 − ν)/2 of what is held across, and G/E = 1/(2 (1 + ν)) in plane stress; no side is straight along a hoop. Of the
+    bending of each of n layers by itself, 1/n² of the whole, F-bar with its one volume keeps the deviatoric part, `q4` in plane
+    stress all. A plate of curvatures κ has κ₁² + κ₂² + 2 ν κ₁ κ₂ of E' t³/12; (1 − ν) (κ₁² + κ₂² − (κ₁ + κ₂)²/3) of that is kept.
     """
     m = np.arange(len(row))
     thickness, layers = s.lengths[row, m], s.numbers[row, m]
-    length, in_three = np.linalg.norm(s.across[along, m], axis=1), 2.0 * (1.0 - nu) / 3.0
-    kept = {"plane strain": (1.0 - nu) / 2.0, "axisymmetric": in_three, "solid": in_three}.get(space, 1.0 / (1.0 - nu**2))
-    shear = 1.0 / (2.0 * (1.0 + nu)) if space == "plane stress" else (1.0 - nu) / 2.0
-    return np.asarray(shear * (length / thickness) ** 2 - (1.0 - kept) / layers**2)
+
+    def bent(way: Index) -> Array:
+        return (np.linalg.norm(s.across[way, m], axis=1) / thickness) ** 2
+
+    if space in SHAPES:
+        across = bent(3 - row - along) if space == "solid" else np.zeros(len(row))
+        out = [_of_plate(one, (bent(along), across), layers, nu) for one in SHAPES[space]]
+        return np.stack(out) if held is None else np.where(held, out[0], out)
+    shear, kept = ((1.0 - nu) / 2.0,) * 2 if space == "plane strain" else (1.0 / (2.0 * (1.0 + nu)), 1.0 / (1.0 - nu**2))
+    return np.asarray(shear * bent(along) - (1.0 - kept) / layers**2)[None]
+
+
+def _of_plate(curved: tuple[float, float], bent: tuple[Array, Array], layers: Array, nu: float) -> Array:
+    """Relative error (m,) of plates of curvatures along two ways, whose elements are ``bent`` (a/t)² (m,) along each."""
+    (k, l), (first, second) = curved, bent
+    whole, kept = k * k + l * l + 2.0 * nu * k * l, (1.0 - nu) * (k * k + l * l - (k + l) ** 2 / 3.0)
+    shear = 0.5 * (1.0 - nu) * (k * k * first + l * l * second)
+    return np.asarray((shear - (whole - kept) / layers**2) / whole)
 
 
 @dataclass(frozen=True)
@@ -110,7 +146,7 @@ class Thickness:
         """Along each of the ways in which a body has strips, or once between its faces."""
         if isinstance(mesh, BrickMesh) and mesh.cells.shape[1] == 10:
             yield Thickness.between_faces(mesh, held)
-        elif mesh.cells.shape[1] == (8 if isinstance(mesh, BrickMesh) else 4):
+        elif has_strips(mesh):
             s = strips(mesh)
             for row in range(len(s.strip)):
                 yield Thickness.of(mesh, s, np.full(len(mesh.cells), row), held)
@@ -202,17 +238,22 @@ def _fibres(x: Array, ends: Index) -> Index:
 
 
 class _Way(NamedTuple):
-    """A way through a body across which it may bend, with the relative error of its elements there."""
+    """A way through a body across which it may bend, with the relative errors of its elements by the shape that it takes."""
 
     body: str
-    error: float
+    errors: Array
     through: Thickness
+
+    @property
+    def error(self) -> float:
+        """The largest one, of either sign."""
+        return float(np.abs(self.errors).max())
 
 
 def bendings(system: System, unnamed: Iterable[str], least: float = WORTH_SAYING) -> dict[str, Bending]:
     """What bending makes of the ``unnamed`` bodies of quadrilaterals and bricks whose elements err by more than ``least``."""
     ways = [way for body in unnamed for way in _ways(system, body)]
-    wrong = {w.body for w in ways if abs(w.error) > least}
+    wrong = {w.body for w in ways if w.error > least}
     ways = [w for w in ways if w.body in wrong]
     if not ways:
         return {}
@@ -226,24 +267,30 @@ def bendings(system: System, unnamed: Iterable[str], least: float = WORTH_SAYING
             bent[k] |= bool((gaps < -NEGLIGIBLE * t.size[:, None]).any())
     out: dict[str, Bending] = {}
     # of the ways that something acts across, else of all, the one with the largest error comes last
-    for (body, error, _), acts in sorted(zip(ways, bent), key=lambda one: (one[1], abs(one[0].error))):
-        out[body] = Bending(error, pressed[body], acts)
+    for way, acts in sorted(zip(ways, bent), key=lambda one: (one[1], one[0].error)):
+        out[way.body] = Bending(float(way.errors.min()), float(way.errors.max()), pressed[way.body], acts)
     return out
 
 
 def _ways(system: System, body: str) -> Iterator[_Way]:
     """The ways across which a body may bend: its thickness, in space all but the longest, unless supports hold both ends."""
     mesh, law, space = system.meshes[body], system.problem.bodies[body].material, system.problem.space
-    if mesh.cells.shape[1] != (8 if isinstance(mesh, BrickMesh) else 4):
+    if not has_strips(mesh):
         return
     s, holds = strips(mesh), held(system, body)
-    solid = len(s.across) == 3
+    solid, m = len(s.across) == 3, np.arange(len(mesh.cells))
     *rows, along = np.argsort(s.lengths, axis=0, kind="stable") if solid else (s.thin[0], 1 - s.thin[0])
-    for row in rows:
-        own, t = stiffness_errors(s, row, along, law.poisson, space), Thickness.of(mesh, s, row, holds)
+
+    def kept(row: Index, t: Thickness) -> Flags:
+        """Elements (m,) in strips of a row that supports hold at both ends."""
+        return np.isin(s.strip[row, m], t.strip[t.held.all(axis=1)])
+
+    through = [Thickness.of(mesh, s, row, holds) for row in rows]
+    for i, (row, t) in enumerate(zip(rows, through)):
+        own = stiffness_errors(s, row, along, law.poisson, space, kept(rows[1 - i], through[1 - i]) if solid else None)
         if solid:
-            own[np.isin(s.strip[row, np.arange(len(row))], t.strip[t.held.all(axis=1)])] = 0.0
-        yield _Way(body, float(own[np.argmax(np.abs(own))]), t)
+            own[:, kept(row, t)] = 0.0
+        yield _Way(body, own[np.arange(len(own)), np.argmax(np.abs(own), axis=1)], t)
 
 
 def gaps_across(

@@ -1,8 +1,9 @@
-"""Metal that bends past its yield, of elements that do not do so well: how far their forces are off where a step ends."""
+"""Metal that bends, of elements that do not do so well: how far their forces are off in a step."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,8 +12,7 @@ from prensa.contact.passage import WORTH_SAYING
 from prensa.errors import Finding
 from prensa.materials.flow_curve import stress_at
 from prensa.materials.solids.j2 import J2
-from prensa.mesh.bricks import BrickMesh
-from prensa.system.bending import FOR_BENDING, BentStrips, bendings
+from prensa.system.bending import FOR_BENDING, BentStrips, bendings, looked_at
 from prensa.system.bent_sections import BentMetal
 from prensa.system.held import held
 from prensa.system.system import System
@@ -22,50 +22,64 @@ FOR_METAL = {2: "'element: q4_enhanced', or 'q4_sheet' for springback", 3: f"'el
 """The remedy by the dimension of space."""
 
 
+class Driven(NamedTuple):
+    """The increment at whose end most ``work`` has been done: its ``rise``, displacements (ndof,) ``before`` and ``after``."""
+
+    work: float
+    rise: float
+    before: Array
+    after: Array
+
+
 class MetalBends:
     """Bodies of metal of the default element that bend: by how much their forces are off at the end of a step.
 
-    What `check` says before a run is of elastic stiffness. Here each strip through the thickness has the curvature that the nodes
-    on the outline show, and its moment is that of its layers of elements and of the material (`BentMetal`). A force over a
-    prescribed way is off by the work of the difference over all other work, in the last increment. Sections that straighten do so
-    elastically, and do not count. In space strips bend as plates, along two ways, and so do those of bodies of revolution, along
-    the meridian and the hoop; no side of an element is straight along that. Of tetrahedra, which have no strips, nothing is said.
+    What `check` says before a run is of elastic stiffness in pure bending, by the shape that a body takes. Here each strip
+    through the thickness has the curvature that the nodes on the outline show, and its moment is that of its layers of elements
+    and of the material (`BentMetal`). A force over a prescribed way is off by the work of the difference over all other work, of
+    stretching too, in the increment after which most work had been done in the step: where a tool has drawn back, forces are
+    not what is asked for. Sections that straighten do so elastically, and do not count. In space strips bend as plates, along two
+    ways, and so do those of bodies of revolution, along the meridian and the hoop; no side of an element is straight along that.
+    Quadratic elements bend well, and are not looked at.
     """
 
     def __init__(self, system: System) -> None:
         self.system = system
-        p = system.problem
         # Laws of users may yield otherwise in bending, or state no flow stress.
-        metals = {n: b.element for n, b in p.bodies.items() if isinstance(b.material, J2)}
-        self.open = {n for n, element in metals.items() if element is None or n in system.chosen}
+        self.open = {n for n in system.problem.bodies if looked_at(system, n)}
         self.strips: dict[str, BentStrips] = {}
+        self.most: Driven | None = None
 
-    def __call__(self, given: Committed) -> Iterator[Finding]:
+    def note(self, given: Committed) -> tuple[()]:
+        """Keep the increment at whose end most work has been done in a step."""
+        before, work = given.context.state, given.state.energy.external
+        if self.open and (self.most is None or work >= self.most.work):
+            self.most = Driven(work, work - before.energy.external, before.u, given.state.u)
+        return ()
+
+    def __call__(self, _: Committed) -> Iterator[Finding]:
         """What there is to say of each body, once."""
-        work = given.state.energy.external - given.context.state.energy.external
+        most, self.most = self.most, None
+        if most is None:
+            return
         for body in sorted(self.open):
-            mesh = self.system.meshes[body]
-            if mesh.cells.shape[1] != (8 if isinstance(mesh, BrickMesh) else 4):
-                self.open.discard(body)
-                continue
-            excess = self._excess(body, given)
-            share = excess / (work - excess) if work > max(excess, 0.0) else 0.0
+            excess = self._excess(body, most)
+            share = excess / (most.rise - excess) if most.rise > max(excess, 0.0) else 0.0
             if abs(share) > WORTH_SAYING:
                 self.open.discard(body)
                 bending = bendings(self.system, [body], 0.0).get(body)
-                # what the elastic stiffness is off has been reported before the run
-                if bending is not None and bending.bent and not bending.pressed and abs(bending.error) <= WORTH_SAYING:
+                if bending is not None and bending.bent and not bending.pressed:
                     yield warning(self._words(body, share))
 
-    def _excess(self, body: str, given: Committed) -> float:
-        """Work that layers of elements do in bending in the last increment beyond that of the material."""
+    def _excess(self, body: str, most: Driven) -> float:
+        """Work that layers of elements do in bending in an increment beyond that of the material."""
         s = self.system
         if body not in self.strips:
             self.strips[body] = BentStrips.of(s.meshes[body], held(s, body))
         strips, span = self.strips[body], s.span(body)
         if not len(strips.layers):
             return 0.0
-        bent, lengths, width = self._bent(strips, span, given)
+        bent, lengths, width = self._bent(strips, span, most)
         size = [np.linalg.norm(one, axis=1) for one in bent]
         before, after = (one * strips.thickness for one in size)
         material = s.problem.bodies[body].material
@@ -86,10 +100,10 @@ class MetalBends:
         grown = np.maximum(after - before, 0.0) * strips.thickness * area
         return float((0.5 * (more(before) + more(after)) * grown).sum())
 
-    def _bent(self, strips: BentStrips, span: slice, given: Committed) -> tuple[list[Array], Array, Array]:
+    def _bent(self, strips: BentStrips, span: slice, most: Driven) -> tuple[list[Array], Array, Array]:
         """Changes of curvature (s, w) at both ends of the increment, lengths (s, w) of straight sides, width (s,)."""
         s = self.system
-        places = [s.X[span], *(s.positions(state.u)[span] for state in (given.context.state, given.state))]
+        places = [s.X[span], *(s.positions(u)[span] for u in (most.before, most.after))]
         if s.axisymmetric:
             found = [strips.of_revolution(x) for x in places]
             (at_rest, radius), *bent = found
@@ -104,6 +118,6 @@ class MetalBends:
         way = ("stiff", "large") if share > 0.0 else ("soft", "small")
         remedy = FOR_METAL[self.system.dofs.dimension]
         return (
-            f"{body!r} bends past yield, where its layers of {default!r} are too {way[0]}: forces of prescribed travels are too "
+            f"{body!r} bends, and its layers of {default!r} are too {way[0]} for that: forces of prescribed travels are too "
             f"{way[1]}, by an estimated {100.0 * abs(share):.2g} %; give it {remedy}; 'element: {default}' accepts that"
         )

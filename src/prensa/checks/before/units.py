@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +20,8 @@ SMALLEST_BODY = 5e-5
 """Size (m) below which a body is likely in another unit: that of foils."""
 LARGEST_BODY = 50.0
 """The same above which it is: that of the plates of ships."""
+NEXT_UNIT = 1000.0
+"""Millimetres in a metre, micrometres in a millimetre."""
 SHEET = 5.0
 """Length of a sheet in the plane over its thickness, from which both are not those of a square bar."""
 THIN = 0.02
@@ -55,7 +58,7 @@ def lengths(system: System) -> Iterator[Finding]:
             values = given if isinstance(given, tuple) else (given,)  # a fillet of each corner
             least = size / 500 if key != tool.face()[1] else max(size / 500, _fits_nowhere(system, name))
             value = next((v for v in values if v and not least <= v <= 500 * size), None)
-            if value is not None:
+            if value is not None and (value > size or _fits(system, name, key, NEXT_UNIT * value)):
                 yield Finding(
                     f"tools.{name}.{key}",
                     f"{value:.4g} {unit} against bodies of {size:.4g} {unit}; are both in the same unit?",
@@ -77,6 +80,18 @@ def lengths(system: System) -> Iterator[Finding]:
                         yield Finding(
                             path, f"a travel of {most:.4g} {unit} past bodies of {size:.4g} {unit}; is the unit right?"
                         )
+
+
+def _fits(system: System, tool: str, key: str, value: float) -> bool:
+    """Whether a tool can have a size: one that is sharp on purpose has no fillet of the next larger unit."""
+    *of, own = key.split(".")
+    made = system.problem.tools[tool]
+    try:
+        sized = replace(getattr(made, of[0]) if of else made, **{own: value})
+        sized.shape(sized.looks(np.eye(2 if of else system.dofs.dimension)[1]), 0.0)
+    except ValueError:
+        return False
+    return True
 
 
 def _fits_nowhere(system: System, tool: str) -> float:
