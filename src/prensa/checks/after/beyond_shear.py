@@ -1,0 +1,164 @@
+"""Metal pressed thin between rough tools on one or two layers of elements: friction beyond the shear yield stress.
+
+No metal carries a traction along its surface that exceeds its shear yield stress k: it shears below. Of n layers of elements
+across a strip the outer ones shear by the mean between their sides, (1 − 1/n) of the friction on both surfaces, so that n layers
+carry k/(1 − 1/n): two layers 2 k, and one layer, whose mean is zero, whatever there is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import csr_matrix, vstack
+from scipy.spatial import KDTree
+
+from prensa.checks.check import Committed, warning
+from prensa.contact.faces import FacePoints
+from prensa.contact.forces import ContactForces
+from prensa.contact.passage import WORTH_SAYING
+from prensa.contact.record import magnitude
+from prensa.contact.recovery import mises_of
+from prensa.contact.surface import Surface
+from prensa.errors import Finding
+from prensa.materials.solids.j2 import J2
+from prensa.mesh.bricks import BrickMesh
+from prensa.mesh.mesh import Mesh
+from prensa.mesh.thin import side_numbers, strips
+from prensa.system.bending import Thickness
+from prensa.system.held import held
+from prensa.system.system import System
+from prensa.types import Array, Flags, Index
+
+
+def shear_yield(system: System, s: Surface, given: Committed) -> Array:
+    """Shear yield stress (points,) of the metal behind a contact of tools, at its rate: σ_eq/√3 where more."""
+    number = next(i for i, b in enumerate(system.blocks) if b.body == s.body)
+    b = system.blocks[number]
+    law, history = b.law, b.at_law(given.state.history[number])[s.behind]
+    flat = np.ascontiguousarray(history.reshape(-1, history.shape[-1]))
+    k = np.maximum(law.shear_strength(flat), mises_of(law.cauchy(flat)) / np.sqrt(3.0))
+    return system.at_points(s, k.reshape(len(s.behind), -1).mean(axis=1))
+
+
+def at_nodes(s: Surface) -> bool:
+    """Whether the points of a contact are nodes with straight edges or faces of four: others share what a corner covers."""
+    if isinstance(s.points, FacePoints):
+        return s.points.faces.shape[1] == 4
+    return not s.sharp and s.points.are_nodes and bool((s.points.shares.factor == 0.5).all())
+
+
+class Through(NamedTuple):
+    """The strips (t,) of a body from one outline to the other that end on a contact.
+
+    ``elements`` (t, e) and the share of its thickness that each has, a sparse matrix; ``far`` (t, a): nodes of the other end,
+    ``held`` (t,): whether a support holds it there.
+    """
+
+    elements: csr_matrix
+    far: Index
+    held: Flags
+
+
+class BeyondShear:
+    """Bodies of metal that tools press through their thickness: what friction beyond the shear yield stress adds to forces.
+
+    The work of this friction on the way of the metal below, which is the mean of the strip through the thickness relative to
+    the tool, is work that no metal does. In a slab that is ∫ (τ − k) x/h dA, by which the friction hill is too high.
+    Where the metal does not flow there is none. Of contacts whose points are nodes, on quadrilaterals and bricks.
+    """
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        metals = {n for n, b in system.problem.bodies.items() if isinstance(b.material, J2)}
+        self.own = [(i, s) for i, s in enumerate(system.tool_contacts) if s.body in metals and at_nodes(s)]
+        self.open = {s.body for _, s in self.own if _of_sides(system.meshes[s.body])}
+        self.known: dict[str, Through] = {}  # by contact, found when friction first exceeds k
+
+    def __call__(self, given: Committed) -> Iterator[Finding]:
+        """What there is to say of each body, once."""
+        work = given.state.energy.external - given.context.state.energy.external
+        for body in sorted(self.open):
+            excess, part = self._excess(body, given)
+            share = excess / (work - excess) if excess < work else np.inf if excess > 0.0 else 0.0
+            if share > WORTH_SAYING:
+                self.open.discard(body)
+                yield warning(self._words(body, share, part))
+
+    def _excess(self, body: str, given: Committed) -> tuple[float, float]:
+        """Work of the last increment that friction does beyond k, and the part of the area of contact on which it is."""
+        excess, beyond, closed = 0.0, 0.0, 0.0
+        for i, s in self.own:
+            f = given.evaluation.contacts[i]
+            t = magnitude(f.t)
+            if s.body == body and t.any():
+                over = np.maximum(1.0 - shear_yield(self.system, s, given) / np.where(t > 0.0, t, 1.0), 0.0) * (t > 0.0)
+                closed += float(f.area[f.p > 0.0].sum())
+                if over.any():
+                    beyond += float(f.area[over > 0.0].sum())
+                    excess += float((f.area * over * self._resisted(s, f, given)).sum())
+        return excess, beyond / closed if closed else 0.0
+
+    def _resisted(self, s: Surface, f: ContactForces, given: Committed) -> Array:
+        """Work per area (k,) of the tractions of a contact against the metal below; 0 where nothing presses from beyond."""
+        u, before = given.state.u, given.context.state.u
+        moved = self.system.displacement(u) - self.system.displacement(before)
+        slip = (f.stencils.ds @ (u - before)[f.stencils.dofs][:, :, None])[..., 0]
+        below, through = self._below(s, moved, given)
+        along = ((below - moved[s.points.support[:, 0]])[:, None] * f.stencils.e).sum(axis=2)
+        return through * np.maximum(-(f.t * (slip + along)).sum(axis=1), 0.0)
+
+    def _below(self, s: Surface, moved: Array, given: Committed) -> tuple[Array, Flags]:
+        """Mean ways (k, d) of the strips that are now below the points, where nodes ``moved`` (n, d), and which are pressed (k,).
+
+        A surface that sticks stays behind the metal below it, so that this is not the strip of the point's own elements.
+        """
+        if s.name not in self.known:
+            self.known[s.name] = _through(self.system, s)
+        t, x = self.known[s.name], self.system.positions(given.state.u)
+        cells = self.system.meshes[s.body].cells + self.system.span(s.body).start
+        middle, way = (t.elements @ v[cells].mean(axis=1) for v in (x, moved))
+        if not len(middle):
+            return np.zeros((len(s.points), x.shape[1])), np.zeros(len(s.points), dtype=bool)
+        nearest = KDTree(middle).query(s.points.at(x))[1]
+        return way[nearest], (t.held | self._pressed(s.body, given)[t.far].all(axis=1))[nearest]
+
+    def _pressed(self, body: str, given: Committed) -> Flags:
+        """Nodes (n,) of the system on which tools press that are in contact with a body."""
+        out = np.zeros(len(self.system.X), dtype=bool)
+        for s, f in zip(self.system.tool_contacts, given.evaluation.contacts):
+            if s.body == body:
+                out[s.points.support[f.p > 0.0].ravel()] = True
+        return out
+
+    def _words(self, body: str, share: float, part: float) -> str:
+        much = f"by an estimated {100.0 * share:.2g} %" if share < 1.0 else f"some {1.0 + share:.2g} times"
+        return (
+            f"{body!r} is pressed thin under friction beyond its shear yield stress, on {100.0 * part:.0f} % of the contact: few "
+            f"layers of elements cannot shear below it as the metal does, and forces are too large, {much}; take friction that "
+            "its shear strength limits ('type: capped')"
+        )
+
+
+def _of_sides(mesh: Mesh) -> bool:
+    """Whether a mesh is of quadrilaterals or bricks with straight sides."""
+    return bool(mesh.cells.shape[1] == (8 if isinstance(mesh, BrickMesh) else 4))
+
+
+def _through(system: System, s: Surface) -> Through:
+    """The strips that end on a contact."""
+    mesh, first = system.meshes[s.body], system.span(s.body).start
+    all_, holds, n = strips(mesh), held(system, s.body), len(mesh.cells)
+    sides = (s.points.faces if isinstance(s.points, FacePoints) else s.points.edges) - first
+    rows, far, still = [], [], []
+    for row in range(len(all_.strip)):
+        t = Thickness.of(mesh, all_, np.full(n, row), holds)
+        number = side_numbers(np.concatenate([t.ends.reshape(-1, sides.shape[1]), sides]), len(mesh.points))
+        own, end = np.nonzero(np.isin(number[: t.held.size].reshape(-1, 2), number[t.held.size :]))
+        depth = np.linalg.norm(all_.across[row], axis=1) / all_.lengths[row]
+        share = csr_matrix((depth, (all_.strip[row], np.arange(n))), (int(all_.strip.max()) + 1, n))
+        rows.append(share[t.strip[own]])
+        far.append(t.ends[own, 1 - end] + first)
+        still.append(t.held[own, 1 - end])
+    return Through(vstack(rows).tocsr(), np.concatenate(far), np.concatenate(still))
