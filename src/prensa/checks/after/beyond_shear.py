@@ -52,13 +52,25 @@ def at_nodes(s: Surface) -> bool:
 class Through(NamedTuple):
     """The strips (t,) of a body from one outline to the other that end on a contact.
 
-    ``elements`` (t, e) and the share of its thickness that each has, a sparse matrix; ``far`` (t, a): nodes of the other end,
-    ``held`` (t,): whether a support holds it there.
+    ``elements`` (t, e) and the share of its thickness that each has, a sparse matrix; ``layers`` (t,): how many; ``ends``
+    (t, 2, a): nodes of the end on the contact, and of the other one, ``held`` (t,): whether a support holds it there.
     """
 
     elements: csr_matrix
-    far: Index
+    layers: Array
+    ends: Index
     held: Flags
+
+
+class Below(NamedTuple):
+    """The strips that are now below points (k,) of a contact: their mean ``way`` (k, d) in an increment, how much they become
+    thinner, ``layers`` of elements between the surfaces, twice those to a plane of symmetry, and whether they are ``pressed``.
+    """
+
+    way: Array
+    thinner: Array
+    layers: Array
+    pressed: Flags
 
 
 class BeyondShear:
@@ -87,42 +99,54 @@ class BeyondShear:
                 yield warning(self._words(body, share, part))
 
     def _excess(self, body: str, given: Committed) -> tuple[float, float]:
-        """Work of the last increment that friction does beyond k, and the part of the area of contact on which it is."""
+        """Work of the last increment that the metal would not need, and the part of the area on which friction is beyond k."""
         excess, beyond, closed = 0.0, 0.0, 0.0
         for i, s in self.own:
             f = given.evaluation.contacts[i]
             t = magnitude(f.t)
             if s.body == body and t.any():
-                over = np.maximum(1.0 - shear_yield(self.system, s, given) / np.where(t > 0.0, t, 1.0), 0.0) * (t > 0.0)
                 closed += float(f.area[f.p > 0.0].sum())
-                if over.any():
-                    beyond += float(f.area[over > 0.0].sum())
-                    excess += float((f.area * over * self._resisted(s, f, given)).sum())
+                k = shear_yield(self.system, s, given)
+                if (t > k).any():
+                    beyond += float(f.area[t > k].sum())
+                    excess += float((f.area * self._per_area(s, f, k, given))[t > k].sum())
         return excess, beyond / closed if closed else 0.0
 
-    def _resisted(self, s: Surface, f: ContactForces, given: Committed) -> Array:
-        """Work per area (k,) of the tractions of a contact against the metal below; 0 where nothing presses from beyond."""
+    def _per_area(self, s: Surface, f: ContactForces, k: Array, given: Committed) -> Array:
+        """Work per area (k,) of friction beyond k on the metal below, less what this then needs more to become thinner.
+
+        Of stresses that shear by τ, √(k² − τ²) is left (`left`). 0 where nothing presses from the other side.
+        """
         u, before = given.state.u, given.context.state.u
         moved = self.system.displacement(u) - self.system.displacement(before)
         slip = (f.stencils.ds @ (u - before)[f.stencils.dofs][:, :, None])[..., 0]
-        below, through = self._below(s, moved, given)
-        along = ((below - moved[s.points.support[:, 0]])[:, None] * f.stencils.e).sum(axis=2)
-        return through * np.maximum(-(f.t * (slip + along)).sum(axis=1), 0.0)
+        below, t = self._below(s, moved, given), magnitude(f.t)
+        along = ((below.way - moved[s.points.support[:, 0]])[:, None] * f.stencils.e).sum(axis=2)
+        resisted = np.maximum(-(f.t * (slip + along)).sum(axis=1), 0.0) * (1.0 - k / np.where(t > 0.0, t, 1.0))
+        # σ_eq dε_eq of the thickness, of half a strip: 2 of what is held across, √3 at least
+        times = 1.0 if self.system.problem.space == "plane strain" else 0.5 * np.sqrt(3.0)
+        thinner = times * k * np.maximum(below.thinner, 0.0) * (0.25 * np.pi - left(t / k, below.layers))
+        return below.pressed * (resisted - thinner)
 
-    def _below(self, s: Surface, moved: Array, given: Committed) -> tuple[Array, Flags]:
-        """Mean ways (k, d) of the strips that are now below the points, where nodes ``moved`` (n, d), and which are pressed (k,).
+    def _below(self, s: Surface, moved: Array, given: Committed) -> Below:
+        """The strips below the points of a contact, where nodes ``moved`` (n, d).
 
         A surface that sticks stays behind the metal below it, so that this is not the strip of the point's own elements.
         """
         if s.name not in self.known:
             self.known[s.name] = _through(self.system, s)
         t, x = self.known[s.name], self.system.positions(given.state.u)
+        if not len(t.ends):
+            none = np.zeros(len(s.points))
+            return Below(np.zeros((len(none), x.shape[1])), none, none, none > 0.0)
         cells = self.system.meshes[s.body].cells + self.system.span(s.body).start
         middle, way = (t.elements @ v[cells].mean(axis=1) for v in (x, moved))
-        if not len(middle):
-            return np.zeros((len(s.points), x.shape[1])), np.zeros(len(s.points), dtype=bool)
+        now = np.linalg.norm(np.diff(x[t.ends].mean(axis=2), axis=1)[:, 0], axis=1)
+        thinner = np.linalg.norm(np.diff((x - moved)[t.ends].mean(axis=2), axis=1)[:, 0], axis=1) - now
+        pressed = t.held | self._pressed(s.body, given)[t.ends[:, 1]].all(axis=1)
         nearest = KDTree(middle).query(s.points.at(x))[1]
-        return way[nearest], (t.held | self._pressed(s.body, given)[t.far].all(axis=1))[nearest]
+        whole = np.where(t.held, 2.0, 1.0)
+        return Below(way[nearest], (whole * thinner)[nearest], (whole * t.layers)[nearest], pressed[nearest])
 
     def _pressed(self, body: str, given: Committed) -> Flags:
         """Nodes (n,) of the system on which tools press that are in contact with a body."""
@@ -146,12 +170,26 @@ def _of_sides(mesh: Mesh) -> bool:
     return bool(mesh.cells.shape[1] == (8 if isinstance(mesh, BrickMesh) else 4))
 
 
+def left(t: Array, layers: Array) -> Array:
+    """Means (k,) of √(1 − τ²) over layers that shear by what is between friction t (k,) of both surfaces, over k, up to 1.
+
+    Of ever thinner layers below a friction of k it is π/4.
+    """
+    out = np.zeros_like(t)
+    for n in np.unique(layers[layers > 0.0]):
+        own = layers == n
+        places = 1.0 - (2.0 * np.arange(n) + 1.0) / n
+        shear = np.minimum(np.abs(t[own, None] * places), 1.0)
+        out[own] = np.sqrt(1.0 - shear**2).mean(axis=1)
+    return out
+
+
 def _through(system: System, s: Surface) -> Through:
     """The strips that end on a contact."""
     mesh, first = system.meshes[s.body], system.span(s.body).start
     all_, holds, n = strips(mesh), held(system, s.body), len(mesh.cells)
     sides = (s.points.faces if isinstance(s.points, FacePoints) else s.points.edges) - first
-    rows, far, still = [], [], []
+    rows, layers, ends, still = [], [], [], []
     for row in range(len(all_.strip)):
         t = Thickness.of(mesh, all_, np.full(n, row), holds)
         number = side_numbers(np.concatenate([t.ends.reshape(-1, sides.shape[1]), sides]), len(mesh.points))
@@ -159,6 +197,8 @@ def _through(system: System, s: Surface) -> Through:
         depth = np.linalg.norm(all_.across[row], axis=1) / all_.lengths[row]
         share = csr_matrix((depth, (all_.strip[row], np.arange(n))), (int(all_.strip.max()) + 1, n))
         rows.append(share[t.strip[own]])
-        far.append(t.ends[own, 1 - end] + first)
+        count = np.bincount(all_.strip[row], minlength=share.shape[0])
+        layers.append(count[t.strip[own]].astype(np.float64))
+        ends.append(np.stack([t.ends[own, end], t.ends[own, 1 - end]], axis=1) + first)
         still.append(t.held[own, 1 - end])
-    return Through(vstack(rows).tocsr(), np.concatenate(far), np.concatenate(still))
+    return Through(vstack(rows).tocsr(), *(np.concatenate(v) for v in (layers, ends, still)))
