@@ -8,7 +8,7 @@ carry k/(1 − 1/n): two layers 2 k, and one layer, whose mean is zero, whatever
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_matrix, vstack
@@ -22,6 +22,7 @@ from prensa.contact.record import magnitude
 from prensa.contact.recovery import mises_of
 from prensa.contact.surface import Surface
 from prensa.errors import Finding
+from prensa.materials.protocol import Material
 from prensa.materials.solids.j2 import J2
 from prensa.mesh.bricks import BrickMesh
 from prensa.mesh.mesh import Mesh
@@ -32,14 +33,56 @@ from prensa.system.system import System
 from prensa.types import Array, Flags, Index
 
 
-def shear_yield(system: System, s: Surface, given: Committed) -> Array:
-    """Shear yield stress (points,) of the metal behind a contact of tools, at its rate: σ_eq/√3 where more."""
-    number = next(i for i, b in enumerate(system.blocks) if b.body == s.body)
-    b = system.blocks[number]
-    law, history = b.law, b.at_law(given.state.history[number])[s.behind]
+class Second(NamedTuple):
+    """The ``elements`` (m,) behind those behind the edges or faces of a contact, and the ``share`` (m,) of a line through the
+    middles of both by which it goes on to the surface; 0 where there are none.
+    """
+
+    elements: Index
+    share: Array
+
+    @staticmethod
+    def of(system: System, s: Surface) -> Second:
+        """Of a contact on quadrilaterals or bricks."""
+        mesh = system.meshes[s.body]
+        all_, sides = strips(mesh), _sides(system, s)
+        number = side_numbers(np.concatenate([all_.sides.reshape(-1, sides.shape[1]), sides]), len(mesh.points))
+        own, edge = number[: -len(sides)].reshape(all_.sides.shape[:3]), number[-len(sides) :]
+        elements = np.broadcast_to(np.arange(own.shape[1])[:, None], own.shape)
+        count, total = np.bincount(own.ravel()), np.bincount(own.ravel(), elements.ravel()).astype(np.int64)
+        row, e, side = np.nonzero(own[:, s.behind] == edge[:, None])
+        first = s.behind[e]
+        across = own[row, first, 1 - side]
+        second, depth = total[across] - first, np.linalg.norm(all_.across, axis=2)
+        inner = count[across] == 2
+        row, e, first, second = row[inner], e[inner], first[inner], second[inner]
+        out = Second(s.behind.copy(), np.zeros(len(s.behind)))
+        out.elements[e], out.share[e] = second, depth[row, first] / (depth[row, first] + depth[row, second])
+        return out
+
+
+def shear_yield(system: System, s: Surface, given: Committed, second: Second) -> Array:
+    """Shear yield stress (points,) of the metal at a contact of tools, at its rate: σ_eq/√3 of the elements where more.
+
+    That at the surface, where it is hardest, by a line through the middles of the two outer layers of elements.
+    """
+    b = next(b for b in system.blocks if b.body == s.body)
+    law, history = b.law, b.at_law(given.state.history[system.blocks.index(b)])
+    outer, inner = (_of_elements(law, history[elements]) for elements in (s.behind, second.elements))
+    return system.at_points(s, outer + second.share * (outer - inner))
+
+
+def _of_elements(law: Material, history: Array) -> Array:
+    """Means (m,) over the integration points of a history (m, q, h)."""
     flat = np.ascontiguousarray(history.reshape(-1, history.shape[-1]))
-    k = np.maximum(law.shear_strength(flat), mises_of(law.cauchy(flat)) / np.sqrt(3.0))
-    return system.at_points(s, k.reshape(len(s.behind), -1).mean(axis=1))
+    strong: Any = law
+    k = np.maximum(strong.shear_strength(flat), mises_of(law.cauchy(flat)) / np.sqrt(3.0))
+    return np.asarray(k.reshape(history.shape[:2]).mean(axis=1))
+
+
+def _sides(system: System, s: Surface) -> Index:
+    """Nodes (m, a) of the edges or faces of a contact in the mesh of its body."""
+    return np.asarray((s.points.faces if isinstance(s.points, FacePoints) else s.points.edges) - system.span(s.body).start)
 
 
 def at_nodes(s: Surface) -> bool:
@@ -86,7 +129,8 @@ class BeyondShear:
         metals = {n for n, b in system.problem.bodies.items() if isinstance(b.material, J2)}
         self.own = [(i, s) for i, s in enumerate(system.tool_contacts) if s.body in metals and at_nodes(s)]
         self.open = {s.body for _, s in self.own if _of_sides(system.meshes[s.body])}
-        self.known: dict[str, Through] = {}  # by contact, found when friction first exceeds k
+        self.known: dict[str, Through] = {}  # by contact, found when it is asked for
+        self.second: dict[str, Second] = {}
 
     def __call__(self, given: Committed) -> Iterator[Finding]:
         """What there is to say of each body, once."""
@@ -106,7 +150,9 @@ class BeyondShear:
             t = magnitude(f.t)
             if s.body == body and t.any():
                 closed += float(f.area[f.p > 0.0].sum())
-                k = shear_yield(self.system, s, given)
+                if s.name not in self.second:
+                    self.second[s.name] = Second.of(self.system, s)
+                k = shear_yield(self.system, s, given, self.second[s.name])
                 if (t > k).any():
                     beyond += float(f.area[t > k].sum())
                     excess += float((f.area * self._per_area(s, f, k, given))[t > k].sum())
@@ -188,7 +234,7 @@ def _through(system: System, s: Surface) -> Through:
     """The strips that end on a contact."""
     mesh, first = system.meshes[s.body], system.span(s.body).start
     all_, holds, n = strips(mesh), held(system, s.body), len(mesh.cells)
-    sides = (s.points.faces if isinstance(s.points, FacePoints) else s.points.edges) - first
+    sides = _sides(system, s)
     rows, layers, ends, still = [], [], [], []
     for row in range(len(all_.strip)):
         t = Thickness.of(mesh, all_, np.full(n, row), holds)
