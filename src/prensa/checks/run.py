@@ -6,6 +6,7 @@ from functools import partial
 
 from prensa.checks.after.bent_metal import MetalBends
 from prensa.checks.after.between_nodes import BetweenNodes, OnFiner
+from prensa.checks.after.beyond_shear import BeyondShear
 from prensa.checks.after.coarse_tools import CoarseTools
 from prensa.checks.after.corners_of_faces import corners_of_faces
 from prensa.checks.after.friction_hills import FrictionHills
@@ -55,7 +56,7 @@ class RunChecks:
         self.validity = validity or Validity(system, policy)
         self.penalties = penalties = PenaltyShare(system)
         self.untouched, self.metal_bends = UntouchedTools(system, self.between_nodes), MetalBends(system)
-        self.hills = FrictionHills(system)
+        self.hills, self.beyond_shear = FrictionHills(system), BeyondShear(system)
         self.step_begins: list[Check[StepBegun]] = [partial(table_jumps, system)]
         # Each list has what there is to look at: in small strain no element folds, and no outline comes near itself.
         finite, space = system.problem.kinematics != "small", system.dofs.dimension == 3
@@ -72,7 +73,7 @@ class RunChecks:
         self.committed: list[Check[Committed]] = [self.validity, penalties, folding.note, self.untouched.note, *bent]
         self.step_ends: list[Check[Committed]] = [
             partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), self.between_nodes,
-            self.metal_bends, self.hills,
+            self.metal_bends, self.hills, self.beyond_shear,
         ]  # fmt: skip
         self.shape = OutOfShape(system, policy)
         if space:
@@ -99,6 +100,7 @@ class RunChecks:
         rest.between_nodes.reported |= self.between_nodes.reported
         rest.metal_bends.open &= self.metal_bends.open
         rest.hills.open &= self.hills.open
+        rest.beyond_shear.open &= self.beyond_shear.open
         return rest
 
     def refusal(self, c: Context, result: NewtonResult) -> Failure | None:
