@@ -76,7 +76,7 @@ def _along_walls(system: System, body: str, frame: Frame, plan: StepPlan) -> Ite
 
 
 def _seen(system: System, met: Met, along: Array, goes: float) -> Array:
-    """Normals (k, 3) of a tool at the points of a contact that it comes to as they go by ``goes`` ``along`` a unit vector (3,)."""
+    """Normals (k, 3) of a tool at the points of a contact that come to it as they go by ``goes`` along a unit vector (3,)."""
     out, master, u = list[Array](), system.tool_masters[met.surface.against], system.initial().u
     for way in np.linspace(0.0, goes, SAMPLES):
         seen = master.seen(met.x + way * along, u)
