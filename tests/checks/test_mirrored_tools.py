@@ -13,10 +13,10 @@ from typer.testing import CliRunner
 import prensa as pr
 from prensa.checks.before.off_centre import off_centre
 from prensa.cli import app
-from prensa.model.press import use_of
 from prensa.model.schema import loads
 from prensa.output import answer
 from prensa.output.whole import Share, findings, images_of, mirror_findings, of_whole, shares_of
+from prensa.system.presses import use_of
 
 QUARTER = """\
 name: quarter

@@ -123,6 +123,20 @@ def test_a_cut_side_that_nothing_holds_is_named(mesh, way, bottom):
         assert "of symmetry" in words or "unless" in words
 
 
+@pytest.mark.parametrize(("angle", "way"), [(np.pi / 2, "x"), (np.pi / 3, "normal")])
+def test_a_cut_side_of_a_mesh_from_a_file_is_named(angle, way):
+    """By its nodes, elements and names alone."""
+    made = discretise(pr.Problem("p", space="solid", bodies={"b": pr.Body(pr.Cylinder(**RING, angle=angle), METAL)},
+                                 steps=(pr.Step("on"),))).meshes["b"]  # fmt: skip
+    names = {"base": "one", "cap": "two", "bottom": "bottom", "top": "top"}
+    sides = {new: made.nodes(old, old).tolist() for old, new in names.items()}
+    mesh = pr.Bricks(made.points.tolist(), made.cells.tolist(), sides)
+    held = {"b.bottom": "xyz", "b.one": "z"}
+    (words,) = cut(mesh, held)
+    assert f"'fixed' lacks 'b.two: {way}'" in words
+    assert cut(mesh, held | {"b.two": way}) == []
+
+
 @pytest.mark.parametrize("way", ["x", "z"])
 def test_an_inclined_cut_side_that_is_held_along_one_axis_is_free_along_its_normal(way):
     """Its nodes go along the part of the normal that is left; held along both axes, or moved along them, they do not."""

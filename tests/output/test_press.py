@@ -14,6 +14,7 @@ import prensa as pr
 from prensa.output import answer, press
 from prensa.output.history import read_history
 from prensa.result.increment import Increment
+from prensa.system.presses import use_of
 from problems import ALUMINIUM, stroke, upset_billet, upset_block
 
 FREE = -0.5  # the way of the tool
@@ -124,7 +125,7 @@ def test_half_a_part_needs_half_of_the_press(tmp_path: Path) -> None:
     used = [inc.measure("t.press_utilisation") for inc in ends]
     assert used[1] == pytest.approx(used[0], rel=1e-9)
     assert used[2] == pytest.approx(used[0], rel=1e-4)  # its base is a support, and no tool with the give of a penalty
-    work = [press.use_of(p, "t").energies * i.tools["t"].work for p, i in zip((whole, half, quarter), ends)]
+    work = [use_of(p, "t").energies * i.tools["t"].work for p, i in zip((whole, half, quarter), ends)]
     assert work[1:] == pytest.approx([work[0]] * 2, rel=1e-4)
     with pytest.raises(pr.PrensaError, match=r"give the press of 't' 'mirror: \[left\]' too"):
         pr.Case(block((4.0, 2.0), 0.0, None, {"b.bottom": "y", "b.left": "x"}, (4, 4), -0.2), output=pr.Output(mirror="left"))
@@ -293,7 +294,7 @@ def test_the_picture_has_force_capacity_and_share() -> None:
         assert np.array_equal(force.get_ydata()[1:], table["t.fy"])
         drawn = np.isfinite(capacity.get_ydata())
         assert drawn.any() and capacity.get_ydata()[drawn].min() > 0.0
-        assert math.isfinite(answer.press.course(table, problem, press.use_of(problem, "t")).stroke[-1])
+        assert math.isfinite(answer.press.course(table, problem, use_of(problem, "t")).stroke[-1])
 
 
 def test_the_interactive_plot_has_the_capacity_beside_the_force(tmp_path: Path) -> None:

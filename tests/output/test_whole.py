@@ -19,6 +19,7 @@ from prensa.model.schema import loads
 from prensa.output import answer
 from prensa.output.scene import scene
 from prensa.output.whole import Share, images_of, mirror_findings, of_whole, part_of_whole, shares_of
+from prensa.system.presses import use_of
 
 SPACE = """
 name: quarter
@@ -197,12 +198,56 @@ def test_a_mirror_that_is_no_side(mirror: str, words: str) -> None:
     assert "case.yaml:9:" in str(error.value)
 
 
-def test_a_press_counts_the_ends_of_the_bodies_alone() -> None:
-    """With a side by name its capacity is that of what is modelled."""
-    text = RING.replace("touching: ring.top", "touching: ring.top, press: 900 kN")
-    with pytest.raises(pr.CaseError, match=r"not across 'ring\.base': give it 'mirror: \[\]'"):
+@pytest.mark.parametrize(("angle", "count"), [(60, 6), (90, 4), (45, 8)])
+def test_a_press_counts_flat_sides_by_name(angle: int, count: int) -> None:
+    """Its force is that of all images of a sector; one across its way doubles the stroke; without its own it is refused."""
+    text = RING.replace("touching: ring.top", "touching: ring.top, press: 900 kN").replace("angle: 60", f"angle: {angle}")
+    with pytest.raises(pr.CaseError, match=r"give the press of 'die' 'mirror: \[ring\.base, ring\.cap\]' too"):
         loads(text)
     loads(text.replace("press: 900 kN", "press: {capacity: 150 kN, mirror: []}"))
+    for sides, strokes in (("ring.base, ring.cap", 1), ("ring.base, ring.cap, ring.bottom", 2)):
+        given = loads(text.replace("press: 900 kN", f"press: {{capacity: 900 kN, mirror: [{sides}]}}"))
+        use = use_of(given.problem, "die")
+        assert use is not None and (use.forces, use.strokes, use.energies) == (count, strokes, count * strokes)
+        assert not [f for f in mirror_findings(pr.discretise(given.problem), given) if f.fatal]
+
+
+def test_a_press_names_no_other_bodies_or_round_sides() -> None:
+    """With file, line and column."""
+    text = RING.replace("touching: ring.top", "touching: ring.top, press: {capacity: 900 kN, mirror: rang.cap}")
+    with pytest.raises(pr.CaseError, match=r"'tools\.die\.press\.mirror' names 'rang\.cap': unknown body 'rang'") as error:
+        loads(text, "case.yaml")
+    assert "case.yaml:8:" in str(error.value)
+    given = loads(text.replace("rang.cap", "ring.outer"))
+    (found,) = [f for f in mirror_findings(pr.discretise(given.problem), given) if f.fatal]
+    assert found.path == "tools.die.press.mirror" and "is not flat" in found.message
+
+
+@pytest.mark.parametrize("held", ["xz", "xyz"])
+@pytest.mark.parametrize("angle", [60, 90])
+def test_a_cut_that_is_held_along_its_radius_is_no_plane_of_symmetry(angle: int, held: str) -> None:
+    """Its metal cannot spread; a quarter's too. Held along its normal alone it is one, and so is what is held so elsewhere."""
+    text = RING.replace("angle: 60", f"angle: {angle}")
+    given = loads(text.replace("ring.cap: normal", f"ring.cap: {held}"))
+    (found,) = mirror_findings(pr.discretise(given.problem), given)
+    normal = "x" if angle == 90 else "normal"
+    assert found.fatal and found.path == "output.mirror" and f"along its normal alone, 'ring.cap: {normal}'" in found.message
+    fine = loads(text.replace("ring.cap: normal", f"ring.cap: {normal}"))
+    assert not list(mirror_findings(pr.discretise(fine.problem), fine))
+    unnamed = loads(text.replace("ring.cap: normal", f"ring.cap: {held}").replace("mirror: [ring.base, ring.cap]", "mirror: []"))
+    assert "ring.cap" not in part_of_whole(pr.discretise(unnamed.problem), unnamed)  # it would be refused then
+
+
+def test_planes_that_would_be_refused_are_not_hinted_at() -> None:
+    """Where a body that is tied on top is free beside the side that is held."""
+    text = SPACE.replace("bodies: {b:", "bodies: {c: {mesh: {type: box, size: [2, 1, 2], n: [2, 1, 2], origin: [0, 1, 0]}, "
+                         "material: {type: elastic, E: 1000, nu: 0.3}}, b:")  # fmt: skip
+    text = text.replace("touching: b.top", "touching: c.top").replace("surface: b.top", "surface: c.top")
+    text = text.replace("steps:", "ties: [{slave: c.bottom, master: b.top}]\nsteps:")
+    text = "\n".join(line for line in text.splitlines() if not line.startswith("output"))
+    free, both = loads(text), loads(text.replace("b.left: x", "b.left: x, c.left: x"))
+    words = [part_of_whole(pr.discretise(case.problem), case) for case in (free, both)]
+    assert "b.left" not in words[0] and "b.left" in words[1]
 
 
 def test_a_run_is_refused_before_it_begins(tmp_path: Path) -> None:

@@ -9,10 +9,11 @@ from prensa.measures import damage
 from prensa.measures.measure import MeasureError
 from prensa.measures.units import area_unit, energy_unit, force_unit, length_unit, moment_unit
 from prensa.model.fields import motions_in
-from prensa.model.press import Use, use_of, works
+from prensa.model.press import Use, works
 from prensa.model.problem import Problem, ever_stabilised, support_names
 from prensa.model.remeshing import remeshing_of
 from prensa.model.seconds import any_stated
+from prensa.system.presses import use_of
 
 if TYPE_CHECKING:
     from prensa.result.increment import Increment

@@ -7,9 +7,9 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationInfo, model_validator
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, ValidationInfo, model_validator
 
 from prensa.model.fields import as_names, as_table, described, value_kind
 from prensa.model.names import Finding, suggest
@@ -21,7 +21,28 @@ from prensa.precision import NEGLIGIBLE
 OPPOSITE_SIDES = {"x": ("left", "right"), "y": ("bottom", "top"), "z": ("back", "front")}
 IMAGES_BESIDE = {a: tuple(s for other, pair in OPPOSITE_SIDES.items() if other != a for s in pair) for a in OPPOSITE_SIDES}
 """Sides along which an axis lies: a mirror image there doubles the force along it; across it doubles the stroke."""
-Side = Literal["left", "right", "bottom", "top", "back", "front"]
+
+
+CRANK_ACROSS = "the crank moves the model's tool, not its mirror image: model the whole height, or give 'capacity' by stroke"
+"""What is wrong with a plane of symmetry across the way of a crank."""
+
+
+def mirrored_side(value: str) -> str:
+    """An end of the bodies, or the side of a body by its name."""
+    ends = tuple(end for pair in OPPOSITE_SIDES.values() for end in pair)
+    if value not in ends and not all(value.partition(".")[::2]):
+        listed = ", ".join(map(repr, ends))
+        raise ValueError(f"{value!r} is no side; write {listed}, or the flat side of a body, such as 'ring.cap'")
+    return value
+
+
+def unknown_bodies(p: Any, mirror: tuple[str, ...], path: tuple[str | int, ...]) -> Iterator[Finding]:
+    """Sides of bodies that there are not, among those that ``mirror`` at a path names."""
+    for k, side in enumerate(mirror):
+        body, dot, _ = side.partition(".")
+        if dot and body not in p.bodies:
+            where = ".".join(map(str, path))
+            yield Finding((*path, k), f"{where!r} names {side!r}: unknown body {body!r}{suggest(body, p.bodies)}")
 
 
 def _of_file(value: Any, info: ValidationInfo) -> Any:
@@ -50,14 +71,14 @@ class Press:
     between) or the name of a CSV file of them. ``torque``: of the crank shaft of a mechanical press, whose tool the steps drive
     by ``crank``; it allows the force torque / (way of the slide per angle of the crank). ``energy``: of one blow of a hammer or
     a screw press: the work of the tool in a step. Capacities and energies are those of the machine, for the whole part:
-    ``mirror`` names the sides of the bodies on which only a half is modelled, as ``mirror`` of the output does. A step ends
+    ``mirror`` names the planes of symmetry of the part that is modelled, as ``mirror`` of the output does. A step ends
     where the press reaches its limit with ``until: {press: TOOL}``; otherwise the run continues, and its answer says so.
     """
 
     capacity: Capacity | None = None
     torque: Annotated[Moment, Field(gt=0)] | None = None
     energy: Annotated[Energy, Field(gt=0)] | None = None
-    mirror: Annotated[tuple[Side, ...], BeforeValidator(as_names)] | None = None
+    mirror: Annotated[tuple[Annotated[str, AfterValidator(mirrored_side)], ...], BeforeValidator(as_names)] | None = None
 
     @model_validator(mode="after")
     def _check(self) -> Press:
@@ -154,17 +175,6 @@ class Use:
         return max(of_force, self.energies * work / self.energy(number), 0.0)
 
 
-def use_of(problem: Any, tool: str) -> Use | None:
-    """How the press of a tool is used; None of a tool without one."""
-    press = problem.tools[tool].press
-    if press is None:
-        return None
-    axis = driven_along(problem, tool)
-    beside = sum(side in IMAGES_BESIDE.get(axis, ()) for side in press.mirror or ())
-    across = len(press.mirror or ()) - beside
-    return Use(press, tool, tuple(problem.steps), axis, 2**beside, 2**across, 2 ** (beside + across))
-
-
 def driven_along(p: Any, tool: str) -> str:
     """Axes along which steps drive a tool: x, y, in space z, some of them, or nothing; in axisymmetry y, if any."""
     return "".join(axis for axis in "xyz" if any(drives(step, tool, axis) for step in p.steps if step is not None))
@@ -207,6 +217,7 @@ def _driven(p: Any, path: tuple[str | int, ...], name: str, press: Press) -> Ite
         along = "x, y or z" if p.space == "solid" else "x or y"
         yield Finding(path, f"no step drives tool {name!r} along {along}: the press belongs to the tool that it drives")
         return
+    yield from unknown_bodies(p, press.mirror or (), (*path, "mirror"))
     if press.mirror and p.space == "axisymmetric" and {"left", "right"} & set(press.mirror):
         yield Finding((*path, "mirror"), "in axisymmetry the axis mirrors, forces are of the whole circumference: leave it out")
     elif press.mirror and len(axis) > 1:
@@ -240,16 +251,20 @@ def _turned(p: Any, path: tuple[str | int, ...], name: str, press: Press, axis: 
         if kind is not None:
             message = f"the press has a 'torque', whose force follows from the angle of a crank: drive {name!r} by 'crank' here"
             yield Finding(("steps", i, kind, name), message, at_key=True)
-    if set(press.mirror or ()) - set(IMAGES_BESIDE.get(axis, ())):
-        message = "the crank moves the model's tool, not its mirror image: model the whole height, or give 'capacity' by stroke"
-        yield Finding((*path, "mirror"), message)
+    if _ends_across(press, axis):
+        yield Finding((*path, "mirror"), CRANK_ACROSS)
+
+
+def _ends_across(press: Press, axis: str) -> list[str]:
+    """Ends of the bodies that a press mirrors and that do not lie along its way; of flat sides by name nothing is known here."""
+    return [side for side in press.mirror or () if "." not in side and side not in IMAGES_BESIDE.get(axis, ())]
 
 
 def _long_enough(p: Any, path: tuple[str | int, ...], name: str, press: Press, axis: str) -> Iterator[Finding]:
     """A capacity curve that ends before the stroke does."""
     assert isinstance(press.capacity, tuple)
     end = press.capacity[-1][0]
-    across = sum(side not in IMAGES_BESIDE.get(axis, ()) for side in press.mirror or ())
+    across = len(_ends_across(press, axis))
     at = dict.fromkeys(axis, 0.0)
     for i, step in enumerate(p.steps):
         if any(drives(step, name, a, ("push",)) and not drives(step, name, a, ("control",)) for a in axis):

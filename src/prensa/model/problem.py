@@ -59,9 +59,9 @@ from prensa.model.meshes import (
     Tetrahedra,
     Wire,
 )
-from prensa.model.names import Finding, suggest
+from prensa.model.names import Finding
 from prensa.model.not_in_space import words_of
-from prensa.model.press import OPPOSITE_SIDES, Press
+from prensa.model.press import OPPOSITE_SIDES, Press, mirrored_side, unknown_bodies
 from prensa.model.python_alone import WHOLE
 from prensa.model.remeshing import Remesh, RemeshValue, Sizes, When
 from prensa.model.units import (
@@ -686,15 +686,6 @@ else:
     WearValue = Annotated[union("wear"), BeforeValidator(_relative)]
 
 
-def _mirrored_side(value: str) -> str:
-    """An end of the bodies, or the side of a body by its name."""
-    ends = tuple(end for pair in OPPOSITE_SIDES.values() for end in pair)
-    if value not in ends and not all(value.partition(".")[::2]):
-        listed = ", ".join(map(repr, ends))
-        raise ValueError(f"{value!r} is no side; write {listed}, or the flat side of a body, such as 'ring.cap'")
-    return value
-
-
 @described
 class Output:
     """What a run writes: fields every ``fields`` increments (0: only the last of each step), pictures, report.
@@ -709,7 +700,7 @@ class Output:
     fields: Annotated[Whole, Field(ge=0)] = 1
     pictures: bool = True
     report: bool = True
-    mirror: Annotated[tuple[Annotated[str, AfterValidator(_mirrored_side)], ...], BeforeValidator(as_names)] = ()
+    mirror: Annotated[tuple[Annotated[str, AfterValidator(mirrored_side)], ...], BeforeValidator(as_names)] = ()
     wear: Mapping[str, WearValue] = field(default_factory=dict)
     points: bool = False
 
@@ -719,15 +710,6 @@ class Output:
             if sum(side in pair for side in self.mirror) > 1:
                 raise ValueError(f"'mirror' names one side of {pair[0]!r} and {pair[1]!r} at most, once")
         return self
-
-
-def _unknown_bodies(p: Problem, mirror: tuple[str, ...]) -> Iterator[Finding]:
-    """Sides of bodies that there are not."""
-    for k, side in enumerate(mirror):
-        body, dot, _ = side.partition(".")
-        if dot and body not in p.bodies:
-            words = f"'output.mirror' names {side!r}: unknown body {body!r}{suggest(body, p.bodies)}"
-            yield Finding(("output", "mirror", k), words)
 
 
 @described
@@ -759,7 +741,7 @@ class Case:
         if p.space != "solid" and {"back", "front"} & mirror:
             words = "'output.mirror' cannot name 'back' or 'front' in the plane: they are sides in 'space: solid'"
             yield Finding(("output", "mirror"), words)
-        yield from _unknown_bodies(p, self.output.mirror)
+        yield from unknown_bodies(p, self.output.mirror, ("output", "mirror"))
         if p.space == "solid" and self.output.wear:
             yield Finding(("output", "wear"), words_of("wear"), at_key=True)
         for tool, law in self.output.wear.items():
@@ -772,14 +754,7 @@ class Case:
                 yield Finding(("output", "wear", tool), words, at_key=True)
         for name, tool in p.tools.items():
             press = tool.press
-            named = [side for side in self.output.mirror if "." in side]
-            if press is not None and named and press.mirror is None:
-                yield Finding(
-                    ("output", "mirror"),
-                    f"the press of {name!r} counts images across the ends of the bodies alone ('left', …), not across "
-                    f"{named[0]!r}: give it 'mirror: []' and the capacity that what is modelled has a share of",
-                )
-            elif press is not None and press.mirror is None and self.output.mirror:
+            if press is not None and press.mirror is None and self.output.mirror:
                 sides = ", ".join(self.output.mirror)
                 yield Finding(
                     ("output", "mirror"),

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from prensa.measures.columns import directions, force_columns, place_columns
 from prensa.measures.units import energy_unit, force_unit, length_unit, moment_unit
-from prensa.model.press import use_of
 from prensa.model.problem import Case, Problem, Step
 from prensa.model.seconds import duration_of
 from prensa.model.units import ENERGY, factor
@@ -23,6 +22,7 @@ from prensa.model.until import reached
 from prensa.output import damage, press
 from prensa.output.whole import Share, images_of, moment_of_whole, of_whole
 from prensa.precision import DRAWN, NEGLIGIBLE
+from prensa.system.presses import use_of
 from prensa.system.schedule import integrated
 
 Table = Mapping[str, NDArray[Any]]

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from prensa.measures.columns import directions
 from prensa.measures.units import force_unit
-from prensa.model.press import Use, use_of, works
+from prensa.model.press import Use, works
 from prensa.model.problem import Problem
 from prensa.output import style
 from prensa.precision import NEGLIGIBLE
+from prensa.system.presses import use_of
 from prensa.types import Array
 
 if TYPE_CHECKING:

@@ -20,12 +20,13 @@ from prensa.checks.before.preflight import preflight
 from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding, PrensaError, Severity
 from prensa.geometry.reflections import NoWhole, Plane, chamber, distinct, group
-from prensa.model.press import drives
+from prensa.model.press import CRANK_ACROSS, drives
 from prensa.model.problem import Case, Problem, support_names, tools_removed
 from prensa.precision import DRAWN
 from prensa.system.held import held, held_along
 from prensa.system.mirrored_sides import ENDS, Side, named_sides, plane_of, sides_in
 from prensa.system.moments import Moment, moments, stages
+from prensa.system.presses import use_of
 from prensa.system.system import System
 from prensa.types import Array
 
@@ -42,6 +43,9 @@ def mirror_findings(system: System, case: Case) -> Iterator[Finding]:
     for path, sides in given.items():
         wrong = list(no_planes(system, [side for side in sides if side not in reported]))
         yield from (Finding(path, words, Severity.REFUSE) for words in wrong)
+        use = None if wrong or path == "output.mirror" else use_of(system.problem, path.split(".")[1])
+        if use is not None and use.strokes > 1 and use.press.torque is not None:
+            yield Finding(path, CRANK_ACROSS, Severity.REFUSE)
         reported |= set(sides)
         if not wrong:
             named = system.problem.tools if path == "output.mirror" else [path.split(".")[1]]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from prensa.model.press import use_of, works
+from prensa.model.press import works
 from prensa.model.problem import Problem
 from prensa.solver.until import Outcome
+from prensa.system.presses import use_of
 
 Missing = Callable[[Outcome], float]
 

@@ -15,7 +15,6 @@ from prensa.measures import Measure, parse, targets
 from prensa.measures.damage import largest
 from prensa.measures.filling import closed_around
 from prensa.measures.targets import damage_targets
-from prensa.model.press import use_of
 from prensa.model.units import powers
 from prensa.model.until import TOOL_COMPONENTS, reached
 from prensa.policy import Policy
@@ -25,6 +24,7 @@ from prensa.result.results import increment_of, tool_forces
 from prensa.system.failure import NotReached, sentence
 from prensa.system.interaction import Context
 from prensa.system.outcome import NewtonResult
+from prensa.system.presses import use_of
 from prensa.system.schedule import StepPlan
 from prensa.system.state import State
 from prensa.system.system import Evaluation, System

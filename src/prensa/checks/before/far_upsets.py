@@ -61,7 +61,7 @@ def far_upsets(system: System) -> Iterator[Finding]:
         elastic = all(elastic_metal(p, b, Policy()) for b in system.blocks if b.body == name)
         u = upset(system, name) if elastic or system.dofs.dimension == 3 else None  # in the plane wear is for 'remesh'
         if u is not None and elastic:
-            yield from _beyond_yield(name, u)
+            yield from _beyond_yield(system, name, u)
             continue
         worn = list(_wears(system, name, u)) if u is not None and system.dofs.dimension == 3 else []
         if worn:
@@ -89,9 +89,14 @@ def _wears(system: System, body: str, u: Upset) -> Iterator[Finding]:
         )
 
 
-def _beyond_yield(body: str, u: Upset) -> Iterator[Finding]:
-    """What there is to say of an elastic metal that is pressed together."""
-    if 1.0 - u.left / u.height > STRAIN_WARNING:
+def _beyond_yield(system: System, body: str, u: Upset) -> Iterator[Finding]:
+    """What there is to say of an elastic metal that is pressed together, unless it is so slender that it buckles instead.
+
+    Between two clamped ends, where it bears most, at a strain of (π t/h)²/3 of the thickness t (Euler).
+    """
+    out = spread(system, body, u.across)
+    width = 2.0 * float(np.abs(out.places).max(axis=0).min(initial=np.inf))
+    if min(1.0 - u.left / u.height, (math.pi * width / u.height) ** 2 / 3.0) > STRAIN_WARNING:
         yield Finding(
             f"bodies.{body}.material",
             f"{_together(body, u)}, and it is elastic with the modulus of a metal: {YIELDS_BEFORE}",

@@ -12,7 +12,7 @@ from prensa.checks.thresholds import NO_DIFFERENCE
 from prensa.errors import Finding, Severity
 from prensa.linear.rigid_modes import Frame
 from prensa.model.problem import tools_removed
-from prensa.system.moments import stages
+from prensa.system.moments import SAMPLES, stages
 from prensa.system.schedule import StepPlan
 from prensa.system.system import System
 from prensa.types import Array
@@ -36,7 +36,10 @@ def walls(system: System) -> Iterator[Finding]:
 
 
 def _along_walls(system: System, body: str, frame: Frame, plan: StepPlan) -> Iterator[Finding]:
-    """What there is to say of a body in a step: its tools press it along one way, or stand along that way."""
+    """What there is to say of a body in a step: its tools press it along one way, or stand along that way.
+
+    Points of these count that are no farther off than the body goes, where it is on its way; a force may drive it by its length.
+    """
     free, mets = translations(system, frame, plan), list(met_by(system, body, plan))
     at, moved = plan.values(plan.t0), plan.values(plan.t1)
     pressing, beside = list[Met](), list[Met]()
@@ -46,16 +49,20 @@ def _along_walls(system: System, body: str, frame: Frame, plan: StepPlan) -> Ite
         (pressing if changes else beside).append(met)
     if not pressing or not beside:
         return
-    normals = np.concatenate([_seen(met) for met in pressing])
+    normals = np.concatenate([met.pairs.n[~np.isnan(met.pairs.g)] for met in pressing])
     along = free @ (free.T @ normals.sum(axis=0))
     size = float(np.linalg.norm(along))
     if size <= NO_DIFFERENCE * len(normals):
         return
     along /= size
-    if not all((_seen(met) @ along > NO_DIFFERENCE).all() for met in pressing):
+    dofs = np.concatenate([system.tool_masters[met.surface.against].dofs for met in pressing])
+    pushed = bool(np.isin(dofs, list(plan.push)).any())
+    goes = system.length if pushed else float(np.linalg.norm((moved - at)[np.isin(plan.fixed, dofs)]))
+    facing = np.concatenate([_seen(system, met, along, goes) for met in beside]) @ along
+    if (normals @ along <= NO_DIFFERENCE).any() or not len(facing) or (np.abs(facing) > NO_DIFFERENCE).any():
         return
-    if not all((np.abs(_seen(met) @ along) <= NO_DIFFERENCE).all() for met in beside):
-        return
+    if pushed and not any(met.rubs for met in beside):
+        return  # `joint_motions` says that they go together
     names = " and ".join(dict.fromkeys(repr(met.surface.against) for met in beside))
     rubs = " and ".join(dict.fromkeys(repr(met.surface.against) for met in beside if met.rubs))
     by = " and ".join(dict.fromkeys(repr(met.surface.against) for met in pressing))
@@ -68,6 +75,10 @@ def _along_walls(system: System, body: str, frame: Frame, plan: StepPlan) -> Ite
     )
 
 
-def _seen(met: Met) -> Array:
-    """Normals (k, 3) of a tool at the points of a contact that see it."""
-    return np.asarray(met.pairs.n[~np.isnan(met.pairs.g)])
+def _seen(system: System, met: Met, along: Array, goes: float) -> Array:
+    """Normals (k, 3) of a tool at the points of a contact that come to it as they go by ``goes`` along a unit vector (3,)."""
+    out, master, u = list[Array](), system.tool_masters[met.surface.against], system.initial().u
+    for way in np.linspace(0.0, goes, SAMPLES):
+        seen = master.seen(met.x + way * along, u)
+        out.append(seen.n[seen.g <= goes - way])
+    return np.concatenate(out)
