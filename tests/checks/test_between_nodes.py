@@ -112,6 +112,16 @@ def test_a_force_that_other_increments_change_is_the_one_that_is_judged():
     assert estimated(said) == pytest.approx(-error, abs=0.01)
 
 
+@pytest.mark.parametrize(("seed", "number", "expected"), [
+    (91002, 4, "right"), pytest.param(77001, 14, "right", marks=pytest.mark.slow),
+    pytest.param(91002, 14, "reported", marks=pytest.mark.slow),
+])  # fmt: skip
+def test_finer_elements_between_whose_nodes_a_tool_lies_deeper_decide_nothing(seed, number, expected):
+    """Tilted blocks, whose edge sinks in between the nodes of quarters, which lack 9, 12 and 6 % of the force of eighths."""
+    found, error, said = verdict(draw(seed, number))
+    assert found == expected, (error, said)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [24, 59])
 def test_forces_that_are_too_large_are_reported_too(number):

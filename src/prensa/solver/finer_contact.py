@@ -52,9 +52,9 @@ def missed_on_finer(
     Clapeyron's theorem F²/2K is the work done in all, F²/2k that in the part less what its border alone does in it.
 
     The part knows its border at the ends of the steps, not on the way there: its own elements, which went there the same way, are
-    compared, unless it is the whole body: then the force of the run is. Where its own elements do not give the force of the whole,
-    as in metal that is bent round its tool, it stands for nothing, and quarters of them are spared. Quarters between whose nodes
-    the tool lies deeper are off themselves, too far either way, and eighths are taken. A tool whose corner is pushed aside may
+    compared, unless it is the whole body: then the force of the run is. Where its own elements do not give the force of the
+    whole, as in metal that is bent round its tool, it stands for nothing, and quarters of them are spared. Quarters between whose
+    nodes the tool lies deeper are off themselves, by either sign, and eighths are taken. A tool whose corner is pushed aside may
     have a force of the right size along a wrong direction: the share is the larger one of the size and of what does the work,
     along the way of the tool in the step.
     """
