@@ -48,7 +48,7 @@ class Second(NamedTuple):
         all_, sides = strips(mesh), _sides(system, s)
         number = side_numbers(np.concatenate([all_.sides.reshape(-1, sides.shape[1]), sides]), len(mesh.points))
         own, edge = number[: -len(sides)].reshape(all_.sides.shape[:3]), number[-len(sides) :]
-        elements = np.broadcast_to(np.arange(own.shape[1])[:, None], own.shape)
+        elements = np.broadcast_to(np.arange(len(mesh.cells))[:, None], own.shape)
         count, total = np.bincount(own.ravel()), np.bincount(own.ravel(), elements.ravel()).astype(np.int64)
         row, e, side = np.nonzero(own[:, s.behind] == edge[:, None])
         first = s.behind[e]
@@ -203,11 +203,13 @@ class BeyondShear:
         return out
 
     def _words(self, body: str, share: float, part: float) -> str:
-        much = f"by an estimated {100.0 * share:.2g} %" if share < 1.0 else f"some {1.0 + share:.2g} times"
+        single = any((self.known[s.name].layers == 1.0).any() for _, s in self.own if s.name in self.known and s.body == body)
+        # what one layer carries has no bound, and metal that is locked in it hardly flows
+        more = "more than " if single or share > 1.0 else ""
         return (
-            f"{body!r} is pressed thin under friction beyond its shear yield stress, on {100.0 * part:.0f} % of the contact: few "
-            f"layers of elements cannot shear below it as the metal does, and forces are too large, {much}; take friction that "
-            "its shear strength limits ('type: capped')"
+            f"{body!r} is pressed thin under friction beyond its shear yield stress, on {100.0 * part:.0f} % of the contact: "
+            f"its few layers of elements carry it, metal does not, and forces are too large by {more}an estimated "
+            f"{100.0 * min(share, 1.0):.2g} %; limit friction by the shear strength ('type: capped'), or take more layers"
         )
 
 
