@@ -13,7 +13,6 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix, diags
-from scipy.sparse.linalg import spsolve
 
 from prensa.elements.shapes import square, table, triangle
 from prensa.model.heat import Heat
@@ -59,6 +58,8 @@ class Conduction:
 
     def advanced(self, increment: Increment) -> Temperatures:
         """Temperatures after an increment."""
+        from scipy.sparse.linalg import spsolve
+
         dt, q = increment.seconds - self.seconds, np.zeros(len(self.T))
         for name, contact in increment.contacts.items():
             heat = self._rubbed(name, contact)
