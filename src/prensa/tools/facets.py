@@ -23,6 +23,7 @@ from prensa.importers.stl import Surface
 from prensa.precision import DRAWN
 from prensa.types import Array, Flags, Index
 
+DAMP = 1e6
 SMOOTH, CREASE, BORDER = 0, 1, 2
 """What edges are."""
 SIDE_CORNERS = np.array([[0, 1], [1, 2], [0, 2]])
@@ -94,6 +95,52 @@ class Facets:
         # What a file's seven digits make of a flat is flat.
         same = np.abs(at - f).max(axis=2) < DRAWN
         return np.where(same[:, :, None], f, at), flat
+
+    @cached_property
+    def shape_operators(self) -> Array:
+        """Derivatives (g, 3, 3) of the normals of groups along the surface, symmetric, by least squares over the edges there."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.linalg import lsqr
+
+        s, group = self.surface, self._groups
+        normals, flat = self.corner_normals.reshape(-1, 3), self.flats
+        n = np.zeros((group.max() + 1, 3))
+        n[group] = normals
+        sides = []
+        for side in range(2):
+            owner = s.sides[:, side]
+            edge = np.flatnonzero((owner >= 0) & ~flat[owner])
+            sides.append(np.concatenate([self._at_ends(side, edge), edge[:, None]], axis=1))
+        a, b, edge = np.unique(np.concatenate(sides), axis=0).T
+        d = s.points[s.edges[edge, 1]] - s.points[s.edges[edge, 0]]
+        length = np.linalg.norm(d, axis=1)[:, None]
+        d, turn = d / length, (n[b] - n[a]) / length
+        T = _tangents(n)
+
+        def terms(Q, g):
+            """Row, unknown."""
+            x = np.einsum("kai,ki->ka", T[g], d)[:, None]
+            Q = np.einsum("kri,kai->kra", Q, T[g])
+            return np.stack([Q[..., 0] * x[..., 0], Q[..., 0] * x[..., 1] + Q[..., 1] * x[..., 0], Q[..., 1] * x[..., 1]], axis=2)
+
+        # first guess: each by itself
+        g, w = np.concatenate([a, b]), np.concatenate([1.0 / length] * 2)[:, :, None]
+        rows = w * np.concatenate([terms(T[a], a), terms(T[b], b)])
+        y = w[:, :, 0] * np.concatenate([np.einsum("kai,ki->ka", T[k], turn) for k in (a, b)])
+        N, r = np.zeros((len(n), 3, 3)), np.zeros((len(n), 3))
+        np.add.at(N, g, np.einsum("kai,kaj->kij", rows, rows))
+        np.add.at(r, g, np.einsum("kai,ka->ki", rows, y))
+        S = np.einsum("gij,gj->gi", np.linalg.pinv(N, rcond=1e-9, hermitian=True), r)
+        mid = n[a] + n[b]
+        M = _tangents(mid / np.linalg.norm(mid, axis=1)[:, None])
+        values = 0.5 * np.stack([terms(M, a), terms(M, b)], axis=2)  # row, end, unknown
+        columns = np.broadcast_to((3 * np.stack([a, b], axis=1)[:, :, None] + np.arange(3)).reshape(-1, 1, 6), (len(edge), 2, 6))
+        rows = np.repeat(np.arange(2 * len(edge)), 6)
+        A = coo_array((values.ravel(), (rows, columns.ravel())), shape=(2 * len(edge), 3 * len(n))).tocsr()
+        right = np.einsum("kri,ki->kr", M, turn).ravel() - A @ S.ravel()
+        S += lsqr(A, right, damp=DAMP)[0].reshape(-1, 3)
+        full = np.stack([S[:, [0, 1]], S[:, [1, 2]]], axis=1)
+        return np.einsum("gab,gai,gbj->gij", full, T, T)
 
     def _means(self, flat: Flags) -> Array:
         """Mean normals (g, 3) of groups, weighted with the angles of triangles there; at flats, theirs alone.
