@@ -24,6 +24,9 @@ from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.step_control import StepControl
 from prensa.system.failure import NotConverged
 from prensa.system.state import State
+from prensa.tools import patches
+from prensa.tools.curved import Curved
+from prensa.types import Array, Index
 from prensa_bench.panel.composition import Mechanism, Replaced, replaced
 
 NEVER = 10**12
@@ -143,6 +146,17 @@ def _unlimited(*_: Any) -> float:
 def _last_values(self: Passages) -> dict[str, Mean]:
     """Forces at the end of the increment in the place of their means over a passage."""
     return {column: Mean(float(value), 0.0) for column, value in zip(self.columns, self._rows[-1].values)}
+
+
+def _nearest_patch(self: Curved, xi: Array) -> tuple[Index, Index, Array]:
+    """Triangles nearest to points (k, 3) with no ties between them: as if all were flats, of which there are none."""
+    k, flats = len(xi), np.ones(len(self.facets.flats), dtype=bool)
+    triangle, where, at = np.zeros(k, dtype=np.int64), np.zeros(k, dtype=np.int64), np.zeros((k, 2))
+    patches.nearest(
+        self._P, self._C, self._R, self._T, self._curved, flats, self._kinds, *self.facets.around, *self._tree,
+        xi, triangle, where, at,
+    )  # fmt: skip
+    return triangle, where, at
 
 
 TIMELY = (
@@ -497,6 +511,12 @@ GUARDS = (
         "Tools that start inside bodies are drawn back and go in again in stages.",
         (replaced(attempt, attempt.overlap_stages, _none_of_them),),
         guard="tests/checks/test_early_end.py::test_a_tool_three_elements_inside_an_elastic_body_is_pressed_out_at_once",
+    ),
+    Mechanism(
+        "ties_of_patches",
+        "Within a band about a smooth side of STL patches the first of the triangles there has a point, whichever is nearer.",
+        (replaced(Curved, Curved._nearest, _nearest_patch),),
+        guard="tests/tools/test_stl.py::test_nodes_that_symmetry_keeps_on_sides_and_corners_of_triangles",
     ),
     Mechanism(
         "friction_that_holds",

@@ -1,14 +1,9 @@
 """Tools of triangles, read as curved patches through the corners and the normals there.
 
-The normals are those of `prensa.tools.facets`. A side is curved where its two normals n_a, n_b lean apart; else it is straight: a
-parabola would fold there, and a flat beside a fillet, which leans at one end alone, stays flat. With d from end to end and the
-mean normal m, c·m = (d·n_a − d·n_b)/2: with both conditions of Nagata (2005), c·n_a = d·n_a and c·n_b = −d·n_b, a side whose
-normals are nearly parallel and lean a little unlike would wind.
-
-A sharp edge is a curve with both conditions, of the surface on either side; a patch there has its own alone, as at smooth edges.
-What a curve adds to a patch or takes from it, within its surface, only says how far it goes: a rim that bends in a flat or on a
-cylinder changes nothing in how these are curved. (With the curve itself as its side, a triangle with two sides on a rim folds:
-they meet at 180°.)
+The normals are those of `prensa.tools.facets`, the sides of patches those of `prensa.tools.sides`. A sharp edge is a curve with
+the conditions of the surfaces on both sides of it; a patch there has its own alone, as at smooth edges. What a curve adds to a
+patch or takes from it, within its surface, only says how far it goes: a rim that bends in a flat or on a cylinder changes nothing
+in how these are curved. (With the curve itself as its side, a triangle with two sides on a rim folds: they meet at 180°.)
 """
 
 from __future__ import annotations
@@ -23,12 +18,10 @@ from prensa.importers.stl import Surface
 from prensa.precision import DRAWN, ROUND_OFF
 from prensa.tools import patches
 from prensa.tools.analytic import Analytic, Closest, marched_along
-from prensa.tools.facets import BORDER, CREASE, SIDE_CORNERS, Facets
+from prensa.tools.facets import BORDER, CREASE, SIDE_CORNERS, SMOOTH, Facets
+from prensa.tools.sides import Sides
 from prensa.tools.tool import Touched
 from prensa.types import Array, Flags, Index
-
-_LOOKS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.5, 0.0], [1.0, 0.5], [0.5, 0.5], [0.75, 0.25]])
-"""Places e, z on a patch at which it must not turn too far: corners, middles of sides, the inside."""
 
 
 class Curved(Analytic):
@@ -46,7 +39,7 @@ class Curved(Analytic):
     def __init__(self, surface: Surface, sharp: float) -> None:
         self.surface, self.sharp, self.facets = surface, sharp, Facets(surface, sharp)
         self.size, self._P = self.facets.size, self.facets.x
-        self._C, self._R = self._coefficients()
+        self._C, self._R = Sides(self.facets, sharp).coefficients()
         self._T = self._trims()
         self._curved = np.ascontiguousarray((self._C != 0.0).any(axis=(1, 2)))
         self._kinds, self._means = self._places()
@@ -139,39 +132,6 @@ class Curved(Analytic):
         return self.facets.edge_angles[self.facets.side_edges].max(axis=1)
 
     # -------------------------------------------------------------------------------------------------------- construction
-    def _coefficients(self) -> tuple[Array, Array]:
-        """Coefficients (m, 3, 3) of the sides of patches, and of the curves that bound them: see the module."""
-        own, curve = self._edge_coefficients()
-        edge = self.facets.side_edges
-        side = (self.surface.sides[edge, 1] == np.arange(len(edge))[:, None]).astype(np.int64)
-        while True:
-            C = own[edge, side]
-            turned = np.flatnonzero(self._turned(C))
-            if not turned.size:
-                return np.ascontiguousarray(C), np.ascontiguousarray(curve[edge])
-            # The steepest side becomes straight: of a sliver a long one, which a normal that is a little off bends too far.
-            worst = edge[turned, np.argmax(self._slopes(C)[turned], axis=1)]
-            own[worst], curve[worst] = 0.0, 0.0
-
-    def _edge_coefficients(self) -> tuple[Array, Array]:
-        """Coefficients of edges as sides of the patches at them (k, 2, 3), and as curves (k, 3)."""
-        s, normals = self.surface, self.facets.corner_normals.reshape(-1, 3)
-        d = s.points[s.edges[:, 1]] - s.points[s.edges[:, 0]]
-        A, right = np.zeros((len(d), 2, 3)), np.zeros((len(d), 2))
-        for side in range(2):
-            owner = s.sides[:, side]
-            there = owner >= 0
-            at = [normals[self.facets.corners_at(owner, s.edges[:, e])] for e in range(2)]
-            p, q = (np.einsum("ki,ki->k", n, d) for n in at)
-            # The tangents at the ends meet over the chord, and not all but at one end of it.
-            less, more = np.minimum(abs(p), abs(q)), np.maximum(abs(p), abs(q))
-            leans = there & (p * q < 0.0) & (less >= 0.25 * more) & (more > DRAWN * np.linalg.norm(d, axis=1))
-            A[:, side] = np.where(there[:, None], 0.5 * (at[0] + at[1]), 0.0)
-            right[:, side] = np.where(leans, 0.5 * (p - q), 0.0)
-        own = A * (right / np.maximum(np.einsum("ksi,ksi->ks", A, A), ROUND_OFF))[:, :, None]
-        both = np.einsum("kij,kj->ki", np.linalg.pinv(A, rcond=DRAWN), right)
-        return own, np.where((self.facets.edge_kinds == CREASE)[:, None], both, own[:, 0])
-
     def _trims(self) -> Array:
         """How far the curves go beyond the sides of patches, and where the corner opposite is (m, 3, 2): `patches._within`."""
         P, out = self._P, np.zeros((len(self._P), 3, 2))
@@ -180,35 +140,9 @@ class Curved(Analytic):
             out[:, k, 1] = np.einsum("mi,mi->m", inward, d) / np.einsum("mi,mi->m", d, d)
             inward = inward - out[:, k, 1, None] * d
             out[:, k, 0] = np.einsum("mi,mi->m", self._R[:, k] - self._C[:, k], inward) / np.einsum("mi,mi->m", inward, inward)
-        out[self.facets.edge_kinds[self.facets.side_edges] != CREASE, 0] = 0.0
+        kinds, flats = self.facets.edge_kinds[self.facets.side_edges], self.facets.flats[:, None]
+        out[(kinds == BORDER) | ((kinds == SMOOTH) & ~flats), 0] = 0.0
         return out
-
-    def _slopes(self, C: Array) -> Array:
-        """How far sides (m, 3) rise from their flat triangle, over its height there."""
-        rise = np.abs(np.einsum("mki,mi->mk", C, self.facets.normals))
-        ends = self._P[:, SIDE_CORNERS]
-        slopes = rise * np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2)
-        # A side that is curved within the triangle alone comes last, but comes.
-        return np.where((C != 0.0).any(axis=2), np.maximum(slopes, np.finfo(float).tiny), 0.0)
-
-    def _turned(self, C: Array) -> Flags:
-        """Which curved patches (m,) turn from their flat triangle by more than twice what the normals at their corners do.
-
-        Of a sphere, a cylinder or any surface that these normals are right of they turn by as much, wherever one looks.
-        """
-        P, out, f = self._P, np.zeros(len(C), dtype=bool), self.facets
-        lean = np.arctan2(
-            np.linalg.norm(np.cross(f.corner_normals, f.normals[:, None]), axis=2),
-            np.einsum("mci,mi->mc", f.corner_normals, f.normals),
-        ).max(axis=1)  # fmt: skip
-        least = np.cos(np.minimum(2.0 * lean, 0.5 * np.pi))
-        for e, z in _LOOKS:
-            a, b = 1.0 - e, e - z
-            xe = P[:, 1] - P[:, 0] - C[:, 0] * (a - b) - C[:, 1] * z + C[:, 2] * z
-            xz = P[:, 2] - P[:, 1] + C[:, 0] * a - C[:, 1] * (b - z) - C[:, 2] * a
-            n = np.cross(xe, xz)
-            out |= np.einsum("mi,mi->m", n, f.normals) < least * np.linalg.norm(n, axis=1)
-        return out & (C != 0.0).any(axis=(1, 2))
 
     def _places(self) -> tuple[Index, Array]:
         """Kinds (m, 7) and mean normals (m, 7, 3) of the insides, sides and corners of triangles: see `patches.closest`."""

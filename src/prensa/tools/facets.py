@@ -90,17 +90,48 @@ class Facets:
             if (more == straight).all():
                 break
             straight = more
-        at, f = normals[self._groups].reshape(-1, 3, 3), self.normals[:, None]
+        at, f = normals[self.groups].reshape(-1, 3, 3), self.normals[:, None]
         # What a file's seven digits make of a flat is flat.
         same = np.abs(at - f).max(axis=2) < DRAWN
         return np.where(same[:, :, None], f, at), flat
+
+    @cached_property
+    def shape_operators(self) -> Array:
+        """Derivatives (g, 3, 3) of the normals of groups along the surface, symmetric; those of flats' borders beyond the flats.
+
+        Least squares over the edges at each, with weights between those for errors of the normals, which are alike, and for what
+        operators miss, of the second order in the lengths of edges.
+        """
+        s, normals = self.surface, self.corner_normals.reshape(-1, 3)
+        n = np.zeros((self.groups.max() + 1, 3))
+        n[self.groups] = normals
+        both = []
+        for side in range(2):
+            owner = s.sides[:, side]
+            edge = np.flatnonzero((owner >= 0) & ~self.flats[owner])
+            both.append(np.concatenate([self._at_ends(side, edge), edge[:, None]], axis=1))
+        ends = np.unique(np.concatenate(both), axis=0)
+        at, other = np.concatenate([ends[:, :2], ends[:, 1::-1]]).T
+        d = s.points[s.edges[ends[:, 2], 1]] - s.points[s.edges[ends[:, 2], 0]]
+        d = np.concatenate([d, -d])
+        t = _tangents(n)
+        weight = np.linalg.norm(d, axis=1) ** -1.5
+        x, y = (np.einsum("kai,ki->ka", t[at], v * weight[:, None]) for v in (d, n[other] - n[at]))
+        zero = np.zeros(len(x))
+        rows = np.stack([np.stack([x[:, 0], x[:, 1], zero], axis=1), np.stack([zero, x[:, 0], x[:, 1]], axis=1)], axis=1)
+        matrix, right = np.zeros((len(n), 3, 3)), np.zeros((len(n), 3))
+        np.add.at(matrix, at, np.einsum("kai,kaj->kij", rows, rows))
+        np.add.at(right, at, np.einsum("kai,ka->ki", rows, y))
+        a, b, c = np.einsum("gij,gj->ig", np.linalg.pinv(matrix, rcond=DRAWN, hermitian=True), right)
+        inner = np.stack([np.stack([a, b], axis=1), np.stack([b, c], axis=1)], axis=1)
+        return np.asarray(np.einsum("gab,gai,gbj->gij", inner, t, t))
 
     def _means(self, flat: Flags) -> Array:
         """Mean normals (g, 3) of groups, weighted with the angles of triangles there; at flats, theirs alone.
 
         (Weights that are exact on spheres, Max 1999, leave out what is large, such as a flat in long triangles beside a fillet.)
         """
-        group, of_flat = self._groups, np.repeat(flat, 3)
+        group, of_flat = self.groups, np.repeat(flat, 3)
         at_flat = np.bincount(group, weights=of_flat) > 0
         share = (self.angles[:, :, None] * self.normals[:, None]).reshape(-1, 3)
         share = np.where((at_flat[group] & ~of_flat)[:, None], 0.0, share)
@@ -112,7 +143,7 @@ class Facets:
         return 3 * owner + np.argmax(self.surface.triangles[owner] == point[:, None], axis=1)
 
     @cached_property
-    def _groups(self) -> Index:
+    def groups(self) -> Index:
         """Numbers (3 m,) of the corners that have one normal: those that no sharp edge parts around a point."""
         smooth, s = np.flatnonzero(self.edge_kinds == SMOOTH), self.surface
         pairs = [[self.corners_at(s.sides[smooth, k], s.edges[smooth, end]) for end in range(2)] for k in range(2)]
@@ -121,7 +152,7 @@ class Facets:
     @cached_property
     def around(self) -> tuple[Index, Index, Index]:
         """Groups of the corners of triangles (m, 3), and where in a list (3 m,) the triangles of each group begin (g + 1,)."""
-        group = self._groups
+        group = self.groups
         start = np.concatenate([[0], np.cumsum(np.bincount(group))])
         return group.reshape(-1, 3), start, np.argsort(group, kind="stable") // 3
 
@@ -153,7 +184,7 @@ class Facets:
         """Groups (k, 2) at the ends of edges (k,), of the triangles on a side of them."""
         s = self.surface
         owner = s.sides[edge, side]
-        return np.stack([self._groups[self.corners_at(owner, s.edges[edge, end])] for end in range(2)], axis=1)
+        return np.stack([self.groups[self.corners_at(owner, s.edges[edge, end])] for end in range(2)], axis=1)
 
     @cached_property
     def _ends(self) -> Index:
@@ -196,7 +227,7 @@ class Facets:
             m = self._across(side, edge)
             for group in self._at_ends(side, edge).T:
                 np.add.at(across, group, m[:, :, None] * m[:, None])
-        held = np.bincount(self._groups, weights=np.repeat(flat, 3)) > 0
+        held = np.bincount(self.groups, weights=np.repeat(flat, 3)) > 0
         values, vectors = np.linalg.eigh(across)
         line, m = ~held & (values[:, 2] > 0.5), vectors[:, :, 2]
         out = normals - np.where(line, np.einsum("gi,gi->g", normals, m), 0.0)[:, None] * m
@@ -211,7 +242,7 @@ class Facets:
 
         Around are the triangles of a group, and of the groups at their other corners.
         """
-        group, f = self._groups, self.normals
+        group, f = self.groups, self.normals
 
         def summed(corners: Array) -> Array:
             return np.stack([np.bincount(group, weights=c, minlength=len(t)) for c in corners.T], axis=1)
@@ -240,6 +271,11 @@ class Facets:
         change = lsqr(A, right, damp=0.25)[0].reshape(-1, 2)
         out = normals + np.einsum("ga,gai->gi", change, t)
         return np.asarray(out / np.linalg.norm(out, axis=1)[:, None])
+
+
+def angles_between(a: Array, b: Array) -> Array:
+    """Angles (...) between vectors (..., 3)."""
+    return np.asarray(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(axis=-1)))
 
 
 def _connected(count: int, a: Index, b: Index) -> Index:
