@@ -214,11 +214,10 @@ def place(
     endwise = _endwise(d, outward) != ""
     if endwise or not np.isfinite(gaps).any():
         raise _never_met(name, d, target, "" if endwise else moved.why_missed(d, direction, points, mesh), outward)
-    nodes_of = moved.faces.shape[1] if len(moved.faces) else 0
-    between = nodes_of == 4 and not (shape.cavity or shape.half_space) and rests(body, outward)
-    ahead = met_ahead(moved.gaps, mesh.points[moved.faces], DRAWN * size) if between else 0.0
-    where = start - (gaps.min() - ahead) * outward
+    where = start - gaps.min() * outward
     g = shape.closest(points - where).g
     if g.min() < -DRAWN * size:
         raise _misfit(name, d, target, points, g, shape, outward)
+    if len(moved.faces) and moved.faces.shape[1] == 4 and not (shape.cavity or shape.half_space) and rests(body, outward):
+        where = where + met_ahead(moved.gaps, mesh.points[moved.faces], DRAWN * size) * outward
     return PlacedTool(name, shape, where, direction, d)
