@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import cast
 
 import numpy as np
@@ -32,7 +31,6 @@ from prensa.system.bodies import Bodies, Meshed
 from prensa.system.contact_surfaces import contact_edges, named_edges
 from prensa.system.control import couplings, factor_field
 from prensa.system.element_choice import with_chosen_elements
-from prensa.system.held import rests
 from prensa.system.interaction import Interaction
 from prensa.system.interference import TIE_SHARES, shares_field
 from prensa.system.interference import couplings as share_couplings
@@ -92,7 +90,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
     shapes = meshes if earlier is None else earlier.shapes(meshes)
     tools = [
         (earlier.tool(name, d) if earlier is not None else None)
-        or place(name, d, shapes, _rounding(problem, name, surfaces), first_way(problem, name), partial(rests, bodies))
+        or place(name, d, shapes, _rounding(problem, name, surfaces), first_way(problem, name))
         for name, d in problem.tools.items()
     ]
     named = {tool.name: tool for tool in tools}
@@ -182,7 +180,7 @@ def with_tool(system: System, name: str, tool: ToolShape) -> System:
     """
     t = list(system.problem.tools).index(name)
     rounding, way = _rounding(system.problem, name, system.surfaces), first_way(system.problem, name)
-    placed = place(name, tool, system.meshes, rounding, way, partial(rests, system))
+    placed = place(name, tool, system.meshes, rounding, way)
     return replace(system, tools=[*system.tools[:t], placed, *system.tools[t + 1 :]])
 
 

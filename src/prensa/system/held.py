@@ -14,7 +14,7 @@ from prensa.geometry.reflections import Plane, axis_plane, plane_through
 from prensa.mesh.bricks import BrickMesh
 from prensa.mesh.faces import area_vectors
 from prensa.mesh.mesh import Mesh
-from prensa.precision import DRAWN, NEGLIGIBLE
+from prensa.precision import NEGLIGIBLE
 from prensa.system.bodies import Bodies
 from prensa.system.inclined import side_normal
 from prensa.system.once import once
@@ -63,16 +63,6 @@ def held_along(bodies: Bodies, body: str, normal: Array, axis: bool = True) -> F
         along = sum(float(normal[c]) * matrix[c::d] for c in range(d))
         out &= np.asarray(abs(along).sum(axis=1)).ravel() <= NO_ANGLE
     return out
-
-
-def rests(bodies: Bodies, body: str, way: Array) -> bool:
-    """Whether supports keep a body in space from going along a unit vector (3,), and from tilting so that parts of it do."""
-    x = bodies.X[bodies.span(body)][held_along(bodies, body, way)]
-    if len(x) < 3:
-        return False
-    across = x - x.mean(axis=0)
-    across = across - np.outer(across @ way, way)
-    return int(np.linalg.matrix_rank(across, tol=DRAWN * float(np.linalg.norm(across)))) == 2
 
 
 @once

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -16,7 +15,6 @@ from prensa.mesh.faces import first_met
 from prensa.mesh.mesh import Mesh
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.tools.analytic import Tool
-from prensa.tools.first_faces import met_ahead
 from prensa.tools.tool import ToolShape
 from prensa.types import Array, Index
 
@@ -163,14 +161,11 @@ def _misfit(name: str, d: ToolShape, target: str, points: Array, g: Array, shape
 
 
 def place(
-    name: str, d: ToolShape, meshes: dict[str, Mesh], rounding: float = 0.0, way: Array | None = None,
-    rests: Callable[[str, Array], bool] = lambda body, way: False,
+    name: str, d: ToolShape, meshes: dict[str, Mesh], rounding: float = 0.0, way: Array | None = None
 ) -> PlacedTool:  # fmt: skip
     """Place the tool *d*; see `prensa.Plane` and the others for the meaning of the keys.
 
     ``rounding``: radius of the corners of a profile or polygon that has no fillets of its own. ``way``: see `against`.
-    ``rests``: whether supports hold a body along a unit vector. One in space that rests is touched where its faces are, between
-    nodes too, so that a travel is that into the body on any mesh; another would lie loose before its tools: contact is at nodes.
 
     Raises
     ------
@@ -218,6 +213,4 @@ def place(
     g = shape.closest(points - where).g
     if g.min() < -DRAWN * size:
         raise _misfit(name, d, target, points, g, shape, outward)
-    if len(moved.faces) and moved.faces.shape[1] == 4 and not (shape.cavity or shape.half_space) and rests(body, outward):
-        where = where + met_ahead(moved.gaps, mesh.points[moved.faces], DRAWN * size) * outward
     return PlacedTool(name, shape, where, direction, d)
