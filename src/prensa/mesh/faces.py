@@ -212,3 +212,20 @@ def first_met(start: Array, way: Array, x: Array) -> tuple[Index, Array]:
     x, start, way = (np.ascontiguousarray(v, dtype=np.float64) for v in (x, start, way))
     rays.first_met(boxes, order, x, least, start, way, met, far)
     return met, far
+
+
+def area_normals(points: Array, sides: Index) -> Array:
+    """Outward normals (k, d), as long as the side is large, of edges (k, 2), body on the left, or faces (k, 4)."""
+    if points.shape[1] == 3:
+        a = points[sides]
+        return np.asarray(0.5 * np.cross(a[:, 2] - a[:, 0], a[:, 3] - a[:, 1]))
+    t = points[sides[:, 1]] - points[sides[:, 0]]
+    return np.stack([t[:, 1], -t[:, 0]], axis=1)
+
+
+def facing(points: Array, sides: Index, normal: Array) -> float:
+    """Cosine between the mean outward normal of edges (k, 2|3) or faces (k, 4|6) and a unit vector (d,); all around 0."""
+    own = area_normals(points, sides[:, : 2 * (points.shape[1] - 1)])
+    mean = own.sum(axis=0)
+    length = float(np.linalg.norm(mean))
+    return 0.0 if length <= NEGLIGIBLE * float(np.linalg.norm(own, axis=1).sum()) else float(mean @ normal) / length

@@ -11,7 +11,7 @@ import numpy as np
 from prensa.errors import PrensaError, along, coordinates
 from prensa.geometry.plane import ONE_NORMAL
 from prensa.geometry.sections import section_axes
-from prensa.mesh.faces import first_met
+from prensa.mesh.faces import area_normals, first_met
 from prensa.mesh.mesh import Mesh
 from prensa.precision import DRAWN, NEGLIGIBLE
 from prensa.tools.analytic import Tool
@@ -43,32 +43,15 @@ class PlacedTool:
         return min(self.shape.across(np.array([np.cos(a), np.sin(a)]), 0.0)[1] for a in angles)
 
 
-def _area_normals(points: Array, sides: Index) -> Array:
-    """Outward normals (k, d), as long as the side is large, of edges (k, 2), body on the left, or faces (k, 4)."""
-    if points.shape[1] == 3:
-        a = points[sides]
-        return np.asarray(0.5 * np.cross(a[:, 2] - a[:, 0], a[:, 3] - a[:, 1]))
-    t = points[sides[:, 1]] - points[sides[:, 0]]
-    return np.stack([t[:, 1], -t[:, 0]], axis=1)
-
-
 def surface_normal(points: Array, sides: Index) -> Array:
-    """Mean outward unit normal (d,) of oriented edges (k, 2) or faces (k, 4); see `_area_normals`."""
-    n = _area_normals(points, sides).sum(axis=0)
+    """Mean outward unit normal (d,) of oriented edges (k, 2) or faces (k, 4); see `area_normals`."""
+    n = area_normals(points, sides).sum(axis=0)
     return np.asarray(n / np.linalg.norm(n))
-
-
-def faces(points: Array, sides: Index, normal: Array) -> float:
-    """Cosine between the mean outward normal of edges (k, 2|3) or faces (k, 4|6) and a unit vector (d,); all around 0."""
-    own = _area_normals(points, sides[:, : 2 * (points.shape[1] - 1)])
-    mean = own.sum(axis=0)
-    length = float(np.linalg.norm(mean))
-    return 0.0 if length <= NEGLIGIBLE * float(np.linalg.norm(own, axis=1).sum()) else float(mean @ normal) / length
 
 
 def side_of(name: str, target: str, points: Array, edges: Index) -> Array:
     """`surface_normal` of the boundary that tool *name* is to touch; `ToolError` if it ends where it begins and has none."""
-    n = _area_normals(points, edges)
+    n = area_normals(points, edges)
     if np.linalg.norm(n.sum(axis=0)) <= NEGLIGIBLE * np.linalg.norm(n, axis=1).sum():
         raise ToolError(
             f"tools.{name}: 'touching: {target}' does not say on which side: that boundary runs all around and has no mean "
@@ -82,7 +65,7 @@ def against(points: Array, edges: Index, mean: Array, way: Array | None) -> Arra
 
     A curved or kinked boundary has no one normal. ``way`` (d,): unit vector of the tool's first travel; None: it is not known.
     """
-    normals = _area_normals(points, edges)
+    normals = area_normals(points, edges)
     normals = normals / np.linalg.norm(normals, axis=1)[:, None]
     straight = (normals @ mean >= ONE_NORMAL).all()
     return mean if straight or way is None or -(way @ mean) < FACING else -way

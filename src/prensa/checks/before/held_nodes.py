@@ -9,10 +9,10 @@ import numpy as np
 from prensa.checks.thresholds import ALONG, NO_DIFFERENCE, SLIGHT
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity, coordinates
+from prensa.mesh.faces import facing
 from prensa.model import problem as model
 from prensa.system.moments import Moment, contact_path
 from prensa.system.system import System
-from prensa.tools.place import faces
 from prensa.types import Array
 
 
@@ -118,7 +118,7 @@ def _facing_support(system: System, s: Surface, most: Pressed) -> str:
     mesh, normal = system.meshes[s.body], most.looks * np.eye(system.dofs.dimension)[most.axis]
     sides = {name: name.partition(".")[2] for name in _supports_there(system, s, most) if name not in s.description.surface}
     flat = {name: mesh.edges[side] for name, side in sides.items() if side in mesh.edges}
-    looking = [name for name, edges in flat.items() if faces(mesh.points, edges, normal) < -ALONG]
+    looking = [name for name, edges in flat.items() if facing(mesh.points, edges, normal) < -ALONG]
     return looking[0] if len(looking) == 1 and s.body in s.description.surface else ""
 
 

@@ -11,9 +11,9 @@ from prensa.contact.pairing import Pairs
 from prensa.contact.surface import Surface
 from prensa.errors import Finding, Severity, coordinates
 from prensa.linear.rigid_modes import CLOSED
+from prensa.mesh.faces import facing
 from prensa.model.interference import interference_of
 from prensa.system.system import System
-from prensa.tools.place import faces
 from prensa.types import Array
 
 SUNK = 0.45
@@ -29,9 +29,9 @@ def starting_places(system: System) -> Iterator[Finding]:
         tool = system.tool_masters[s.against].tool
         nodes = s.points.nodes
         pairs = system.tool_masters[s.against].seen(system.positions(start.u)[nodes], start.u)
-        facing = (pairs.n * s.node_normal).sum(axis=1)
+        ways = (pairs.n * s.node_normal).sum(axis=1)
         name, surface = tool.name, "+".join(s.description.surface)
-        if (facing > TOWARDS).all():
+        if (ways > TOWARDS).all():
             key = tool.description.direction_key
             how = f"reverse '{key}'" if key else "put it on the other side"
             if getattr(tool.description, "type", "") == "profile":
@@ -60,7 +60,7 @@ def starting_places(system: System) -> Iterator[Finding]:
             continue
         # A node whose nearest face of the tool looks its own way is past the tool's middle: contact would pull it out at the
         # far side.
-        behind = np.where(facing > TOWARDS, depth, 0.0)
+        behind = np.where(ways > TOWARDS, depth, 0.0)
         k = int(np.argmax(behind))
         if behind[k] > NOTABLE_DEPTH and not start.contact.closed[s.rows].any():
             to_touch, at = _to_touch(system, s, k, -s.node_normal[k]), coordinates(system.X[nodes[k]])
@@ -138,9 +138,9 @@ def _to_touch(system: System, s: Surface, slot: int, normal: Array) -> str:
     mesh, node = system.meshes[s.body], int(s.points.nodes[slot]) - system.offsets[s.body]
     there = {f"{s.body}.{side}": edges for side, edges in mesh.edges.items() if node in edges}
     listed = {side: edges for side, edges in there.items() if side in s.description.surface} or there
-    facing = {side: faces(mesh.points, edges, normal) for side, edges in listed.items()}
-    best = min(facing, key=facing.__getitem__, default="")
-    return f", or place it with 'touching: {best}'" if best and facing[best] < 0.0 else ""
+    cosines = {side: facing(mesh.points, edges, normal) for side, edges in listed.items()}
+    best = min(cosines, key=cosines.__getitem__, default="")
+    return f", or place it with 'touching: {best}'" if best and cosines[best] < 0.0 else ""
 
 
 def _along_axis(system: System, s: Surface) -> str:
