@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from prensa import analysis
+from prensa.checks.after import passages
 from prensa.checks.after.passages import Passages
 from prensa.checks.during import acceptance, penetration, self_intersection
 from prensa.checks.during.distortion import Distortion
@@ -391,7 +392,7 @@ GUARDS = (
     Mechanism(
         "force_jumps",
         "The time of a jump of forces within an increment is read off its work.",
-        (replaced(time_stepping, time_stepping.jump_of, lambda *_: float("nan")),),
+        (replaced(passages, passages.jump_of, lambda *_: float("nan")),),
         guard="tests/checks/test_passages.py::test_means_of_drawing_are_nearer_to_those_of_many_increments_than_the_trapezoid",
     ),
     Mechanism(

@@ -58,6 +58,7 @@ class RunChecks:
         self.untouched, self.metal_bends = UntouchedTools(system, self.between_nodes), MetalBends(system)
         self.hills, self.beyond_shear = FrictionHills(system), BeyondShear(system)
         self.step_begins: list[Check[StepBegun]] = [partial(table_jumps, system)]
+        passing = Passing(system)
         # Each list has what there is to look at: in small strain no element folds, and no outline comes near itself.
         finite, space = system.problem.kinematics != "small", system.dofs.dimension == 3
         self.attempted: list[Check[Attempted]] = [
@@ -66,14 +67,16 @@ class RunChecks:
         ]  # fmt: skip
         self.rejected: list[Check[Rejected]] = [Distortion(system, policy)]
         self.solved: list[Check[Solved]] = [
-            Penetration(system, folding if finite else None), symmetry_planes, Passing(system),
+            Penetration(system, folding if finite else None), symmetry_planes, *([passing] if passing.guard else []),
             *([self.closing] if finite else []), SelfIntersection(system), *([folding] if finite else []),
         ]  # fmt: skip
         bent = [self.metal_bends.note] if self.metal_bends.open else []
         self.committed: list[Check[Committed]] = [self.validity, penalties, folding.note, self.untouched.note, *bent]
         self.step_ends: list[Check[Committed]] = [
-            partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system), self.between_nodes,
-            self.metal_bends, self.hills, self.beyond_shear,
+            partial(penetrations, system), partial(hidden_forces, system), partial(soft_springs, system),
+            *([self.between_nodes] if self.between_nodes.contacts else []),
+            *([self.metal_bends] if self.metal_bends.open else []), *([self.hills] if self.hills.open else []),
+            *([self.beyond_shear] if self.beyond_shear.open else []),
         ]  # fmt: skip
         self.shape = OutOfShape(system, policy)
         if space:

@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from prensa.checks.after.passages import Passages, jump_of, passing_of
+from prensa.checks.after.passages import Passages
 from prensa.checks.check import Committed, Failed, Finished, Rejected, Solved, StepBegun
 from prensa.checks.during.closing import KnownFolds
 from prensa.checks.thresholds import IMBALANCE
@@ -337,8 +337,7 @@ class TimeStepping(IncrementSolver):
             self.messages.note(c.state, c.plan, f"step {c.plan.name!r} ends at time {c.time:.6g}: {c.stopped}")
             self.messages.warn(self.stopping.early(c))
             increment = replace(increment, stopped=c.stopped)
-        passed = passing_of(self.system, e, c.state.u, state.u)
-        increment = self.passages.follow(increment, passed, jump_of(c, state))
+        increment = self.passages.follow(increment, self.system, c, state, e)
         if ended:
             self.messages.warn(self.stopping.unmet(c))
             self.messages.report([self.passages, *self.checks.step_ends], done)

@@ -109,13 +109,12 @@ class Passages:
         """Names of the quantities that have means: columns of ``history.csv``, then pressure and elements of each contact."""
         return list(self._owners)
 
-    def follow(self, increment: Increment, passed: Mapping[str, Passing], jump: float) -> Increment:
-        """The increment with its means; ``jump``: see `jump_of`."""
+    def follow(self, increment: Increment, system: System, context: Context, reached: State, e: Evaluation) -> Increment:
+        """The increment with its means; context, e: how it led to the state ``reached``, on the present ``system`` of the run."""
         if not self.count:
             return increment
-        passed = {
-            name: passed.get(name, Passing(0.0, 0.0, 0.0)) for name in self.count
-        }  # tools that are gone have none
+        found, jump = passing_of(system, e, context.state.u, reached.u), jump_of(context, reached)
+        passed = {name: found.get(name, Passing(0.0, 0.0, 0.0)) for name in self.count}  # tools that are gone have none
         values = {
             f"{name}.{c}": v for name, tool in increment.tools.items() for c, v in zip(("fx", "fy", "mz"), tool.force)
         }

@@ -23,7 +23,10 @@ def symmetry_planes(given: Solved) -> Iterator[Finding]:
 
 
 class Passing:
-    """Free sides that pass through a plane of symmetry at which no tool can stand: each plane is reported once."""
+    """Free sides that pass through a plane of symmetry at which no tool can stand: each plane is reported once.
+
+    ``guard``: what there is to look at; without one this is not to be called.
+    """
 
     def __init__(self, system: System) -> None:
         self.guard = unguarded(system)
@@ -31,8 +34,7 @@ class Passing:
 
     def __call__(self, given: Solved) -> Iterator[Finding]:
         """Of an increment; what lay beyond at its start has been reported."""
-        if self.guard is None:
-            return
+        assert self.guard is not None
         deep = [close for close in self.guard.close(given.outlines.u) if close.share < -TOUCHING_DEPTH]
         if not any(str(close.mirror) not in self.reported for close in deep):
             return
