@@ -16,7 +16,7 @@ from prensa.cli import app
 from prensa.model.schema import loads
 from prensa.output import answer
 from prensa.output.whole import Share, findings, images_of, mirror_findings, of_whole, shares_of
-from prensa.system.presses import use_of
+from prensa.result.presses import use_of
 
 QUARTER = """\
 name: quarter

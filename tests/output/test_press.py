@@ -14,7 +14,7 @@ import prensa as pr
 from prensa.output import answer, press
 from prensa.output.history import read_history
 from prensa.result.increment import Increment
-from prensa.system.presses import use_of
+from prensa.result.presses import use_of
 from problems import ALUMINIUM, stroke, upset_billet, upset_block
 
 FREE = -0.5  # the way of the tool

@@ -19,7 +19,7 @@ from prensa.model.schema import loads
 from prensa.output import answer
 from prensa.output.scene import scene
 from prensa.output.whole import Share, images_of, mirror_findings, of_whole, part_of_whole, shares_of
-from prensa.system.presses import use_of
+from prensa.result.presses import use_of
 
 SPACE = """
 name: quarter

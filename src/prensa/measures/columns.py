@@ -13,7 +13,7 @@ from prensa.model.press import Use, works
 from prensa.model.problem import Problem, ever_stabilised, support_names
 from prensa.model.remeshing import remeshing_of
 from prensa.model.seconds import any_stated
-from prensa.system.presses import use_of
+from prensa.result.presses import use_of
 
 if TYPE_CHECKING:
     from prensa.result.increment import Increment

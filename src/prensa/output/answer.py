@@ -22,7 +22,7 @@ from prensa.model.until import reached
 from prensa.output import damage, press
 from prensa.output.whole import Share, images_of, moment_of_whole, of_whole
 from prensa.precision import DRAWN, NEGLIGIBLE
-from prensa.system.presses import use_of
+from prensa.result.presses import use_of
 from prensa.system.schedule import integrated
 
 Table = Mapping[str, NDArray[Any]]

@@ -14,7 +14,7 @@ from prensa.model.press import Use, works
 from prensa.model.problem import Problem
 from prensa.output import style
 from prensa.precision import NEGLIGIBLE
-from prensa.system.presses import use_of
+from prensa.result.presses import use_of
 from prensa.types import Array
 
 if TYPE_CHECKING:

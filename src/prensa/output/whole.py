@@ -23,10 +23,10 @@ from prensa.geometry.reflections import NoWhole, Plane, chamber, distinct, group
 from prensa.model.press import CRANK_ACROSS, drives
 from prensa.model.problem import Case, Problem, support_names, tools_removed
 from prensa.precision import DRAWN
+from prensa.result.presses import use_of
 from prensa.system.held import held, held_along
 from prensa.system.mirrored_sides import ENDS, Side, named_sides, plane_of, sides_in
 from prensa.system.moments import Moment, moments, stages
-from prensa.system.presses import use_of
 from prensa.system.system import System
 from prensa.types import Array
 

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 from prensa.model.press import works
 from prensa.model.problem import Problem
+from prensa.result.presses import use_of
 from prensa.solver.until import Outcome
-from prensa.system.presses import use_of
 
 Missing = Callable[[Outcome], float]
 

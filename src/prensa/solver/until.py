@@ -20,11 +20,11 @@ from prensa.model.until import TOOL_COMPONENTS, reached
 from prensa.policy import Policy
 from prensa.precision import NEGLIGIBLE
 from prensa.result.increment import Increment
+from prensa.result.presses import use_of
 from prensa.result.results import increment_of, tool_forces
 from prensa.system.failure import NotReached, sentence
 from prensa.system.interaction import Context
 from prensa.system.outcome import NewtonResult
-from prensa.system.presses import use_of
 from prensa.system.schedule import StepPlan
 from prensa.system.state import State
 from prensa.system.system import Evaluation, System

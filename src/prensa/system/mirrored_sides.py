@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from prensa.errors import PrensaError
-from prensa.geometry.reflections import Plane
+from prensa.geometry.reflections import NoWhole, Plane, chamber, distinct, group
 from prensa.mesh.mesh import Mesh
 from prensa.model.names import suggest
 from prensa.model.problem import Problem
@@ -106,6 +106,22 @@ def named_sides(problem: Problem) -> list[str]:
     """Planes of symmetry that a problem's case names, in its output and in presses."""
     presses = [tool.press for tool in problem.tools.values() if tool.press is not None]
     return list(dict.fromkeys([*problem.mirrored, *(side for press in presses for side in press.mirror or ())]))
+
+
+def images_of_sides(problem: Problem, sides: Sequence[str], along: str | None = None) -> int:
+    """How many parts the whole has whose planes of symmetry sides name, all or those that an axis lies along; 1 of no whole."""
+    planes = []
+    for side in sides:
+        try:
+            planes.append(plane_of(problem, side))
+        except PrensaError:  # of what is none a run says so before it begins
+            continue
+    if along is not None:
+        planes = [p for p in planes if len(along) == 1 and abs(p.normal["xyz".index(along)]) < DRAWN]
+    try:
+        return len(group(chamber(distinct(planes, np.inf)))) if planes else 1
+    except NoWhole:  # a run says so before it begins
+        return 1
 
 
 @once
