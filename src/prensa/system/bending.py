@@ -58,6 +58,11 @@ class Bending(NamedTuple):
     bent: bool
 
 
+def percent(error: float) -> str:
+    """The size of a relative error in per cent, in two digits."""
+    return f"{float(f'{100.0 * abs(error):.2g}'):g}"
+
+
 SHAPES = {"axisymmetric": ((1.0, 0.0), (0.0, 1.0), (1.0, 1.0)), "solid": ((1.0, 0.0), (1.0, 1.0))}
 """Curvatures along two ways: a plate bends to a cylinder or a dome, one of revolution also along the hoop alone."""
 
