@@ -106,10 +106,14 @@ def test_random_punches_are_right_or_said_to_be_off(number):
 
 
 def test_a_force_that_other_increments_change_is_the_one_that_is_judged():
-    """A wedge whose elements give 3 % more in one increment than in the run's six: the run's force is off by 7.5 %."""
+    """A wedge whose elements give 3 % more in one increment than in the run's six: the run's force is off.
+
+    By 7.5 % of a mesh four times as fine, between whose nodes it still lies deeper, and by 9.5 % of one eight times as fine.
+    """
     found, error, said = verdict(draw(91002, 12))
     assert found == "reported" and error < -0.05
-    assert estimated(said) == pytest.approx(-error, abs=0.01)
+    force, right = (answer(draw(91002, 12).problem(finer))[0] for finer in (1, FINENESS[1]))
+    assert estimated(said) == pytest.approx(1.0 - force / right, abs=0.01)
 
 
 @pytest.mark.parametrize(("seed", "number", "expected"), [
@@ -235,9 +239,12 @@ def test_tools_at_rest_are_not_named_where_the_moved_one_goes_away():
     assert "tools.punch: tool 'punch' touches 'billet' at first and only goes away" in said
 
 
-@pytest.mark.parametrize(("seed", "number", "missed"), [(4711, 24, 0.682), (4712, 49, 0.759)])
+@pytest.mark.parametrize(("seed", "number", "missed"), [(4711, 24, 0.712), (4712, 49, 0.771)])
 def test_a_share_is_of_the_force_along_the_way_of_the_tool(seed, number, missed):
-    """A node on the corner of a tilted punch is pushed aside: what it lacks along its way of a mesh four times as fine."""
+    """A node on the corner of a tilted punch is pushed aside: what it lacks along its way of a mesh eight times as fine.
+
+    Between the nodes of one four times as fine it lies deeper, too: that lacks 9 and 5 % itself.
+    """
     _, said = answer(draw(seed, number).problem())
     assert estimated(said) == pytest.approx(missed, abs=0.02)
 

@@ -8,7 +8,7 @@ import pytest
 import prensa as pr
 from prensa.checks.before.preflight import preflight
 from prensa.mesh.thin import strips
-from prensa.system.bending import SHAPES, BentStrips, stiffness_errors
+from prensa.system.bending import PLATE_SHAPES, BentStrips, stiffness_errors
 from prensa.system.bent_sections import BentMetal
 from prensa.system.held import held
 
@@ -243,9 +243,9 @@ def test_plates_err_by_the_shape_that_they_take(space, n):
     s = strips(pr.discretise(problem).meshes["plate"])
     *_, along = np.argsort(s.lengths, axis=0, kind="stable")
     errors = stiffness_errors(s, s.thin[0], along, NU, space)
-    assert len(errors) == len(SHAPES[space])
+    assert len(errors) == len(PLATE_SHAPES[space])
     metal, bend, lengths = perfect(space), np.array([1e-6]), np.array([[1.0, 1.5 if space == "solid" else 0.0]])
-    for shape, found in zip(SHAPES[space], errors):
+    for shape, found in zip(PLATE_SHAPES[space], errors):
         ways = np.array([shape]) / np.linalg.norm(shape)
         expected = metal.moments_of_layers(bend, ways, np.array([n]), lengths) / metal.moments(bend, ways) - 1.0
         assert found == pytest.approx(np.full(len(found), expected[0]), abs=2e-3)

@@ -27,7 +27,7 @@ from prensa.system.system import System
 from prensa.timer import Timer
 from prensa.types import Array, Index
 
-HALVINGS = (2, 3)
+TIMES_HALVED = (2, 3)
 """How often elements are halved, quarters; and once more where the tool still lies deeper between the nodes of these."""
 
 
@@ -80,7 +80,7 @@ def missed_on_finer(
         if share <= WORTH_SAYING:  # what may be missed, too, unless the force is several times too large
             return 0.0
         there = np.zeros(2)
-        for halvings in HALVINGS:
+        for halvings in TIMES_HALVED:
             # In the same increments, or what differs would be theirs too: shorter contact elements ask for shorter ones.
             if (part := part_of(system, given.context, given.state, s, nodes, layers, halvings, coarse.increments)) is None:
                 break

@@ -58,15 +58,20 @@ class Bending(NamedTuple):
     bent: bool
 
 
-SHAPES = {"axisymmetric": ((1.0, 0.0), (0.0, 1.0), (1.0, 1.0)), "solid": ((1.0, 0.0), (1.0, 1.0))}
+def percent(error: float) -> str:
+    """The size of a relative error in per cent, in two digits."""
+    return f"{float(f'{100.0 * abs(error):.2g}'):g}"
+
+
+PLATE_SHAPES = {"axisymmetric": ((1.0, 0.0), (0.0, 1.0), (1.0, 1.0)), "solid": ((1.0, 0.0), (1.0, 1.0))}
 """Curvatures along two ways: a plate bends to a cylinder or a dome, one of revolution also along the hoop alone."""
 
 
 def stiffness_errors(s: Strips, row: Index, along: Index, nu: float, space: str, held: Flags | None = None) -> Array:
     """Relative errors (k, m) of the stiffness in bending of layers of the default element, strips in a row (m,) of m elements.
 
-    k: one in the plane, else one for each of `SHAPES`; ``held`` (m,): elements that supports keep from bending along the second
-    way.
+    k: one in the plane, else one for each of `PLATE_SHAPES`; ``held`` (m,): elements that supports keep from bending along the
+    second way.
     An element of length a, that in the row ``along`` (m,), bends in shear: G/E' (a/t)² of the bending of the thickness t, where
     G/E' is (1 − ν)/2 of what is held across, and G/E = 1/(2 (1 + ν)) in plane stress; no side is straight along a hoop. Of the
     bending of each of n layers by itself, 1/n² of the whole, F-bar with its one volume keeps the deviatoric part, `q4` in plane
@@ -78,9 +83,9 @@ def stiffness_errors(s: Strips, row: Index, along: Index, nu: float, space: str,
     def bent(way: Index) -> Array:
         return (np.linalg.norm(s.across[way, m], axis=1) / thickness) ** 2
 
-    if space in SHAPES:
+    if space in PLATE_SHAPES:
         across = bent(3 - row - along) if space == "solid" else np.zeros(len(row))
-        out = [_of_plate(one, (bent(along), across), layers, nu) for one in SHAPES[space]]
+        out = [_of_plate(one, (bent(along), across), layers, nu) for one in PLATE_SHAPES[space]]
         return np.stack(out) if held is None else np.where(held, out[0], out)
     shear, kept = ((1.0 - nu) / 2.0,) * 2 if space == "plane strain" else (1.0 / (2.0 * (1.0 + nu)), 1.0 / (1.0 - nu**2))
     return np.asarray(shear * bent(along) - (1.0 - kept) / layers**2)[None]

@@ -12,7 +12,7 @@ from prensa.contact.passage import WORTH_SAYING
 from prensa.errors import Finding
 from prensa.materials.flow_curve import stress_at
 from prensa.materials.solids.j2 import J2
-from prensa.system.bending import FOR_BENDING, BentStrips, bendings, looked_at
+from prensa.system.bending import FOR_BENDING, BentStrips, bendings, looked_at, percent
 from prensa.system.bent_sections import BentMetal
 from prensa.system.held import held
 from prensa.system.system import System
@@ -119,5 +119,5 @@ class MetalBends:
         remedy = FOR_METAL[self.system.dofs.dimension]
         return (
             f"{body!r} bends, and its layers of {default!r} are too {way[0]} for that: forces of prescribed travels are too "
-            f"{way[1]}, by an estimated {100.0 * abs(share):.2g} %; give it {remedy}; 'element: {default}' accepts that"
+            f"{way[1]}, by an estimated {percent(share)} %; give it {remedy}; 'element: {default}' accepts that"
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from prensa.errors import Finding
-from prensa.system.bending import FOR_BENDING, Bending, bendings, looked_at
+from prensa.system.bending import FOR_BENDING, Bending, bendings, looked_at, percent
 from prensa.system.system import System
 
 
@@ -32,10 +32,10 @@ def stiff_in_bending(system: System) -> Iterator[Finding]:
 
 def _by_how_much(b: Bending) -> str:
     """The range of errors, or the one that there is."""
-    least, most = (f"{100.0 * abs(e):.2g} %" for e in (b.softest, b.stiffest))
-    if least == most and b.softest * b.stiffest > 0.0:
-        return f"too {'stiff' if b.stiffest > 0.0 else 'soft'} by {most}"
-    if b.softest * b.stiffest >= 0.0:
-        few, many = sorted((least, most), key=lambda one: float(one.split()[0]))
-        return f"too {'stiff' if b.stiffest > 0.0 else 'soft'} by {few.removesuffix(' %')} to {many}, by the shape that it takes"
-    return f"between {least} too soft and {most} too stiff, by the shape that it takes"
+    small, large = sorted((b.softest, b.stiffest), key=abs)
+    way = "stiff" if large > 0.0 else "soft"
+    if small == large:
+        return f"too {way} by {percent(large)} %"
+    if small * large >= 0.0:
+        return f"too {way} by {percent(small)} to {percent(large)} %, by the shape that it takes"
+    return f"between {percent(b.softest)} % too soft and {percent(b.stiffest)} % too stiff, by the shape that it takes"
