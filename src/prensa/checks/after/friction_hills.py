@@ -184,7 +184,7 @@ class FrictionHills:
         thickness = np.abs(along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0])
         friction, pressure = np.einsum("scei,si->sc", t[ends], along), p[ends].sum(axis=2) / pressed.sum(axis=2)
         # one layer between two rough tools carries whatever there is: elsewhere metal shears below, if not enough
-        single = (layers == 1.0) & t[ends].any(axis=(1, 3)).all(axis=1)
+        single = (layers == 1.0) & np.asarray(t[ends].any(axis=(1, 3))).all(axis=1)
         beyond = np.where(single[:, None], np.einsum("scei,si->sc", more[ends], along), 0.0)
         sections = np.unique(np.sort(ends, axis=2).reshape(-1, 2), axis=0, return_inverse=True)[1].reshape(-1, 2)
         back = friction.sum(axis=1) < 0.0
