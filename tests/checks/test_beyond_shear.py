@@ -47,9 +47,11 @@ def test_the_excess_is_that_over_friction_limited_by_the_shear_strength(space, n
     assert least < share_in(said[0]) / (force / limited - 1.0) < most
 
 
-def test_one_layer_carries_more_than_can_be_estimated():
-    force, said = pressed((10, 1), pr.Coulomb(0.3))
-    limited, silent = pressed((10, 1), pr.Capped(mu=0.3))
+@pytest.mark.parametrize(("n", "size"), [((10, 1), (20.0, 2.0)), ((10, 1), (20.0, 1.0)), ((6, 1), (20.0, 1.0))])
+def test_one_layer_carries_more_than_can_be_estimated(n, size):
+    """Long elements or not, locked or not: 2 to 5 times what friction that is limited needs."""
+    force, said = pressed(n, pr.Coulomb(0.3), size=size, by=0.1 * size[1])
+    limited, silent = pressed(n, pr.Capped(mu=0.3), size=size, by=0.1 * size[1])
     assert len(said) == 1 and not silent and "more than" in said[0] and force / limited - 1.0 > share_in(said[0])
 
 

@@ -56,7 +56,8 @@ class RunChecks:
         self.validity = validity or Validity(system, policy)
         self.penalties = penalties = PenaltyShare(system)
         self.untouched, self.metal_bends = UntouchedTools(system, self.between_nodes), MetalBends(system)
-        self.hills, self.beyond_shear = FrictionHills(system), BeyondShear(system)
+        self.hills = FrictionHills(system)
+        self.beyond_shear = BeyondShear(system, self.hills.reported)
         self.step_begins: list[Check[StepBegun]] = [partial(table_jumps, system)]
         passing = Passing(system)
         # Each list has what there is to look at: in small strain no element folds, and no outline comes near itself.

@@ -7,7 +7,7 @@ carry k/(1 − 1/n): two layers 2 k, and one layer, whose mean is zero, whatever
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -121,11 +121,12 @@ class BeyondShear:
 
     The work of this friction on the way of the metal below, which is the mean of the strip through the thickness relative to
     the tool, is work that no metal does. In a slab that is ∫ (τ − k) x/h dA, by which the friction hill is too high.
-    Where the metal does not flow there is none. Of contacts whose points are nodes, on quadrilaterals and bricks.
+    Where the metal does not flow there is none. Of contacts whose points are nodes, on quadrilaterals and bricks. ``reported``:
+    bodies of which the friction hill has been found too high already.
     """
 
-    def __init__(self, system: System) -> None:
-        self.system = system
+    def __init__(self, system: System, reported: Set[str] = frozenset()) -> None:
+        self.system, self.reported = system, reported
         metals = {n for n, b in system.problem.bodies.items() if isinstance(b.material, J2)}
         self.own = [(i, s) for i, s in enumerate(system.tool_contacts) if s.body in metals and at_nodes(s)]
         self.open = {s.body for _, s in self.own if _of_sides(system.meshes[s.body])}
@@ -135,7 +136,7 @@ class BeyondShear:
     def __call__(self, given: Committed) -> Iterator[Finding]:
         """What there is to say of each body, once."""
         work = given.state.energy.external - given.context.state.energy.external
-        for body in sorted(self.open):
+        for body in sorted(self.open - self.reported):
             excess, part = self._excess(body, given)
             share = excess / (work - excess) if excess < work else np.inf if excess > 0.0 else 0.0
             if share > WORTH_SAYING:
@@ -203,13 +204,13 @@ class BeyondShear:
         return out
 
     def _words(self, body: str, share: float, part: float) -> str:
-        single = any((self.known[s.name].layers == 1.0).any() for _, s in self.own if s.name in self.known and s.body == body)
+        known = [self.known[s.name] for _, s in self.own if s.body == body and s.name in self.known]
         # what one layer carries has no bound, and metal that is locked in it hardly flows
-        more = "more than " if single or share > 1.0 else ""
+        more = "more than " if share > 1.0 or any((t.layers[~t.held] == 1.0).any() for t in known) else ""
         return (
             f"{body!r} is pressed thin under friction beyond its shear yield stress, on {100.0 * part:.0f} % of the contact: "
             f"its few layers of elements carry it, metal does not, and forces are too large by {more}an estimated "
-            f"{100.0 * min(share, 1.0):.2g} %; limit friction by the shear strength ('type: capped'), or take more layers"
+            f"{100.0 * min(share, 1.0):.0f} %; limit friction by the shear strength ('type: capped'), or take more layers"
         )
 
 

@@ -13,9 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from prensa.checks.after.beyond_shear import Second, shear_yield
 from prensa.checks.check import Committed, warning
 from prensa.contact.faces import FacePoints
 from prensa.contact.passage import WORTH_SAYING
+from prensa.contact.record import magnitude
+from prensa.contact.surface import Surface
 from prensa.errors import Finding
 from prensa.materials.solids.j2 import J2
 from prensa.precision import EPS, SMALLEST
@@ -29,7 +32,8 @@ class Slab:
     """The strips (s,) through the thickness of a body that tools press at both of their sections, from low to high friction.
 
     ``sections`` (s, 2): numbers of these; ``length`` (s,), ``thickness`` (s,); ``width`` (s,): that on which the pressure acts,
-    2πr in axisymmetry; ``pressure``, ``friction`` (s, 2) at the sections: the mean of the pressed ends, the sum along the strip.
+    2πr in axisymmetry; ``pressure``, ``friction`` (s, 2) at the sections: the mean of the pressed ends, the sum along the strip;
+    ``beyond`` (s, 2): of this what exceeds the shear yield stress where one layer of elements lies between two rough tools.
     """
 
     sections: Index
@@ -38,6 +42,7 @@ class Slab:
     width: Array
     pressure: Array
     friction: Array
+    beyond: Array | None = None
 
     @property
     def force(self) -> float:
@@ -88,6 +93,26 @@ class Slab:
         above = at[low] * mean + scale * (1.0 / (1.0 - a) - mean)
         return float((self.length * self.width * above).sum())
 
+    def share_beyond(self) -> float:
+        """The share by which friction ``beyond`` the shear yield stress makes the force too large, of slabs: ∫∫ τ/h dx dA.
+
+        By the lesser one of what it adds to the pressure and what the pressure grows, as each strip has it.
+        """
+        if self.beyond is None or not self.beyond.any():
+            return 0.0
+        low, high = self.sections.T
+        tau = self.friction.sum(axis=1)
+        part = self.beyond.sum(axis=1) / np.where(tau > 0.0, tau, 1.0)
+        grows = np.minimum(0.5 * tau * self.length / self.thickness, np.maximum(self.pressure[:, 1] - self.pressure[:, 0], 0.0))
+        own, at = np.where(tau > 0.0, part, 0.0) * grows, np.zeros(int(self.sections.max()) + 1)
+        for _ in range(len(low)):
+            last, at = at, np.zeros_like(at)
+            at[high] = last[low] + own
+            if (at == last).all():
+                break
+        excess = float((self.length * self.width * (at[low] + 0.5 * own)).sum())
+        return excess / (self.force - excess) if excess < self.force else np.inf
+
     def share(self) -> tuple[float, float]:
         """The share by which the force is too large, of the lesser exponents, and by how much those of both differ.
 
@@ -115,7 +140,9 @@ class FrictionHills:
             at_nodes[s.body] &= not (s.sharp or isinstance(s.points, FacePoints)) and s.points.N.shape[1] == 1
         metals = {n for n, b in system.problem.bodies.items() if isinstance(b.material, J2)}
         self.open = {n for n in metals if at_nodes.get(n) and system.meshes[n].cells.shape[1] == 4 and system.dofs.dimension == 2}
-        self.strips: dict[str, Index] = {}
+        self.reported: set[str] = set()
+        self.strips: dict[str, BentStrips] = {}
+        self.second: dict[str, Second] = {}
 
     def __call__(self, given: Committed) -> Iterator[Finding]:
         """What there is to say of each body, once."""
@@ -123,22 +150,29 @@ class FrictionHills:
             slab = self._slab(body, given)
             if slab is None:
                 continue
+            if (beyond := slab.share_beyond()) > WORTH_SAYING:
+                self.open.discard(body)
+                self.reported.add(body)
+                yield warning(_words_beyond(body, beyond))
+                continue
             share, apart = slab.share()
             # two ways to find the same are as uncertain as they differ
             if share - apart > WORTH_SAYING:
                 self.open.discard(body)
+                self.reported.add(body)
                 yield warning(self._words(body, slab, share))
 
     def _slab(self, body: str, given: Committed) -> Slab | None:
         """The strips of a body that are pressed; None: none with friction."""
         s, span = self.system, self.system.span(body)
-        p, t, closed = (v[span] for v in self._at_nodes(body, given))
+        p, t, more, closed = (v[span] for v in self._at_nodes(body, given))
         if not t.any():
             return None
         if body not in self.strips:
-            self.strips[body] = BentStrips.of(s.meshes[body]).sides[:, 0, :, :, 0]
-        sides = self.strips[body]
-        ends = sides[np.asarray(closed[sides].any(axis=2)).all(axis=1)]
+            self.strips[body] = BentStrips.of(s.meshes[body])
+        sides = self.strips[body].sides[:, 0, :, :, 0]
+        pressed_through = np.asarray(closed[sides].any(axis=2)).all(axis=1)
+        ends, layers = sides[pressed_through], self.strips[body].layers[pressed_through]
         if not len(ends):
             return None
         x, pressed = s.positions(given.state.u)[span][ends], closed[ends]
@@ -149,25 +183,42 @@ class FrictionHills:
         across = (x[:, :, 1] - x[:, :, 0]).mean(axis=1)
         thickness = np.abs(along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0])
         friction, pressure = np.einsum("scei,si->sc", t[ends], along), p[ends].sum(axis=2) / pressed.sum(axis=2)
+        # one layer between two rough tools carries whatever there is: elsewhere metal shears below, if not enough
+        single = (layers == 1.0) & np.asarray(t[ends].any(axis=(1, 3))).all(axis=1)
+        beyond = np.where(single[:, None], np.einsum("scei,si->sc", more[ends], along), 0.0)
         sections = np.unique(np.sort(ends, axis=2).reshape(-1, 2), axis=0, return_inverse=True)[1].reshape(-1, 2)
         back = friction.sum(axis=1) < 0.0
-        sections, pressure, friction = (np.where(back[:, None], v[:, ::-1], v) for v in (sections, pressure, friction))
+        sections, pressure, friction, beyond = (
+            np.where(back[:, None], v[:, ::-1], v) for v in (sections, pressure, friction, beyond)
+        )
         axisymmetric = s.problem.space == "axisymmetric"
         width = 2.0 * np.pi * middle[:, :, 0].mean(axis=1) if axisymmetric else np.full(len(length), s.problem.thickness)
-        return Slab(sections, length, thickness, width, pressure, np.where(back[:, None], -friction, friction))
+        friction, beyond = (np.where(back[:, None], -v, v) for v in (friction, beyond))
+        return Slab(sections, length, thickness, width, pressure, friction, beyond)
 
-    def _at_nodes(self, body: str, given: Committed) -> tuple[Array, Array, Flags]:
-        """Pressures (n,) and tractions (n, 2) along the tools at the nodes of the system, and which are pressed (n,)."""
+    def _at_nodes(self, body: str, given: Committed) -> tuple[Array, Array, Array, Flags]:
+        """Pressures (n,) and tractions (n, 2) along the tools at the nodes, these beyond k (n, 2), and which are pressed (n,)."""
         n = len(self.system.X)
-        p, t, closed = np.zeros(n), np.zeros((n, 2)), np.zeros(n, dtype=bool)
+        p, t, more, closed = np.zeros(n), np.zeros((n, 2)), np.zeros((n, 2)), np.zeros(n, dtype=bool)
         for s, f in zip(self.system.tool_contacts, given.evaluation.contacts):
             if s.body == body:
                 on = f.p > 0.0
                 node = s.points.support[on, 0]
                 np.maximum.at(p, node, f.p[on])
-                np.add.at(t, node, (f.t[:, :, None] * f.stencils.e).sum(axis=1)[on])
+                traction = (f.t[:, :, None] * f.stencils.e).sum(axis=1)[on]
+                np.add.at(t, node, traction)
+                if traction.any():
+                    size, k = magnitude(f.t)[on], shear_yield(self.system, s, given, self._second(s))[on]
+                    part = np.maximum(1.0 - k / np.where(size > 0.0, size, k), 0.0)
+                    np.add.at(more, node, part[:, None] * traction)
                 closed[node] = True
-        return p, t, closed
+        return p, t, more, closed
+
+    def _second(self, s: Surface) -> Second:
+        """The second layer of elements behind a contact."""
+        if s.name not in self.second:
+            self.second[s.name] = Second.of(self.system, s)
+        return self.second[s.name]
 
     def _words(self, body: str, slab: Slab, share: float) -> str:
         times = float((slab.length / slab.thickness).max())
@@ -176,3 +227,12 @@ class FrictionHills:
             f"elements the pressure grows too fast (the friction hill), and forces are too large by an estimated "
             f"{100.0 * share:.2g} %; shorten the elements along the contact"
         )
+
+
+def _words_beyond(body: str, share: float) -> str:
+    """What there is to say of a single layer under friction beyond the shear yield stress."""
+    return (
+        f"{body!r} is pressed thin under friction beyond its shear yield stress: its one layer of elements carries it, metal "
+        f"does not, and forces are too large by more than an estimated {100.0 * min(share, 1.0):.0f} %; limit friction by the "
+        "shear strength ('type: capped'), or take more layers"
+    )
