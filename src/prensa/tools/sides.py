@@ -5,13 +5,14 @@ fillet, which leans at one end alone, stays flat. With d from end to end and the
 conditions of Nagata (2005), c·n_a = d·n_a and c·n_b = −d·n_b, a side whose normals are nearly parallel and lean a little unlike
 would wind.
 
-That leaves free how a side bends within the surface. The shortest way between two points of the rim of a round fillet leaves the
-rim and comes back, across the fillet's curvature, and no parabola follows how its normals turn; the rim itself is a circle. So a
-side bends such that its normals turn alike at both ends: with the shape operators S there, t along the side and b across it, its
-tangents turn by ±θ with b·S_a t + θ D_a = b·S_b t − θ D_b, where D = b·S b − t·S t. Where the curvatures along and across differ
-by less than a quarter, or by less than they change from end to end, or where the operators say other turns along the side than the
-normals at its ends, θ is uncertain and goes to zero (so on spheres and in flats). Bends are kept where they make the surface
-smoother: where the patches around meet at smaller angles in the middles of their sides. Flats have the bends as the curves that bound them alone.
+That leaves free how a side bends within the surface. The shortest way between two points of the rim of a round fillet leaves
+the rim and comes back, across the fillet's curvature, and no parabola follows how its normals turn; the rim itself is a circle.
+So a side bends such that its normals turn alike at both ends: with the shape operators S there, t along the side and b across
+it, its tangents turn by ±θ with b·S_a t + θ D_a = b·S_b t − θ D_b, where D = b·S b − t·S t. Where the curvatures along and
+across differ by less than a quarter, or by less than they change from end to end, or where the operators say other turns along
+the side than the normals at its ends, θ is uncertain and goes to zero (so on spheres and in flats). Bends are kept where they
+make the surface smoother: where the patches around meet at smaller angles in the middles of their sides. Flats have the bends
+as the curves that bound them alone.
 
 Sides that bend unlike at a corner of a sliver fold it. Where a patch turns too far, the bends of its sides that run alike are set
 to their mean curvature, as often as it takes; what turns too far then is a matter of normals, and becomes straight.
@@ -79,7 +80,7 @@ class Sides:
         return np.ascontiguousarray(own[edge, self._side]), np.ascontiguousarray(curve[edge])
 
     def _smoother(self, bends: Array) -> Array:
-        """The bends (k, 3) that make the surface smoother than without them: normals of patches differ less at middles of sides."""
+        """The bends (k, 3) that make the surface smoother than none: normals of patches differ less at middles of sides."""
         worse = self._rough(bends) >= self._rough(np.zeros_like(bends))
         return np.where(worse[:, None], 0.0, bends)
 
