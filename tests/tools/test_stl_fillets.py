@@ -129,7 +129,7 @@ def test_fillets_of_long_triangles(tmp_path: Path, around: bool, pattern: str, s
 @pytest.mark.parametrize("side", [1, -1], ids=["outwards", "inwards"])
 @pytest.mark.parametrize("pattern", ["one way", "to and fro"])
 def test_the_rim_of_a_small_fillet_is_a_circle(tmp_path: Path, pattern: str, side: int, sign: int) -> None:
-    """Radius .6, facets of 10°, triangles 12 times as long (5 to 15° off with straight rims): normals within 2°, its flat too."""
+    """Radius .6, facets of 10°, triangles 12 times as long: normals 2° (5° and more with straight rims), on it the flat's."""
     fillet, rng = Fillet(0.6, np.radians(10.0), 9, 0.6 * 12.0, side, sign, np.radians(10.0)), np.random.default_rng(0)
     assert compared(fillet, tmp_path, pattern, rng)[0].max() < 2.0
     look = fillet.looks(rng)

@@ -5,13 +5,14 @@ fillet, which leans at one end alone, stays flat. With d from end to end and the
 conditions of Nagata (2005), c·n_a = d·n_a and c·n_b = −d·n_b, a side whose normals are nearly parallel and lean a little unlike
 would wind.
 
-That leaves free how a side bends within the surface. The shortest way between two points of the rim of a round fillet leaves the
-rim and comes back, across the fillet's curvature, and no parabola follows how its normals turn; the rim itself is a circle. So a
-side bends such that its normals turn alike at both ends: with the shape operators S there, t along the side and b across it, its
-tangents turn by ±θ with b·S_a t + θ D_a = b·S_b t − θ D_b, where D = b·S b − t·S t. Where the curvatures along and across differ
-by less than a quarter, or by less than they change from end to end, or where the twists at the ends are not on the average that
-of the normals there, θ is uncertain and goes to zero (so on spheres and in flats).
-Flats have the bends as the curves that bound them alone.
+That leaves free how a side bends within the surface. The shortest way between two points of the rim of a round fillet leaves
+the rim and comes back, across the fillet's curvature, and no parabola follows how its normals turn; the rim itself is a circle.
+So a side bends such that its normals turn alike at both ends: with the shape operators S there, t along the side and b across
+it, its tangents turn by ±θ with b·S_a t + θ D_a = b·S_b t − θ D_b, where D = b·S b − t·S t. Where the curvatures along and
+across differ by less than a quarter, or by less than they change from end to end, or where the operators say other turns along
+the side than the normals at its ends, θ is uncertain and goes to zero (so on spheres and in flats). Bends are kept where they
+make the surface smoother: where the patches around meet at smaller angles in the middles of their sides. Flats have the bends
+as the curves that bound them alone.
 
 Sides that bend unlike at a corner of a sliver fold it. Where a patch turns too far, the bends of its sides that run alike are set
 to their mean curvature, as often as it takes; what turns too far then is a matter of normals, and becomes straight.
@@ -25,6 +26,8 @@ from prensa.precision import DRAWN, ROUND_OFF
 from prensa.tools.facets import CREASE, SMOOTH, Facets, angles_between
 from prensa.types import Array, Flags, Index
 
+RINGS = 2
+"""Rings of triangles around an edge in which bends are to make the surface smoother."""
 ROUNDS = 30
 """Times at most that the bends of patches which turn too far are set to their means: what they differ by goes down by a third."""
 _LOOKS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.5, 0.0], [1.0, 0.5], [0.5, 0.5], [0.75, 0.25]])
@@ -51,7 +54,7 @@ class Sides:
 
     def coefficients(self) -> tuple[Array, Array]:
         """Coefficients (m, 3, 3) of the sides of patches, and of the curves that bound them: see the module."""
-        edge, bends = self.facets.side_edges, self._bends()
+        edge, bends = self.facets.side_edges, self._smoother(self._bends())
         own, curve = self._of(np.arange(len(bends)), bends)
         turned = self._turned(own[edge, self._side], np.arange(len(edge)))
         for _ in range(ROUNDS):
@@ -75,6 +78,29 @@ class Sides:
             around = self._at(at)
             turned[around] = self._turned(own[edge[around], self._side[around]], around)
         return np.ascontiguousarray(own[edge, self._side]), np.ascontiguousarray(curve[edge])
+
+    def _smoother(self, bends: Array) -> Array:
+        """The bends (k, 3) that make the surface smoother than none: normals of patches differ less at middles of sides."""
+        worse = self._rough(bends) >= self._rough(np.zeros_like(bends))
+        return np.where(worse[:, None], 0.0, bends)
+
+    def _rough(self, bends: Array) -> Array:
+        """Sums (k,) of the angles at which patches meet in the middle of the sides of the triangles at edges that bend (k, 3)."""
+        s, edge = self.facets.surface, self.facets.side_edges
+        C, P = self._of(np.arange(len(bends)), bends)[0][edge, self._side], self.facets.x
+        n = np.zeros((len(bends), 2, 3))
+        for k, (e, z) in enumerate(_LOOKS[3:6]):
+            a, b = 1.0 - e, e - z
+            xe = P[:, 1] - P[:, 0] - C[:, 0] * (a - b) - C[:, 1] * z + C[:, 2] * z
+            xz = P[:, 2] - P[:, 1] + C[:, 0] * a - C[:, 1] * (b - z) - C[:, 2] * a
+            n[edge[:, k], self._side[:, k]] = np.cross(xe, xz)
+        step = np.where(self.facets.edge_kinds == SMOOTH, angles_between(n[:, 0], n[:, 1]), 0.0)
+        around = step[edge].sum(axis=1)
+        for _ in range(RINGS):
+            group = self.facets.groups.reshape(-1, 3)
+            total = np.bincount(group.ravel(), weights=np.repeat(around, 3))
+            around = total[group].sum(axis=1)
+        return around[s.sides[:, 0]] + np.where(s.sides[:, 1] >= 0, around[s.sides[:, 1]], 0.0)
 
     def _at(self, edge: Index) -> Index:
         """Numbers (m,) of the triangles at edges (k,)."""
@@ -112,11 +138,12 @@ class Sides:
         along, across, twist = (np.einsum("ki,keij,kj->ke", x, S, y) for x, y in ((t, t), (b, b), (b, t)))
         D = 0.5 * (across - along).sum(axis=1)
         change = (np.diff(along, axis=1) ** 2 + np.diff(across, axis=1) ** 2)[:, 0]
-        unsure = change + 0.25**2 * np.einsum("keij,keij->k", S, S)
-        more = np.diff(twist, axis=1)[:, 0]
         normals = f.corner_normals.reshape(-1, 3)
-        mean = np.einsum("ki,ki->k", normals[at[:, 1]] - normals[at[:, 0]], b) / self._length[edge]
-        # What the normals at the ends say of the twist in between is so uncertain as the operators say another.
+        turning = (normals[at[:, 1]] - normals[at[:, 0]]) / self._length[edge][:, None]
+        missed = (along - np.einsum("ki,ki->k", turning, t)[:, None]) ** 2
+        unsure = change + missed.sum(axis=1) + 0.25**2 * np.einsum("keij,keij->k", S, S)
+        more = np.diff(twist, axis=1)[:, 0]
+        mean = np.einsum("ki,ki->k", turning, b)
         more *= more**2 / np.maximum(more**2 + (twist.sum(axis=1) - 2.0 * mean) ** 2, np.finfo(float).tiny)
         turn = 0.5 * more * D / np.maximum(D**2 + unsure, np.finfo(float).tiny)
         turn = np.clip(turn, -0.5 * self.sharp, 0.5 * self.sharp)
