@@ -53,10 +53,11 @@ def missed_on_finer(
 
     The part knows its border at the ends of the steps, not on the way there: its own elements, which went there the same way, are
     compared, unless it is the whole body: then the force of the run is. Where its own elements do not give the force of the
-    whole, as in metal that is bent round its tool, it stands for nothing, and finer ones are spared. Halves, which cost a sixth of
-    quarters, are enough where twice what they show is not worth saying. Quarters between whose nodes the tool lies deeper are off
-    themselves, by either sign, and eighths are taken. A tool whose corner is pushed aside may have a force of the right size along
-    a wrong direction: the share is the larger one of the size and of what does the work, along the way of the tool in the step.
+    whole, as in metal that is bent round its tool, it stands for nothing, and finer ones are spared. Halves, a sixth of the cost
+    of quarters, are enough where twice what they show is not worth saying. Quarters between whose nodes the tool lies deeper are
+    off themselves, by either sign, and eighths are taken. A tool whose corner is pushed aside may have a force of the right size
+    along a wrong direction: the share is the larger one of the size and of what does the work, along the way of the tool in the
+    step.
     """
     if not may_part(system, s):
         return None
@@ -97,7 +98,7 @@ def missed_on_finer(
 
 
 def _missed(share: float, here: Array, there: Array, known: Flags) -> float | None:
-    """The larger share of what is ``known`` (2,) of a force ``here`` that is ``there`` on finer elements; none without a force."""
+    """The larger missed share of what is ``known`` (2,) of a force ``here`` that is ``there`` on finer elements; none without."""
     if not there[0] > 0.0:
         return None
     known = known & (there > 0.0)
