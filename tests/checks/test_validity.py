@@ -191,7 +191,8 @@ def test_plates_pressed_to_half_are_warned_of_where_twice_as_fine_a_mesh_has_ano
         caplog.clear()
         *_, last = pr.solve(problem)
         forces.append(last.force("t").y)
-        said.append(list(caplog.messages))
+        # friction beyond what metal bears is beside the mesh: the finer one has it too
+        said.append([m for m in caplog.messages if "friction beyond its shear yield stress" not in m])
     assert (abs(forces[0] / forces[1] - 1) > 0.05) == bool(words)
     assert [re.search(words or "", m) is not None for m in said[0]] == [True] * bool(words)
 

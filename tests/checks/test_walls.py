@@ -13,7 +13,7 @@ DOWN = pr.Step("press", by={"t": pr.Motion(y=-2.0)})
 
 
 def said(mu: float, step: pr.Step = DOWN, fixed: dict[str, object] | None = None, **tools: object) -> list[tuple[bool, str]]:
-    """What is said of a quarter of a block between two walls under a plane, and whether it is refused."""
+    """What is said of a quarter of a block between two walls under a plane, of its bending apart, and whether it is refused."""
     rub = pr.Coulomb(mu) if mu else None
     walls = {
         "w": pr.Plane(normal=(-1.0, 0.0, 0.0), at=(10.0, 0.0, 0.0)), "v": pr.Plane(normal=(0.0, 0.0, -1.0), at=(0.0, 0.0, 10.0)),
@@ -25,7 +25,7 @@ def said(mu: float, step: pr.Step = DOWN, fixed: dict[str, object] | None = None
         contacts=tuple(pr.Contact(sides[name], name, rub if name in "wv" else None) for name in all_of),
         fixed={"b.left": "x", "b.back": "z"} if fixed is None else fixed, steps=(step,),
     )  # fmt: skip
-    return [(f.fatal, f.message) for f in preflight(pr.discretise(p))]
+    return [(f.fatal, f.message) for f in preflight(pr.discretise(p)) if f.fatal or "bends" not in f.message]
 
 
 @pytest.mark.parametrize("step", [DOWN, pr.Step("press", push={"t": pr.Push(y=-1000.0)})])

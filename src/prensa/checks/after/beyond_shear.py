@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_matrix, vstack
-from scipy.spatial import KDTree
 
 from prensa.checks.check import Committed, warning
 from prensa.contact.faces import FacePoints
@@ -180,6 +179,8 @@ class BeyondShear:
 
         A surface that sticks stays behind the metal below it, so that this is not the strip of the point's own elements.
         """
+        from scipy.spatial import cKDTree  # not at the start of runs that have no such body
+
         if s.name not in self.known:
             self.known[s.name] = _through(self.system, s)
         t, x = self.known[s.name], self.system.positions(given.state.u)
@@ -191,7 +192,7 @@ class BeyondShear:
         now = np.linalg.norm(np.diff(x[t.ends].mean(axis=2), axis=1)[:, 0], axis=1)
         thinner = np.linalg.norm(np.diff((x - moved)[t.ends].mean(axis=2), axis=1)[:, 0], axis=1) - now
         pressed = t.held | self._pressed(s.body, given)[t.ends[:, 1]].all(axis=1)
-        nearest = KDTree(middle).query(s.points.at(x))[1]
+        nearest = cKDTree(middle).query(s.points.at(x))[1]
         whole = np.where(t.held, 2.0, 1.0)
         return Below(way[nearest], (whole * thinner)[nearest], (whole * t.layers)[nearest], pressed[nearest])
 
