@@ -23,7 +23,7 @@ from prensa.types import Array, Bytes, Flags
 
 OPEN, STUCK, SLIDING, DECIDE = 0, 1, 2, 3
 """Branches of contact and friction that a point may be made to take; `DECIDE`: its pressure and trial traction say which."""
-BRANCH = 3  # the bits that hold one of these
+BRANCH = STUCK | SLIDING | DECIDE  # the bits that hold one of these
 HOLD = 4  # a flag besides: where it touches, the point sticks
 
 

@@ -33,8 +33,6 @@ from prensa.model.units import Length
 __all__ = ["CaseError", "brief", "dump", "in_short", "load", "loads", "warnings_of"]
 
 CASE_LIMIT = 4 << 20
-SHOWN_ROWS = 8
-"""Rows of a table that summaries show in full: more of them do not fit on a line."""
 CUT = "…"
 _HALVES = re.compile("[\ud800-\udfff]")
 _TESTS = re.compile(r"[\"']?\btests\b")
@@ -440,7 +438,7 @@ def brief(value: Any) -> str:
 
 
 def in_short(value: Any) -> str:
-    """`brief` for reading: of tables with more than `SHOWN_ROWS` rows the first two and the last one."""
+    """`brief` for reading: of lists of more than four the first two and the last one."""
     return yaml.line(_shortened(_plain(value))).replace(f'"{CUT}"', CUT)
 
 
@@ -449,6 +447,6 @@ def _shortened(data: Any) -> Any:
     if isinstance(data, dict):
         return {key: _shortened(v) for key, v in data.items()}
     if isinstance(data, list | tuple):
-        rows = list(data) if len(data) <= SHOWN_ROWS else [*data[:2], CUT, data[-1]]
-        return [_shortened(v) for v in rows]
+        short = [*data[:2], CUT, *data[-1:]]
+        return [_shortened(v) for v in (data if len(data) <= len(short) else short)]
     return data

@@ -20,8 +20,6 @@ SMALLEST_BODY = 5e-5
 """Size (m) below which a body is likely in another unit: that of foils."""
 LARGEST_BODY = 50.0
 """The same above which it is: that of the plates of ships."""
-NEXT_UNIT = 1000.0
-"""Millimetres in a metre, micrometres in a millimetre."""
 SHEET = 5.0
 """Length of a sheet in the plane over its thickness, from which both are not those of a square bar."""
 THIN = 0.02
@@ -49,7 +47,7 @@ def lengths(system: System) -> Iterator[Finding]:
     yield from _long_bodies(system)
     if strange:
         return  # what else is out of proportion is so beside that body
-    size = system.length
+    size, next_unit = system.length, factor("1 m", "mm", "N", (0, 1))  # as many micrometres are in a millimetre
     for name, tool in system.problem.tools.items():
         sizes = ("radius", "width", "outer", "fillet")
         for key in (*sizes, *(f"section.{k}" for k in sizes if hasattr(tool, "section"))):
@@ -58,7 +56,7 @@ def lengths(system: System) -> Iterator[Finding]:
             values = given if isinstance(given, tuple) else (given,)  # a fillet of each corner
             least = size / 500 if key != tool.face()[1] else max(size / 500, _fits_nowhere(system, name))
             value = next((v for v in values if v and not least <= v <= 500 * size), None)
-            if value is not None and (value > size or _fits(system, name, key, NEXT_UNIT * value)):
+            if value is not None and (value > size or _fits(system, name, key, next_unit * value)):
                 yield Finding(
                     f"tools.{name}.{key}",
                     f"{value:.4g} {unit} against bodies of {size:.4g} {unit}; are both in the same unit?",
