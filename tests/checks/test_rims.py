@@ -33,7 +33,7 @@ def answer(problem, caplog):
     """The force of a run, and the share that it says to miss: 0 if nothing is said."""
     caplog.clear()
     *_, last = pr.solve(problem)
-    found = [re.search(r"too small, by an estimated (\d+) %", words) for words in caplog.messages]
+    found = [re.search(r"too small, by (?:up to )?an estimated (\d+) %", words) for words in caplog.messages]
     shares = [float(m[1]) / 100.0 for m in found if m]
     return last.force("t").y, shares[0] if shares else 0.0
 

@@ -25,10 +25,10 @@ from prensa.system.failure import Failure
 from prensa.system.finer_part import may_part, part_of, work_in
 from prensa.system.system import System
 from prensa.timer import Timer
-from prensa.types import Array, Flags, Index
+from prensa.types import Array, Index
 
-TIMES_HALVED = (1, 2, 3)
-"""How often elements are halved; eighths only where the tool still lies deeper between the nodes of quarters."""
+TIMES_HALVED = (2, 3)
+"""How often elements are halved, quarters; and once more where the tool still lies deeper between the nodes of these."""
 
 
 class _Silent(Messages):
@@ -53,11 +53,10 @@ def missed_on_finer(
 
     The part knows its border at the ends of the steps, not on the way there: its own elements, which went there the same way, are
     compared, unless it is the whole body: then the force of the run is. Where its own elements do not give the force of the
-    whole, as in metal that is bent round its tool, it stands for nothing, and finer ones are spared. Halves, a sixth of the cost
-    of quarters, are enough where twice what they show is not worth saying. Quarters between whose nodes the tool lies deeper are
-    off themselves, by either sign, and eighths are taken. A tool whose corner is pushed aside may have a force of the right size
-    along a wrong direction: the share is the larger one of the size and of what does the work, along the way of the tool in the
-    step.
+    whole, as in metal that is bent round its tool, it stands for nothing, and quarters of them are spared. Quarters between whose
+    nodes the tool lies deeper are off themselves, by either sign, and eighths are taken. A tool whose corner is pushed aside may
+    have a force of the right size along a wrong direction: the share is the larger one of the size and of what does the work,
+    along the way of the tool in the step.
     """
     if not may_part(system, s):
         return None
@@ -80,28 +79,20 @@ def missed_on_finer(
         share = max(own.work - alone, 0.0) / own.total if own.total > 0.0 else 1.0
         if share <= WORTH_SAYING:  # what may be missed, too, unless the force is several times too large
             return 0.0
-        missed: float | None = None
+        there = np.zeros(2)
         for halvings in TIMES_HALVED:
             # In the same increments, or what differs would be theirs too: shorter contact elements ask for shorter ones.
             if (part := part_of(system, given.context, given.state, s, nodes, layers, halvings, coarse.increments)) is None:
                 break
             fine = solved(part.problem)
-            if (missed := _missed(share, here, _force(s, way, fine), known)) is None:
-                break
-            # Halves show at least half of what is missed, as nodal contact converges at first order at least.
-            enough = halvings > 1 or 2.0 * abs(missed) <= WORTH_SAYING
-            if enough and not _dips(fine, s.against):
+            there = _force(s, way, fine)
+            if not _dips(fine, s.against):
                 break
     except PrensaError:  # what has no answer as a part says nothing of the whole
         return None
-    return missed
-
-
-def _missed(share: float, here: Array, there: Array, known: Flags) -> float | None:
-    """The larger missed share of what is ``known`` (2,) of a force ``here`` that is ``there`` on finer elements; none without."""
     if not there[0] > 0.0:
         return None
-    known = known & (there > 0.0)
+    known &= there > 0.0
     missed = share * (1.0 - here[known] / there[known])
     return float(missed[np.argmax(np.abs(missed))])
 

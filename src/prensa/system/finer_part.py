@@ -114,10 +114,6 @@ def _around(system: System, c: Context, s: Surface, pressed: Index, layers: int)
     for _ in range(layers):
         chosen = np.asarray(near[mesh.cells].any(axis=1))
         near[mesh.cells[chosen]] = True
-    # Metal that is thin is pushed along as a plug, and on its border displacements say little of the force that resists. The
-    # whole has no border, and is taken where it has no more elements than so many layers around as many nodes of a thick body.
-    if len(chosen) <= (len(pressed) + 2 * layers) * layers:
-        chosen[:] = near[:] = True
     nodes, cells = np.unique(mesh.cells[chosen], return_inverse=True)
     cells = cells.reshape(-1, mesh.cells.shape[1])
     fixed = np.zeros(system.ndof, dtype=bool)

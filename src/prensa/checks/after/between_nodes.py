@@ -154,7 +154,8 @@ class BetweenNodes:
         if dip is not None:
             return self.words(s, dip, x, _off(off if share > SLIGHT else None, pushed))
         if missed.beyond > missed.between and share > WORTH_SAYING:
-            return self._edge(s, count, missed.place, _off(off, pushed))
+            # the pressed nodes already bear a part of the strip beside them
+            return self._edge(s, count, missed.place, _off(off, pushed, "up to "))
         return self._few(s, count, off, pushed) if missed.between > NOTABLE_DEPTH else ""
 
     def _plastic(self, s: Surface) -> bool:
@@ -269,12 +270,14 @@ class BetweenNodes:
         return Dip(pieces[near[k]], float(length[near[k]])) if gaps[k] < 0.0 else None
 
 
-def _off(share: float | None, pushed: bool) -> str:
-    """By how much forces are off, of which a share is missing, negative of too large ones; of a tool that is pushed, its way."""
+def _off(share: float | None, pushed: bool, most: str = "") -> str:
+    """By how much, or by how much at ``most``, forces are off, of which a share is missing, negative of too large ones; of a tool
+    that is pushed, its way.
+    """
     large = share is not None and share < 0.0
     way, force = ("not deep enough", "too large") if large else ("too deep", "too small")
     what = f"it goes {way}" if pushed else f"forces are {force}"
-    return what if share is None or share >= 1.0 else f"{what}, by an estimated {100.0 * abs(share):.0f} %"
+    return what if share is None or share >= 1.0 else f"{what}, by {most}an estimated {100.0 * abs(share):.0f} %"
 
 
 def _curved(s: Surface) -> bool:
