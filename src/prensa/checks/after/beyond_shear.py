@@ -206,8 +206,8 @@ class BeyondShear:
 
     def _words(self, body: str, share: float, part: float) -> str:
         known = [self.known[s.name] for _, s in self.own if s.body == body and s.name in self.known]
-        # What one layer carries has no bound, and metal that is locked in it hardly flows. Of more the excess is that over metal as
-        # it is here: on finer elements it hardens at the surface and carries a part of it.
+        # What one layer carries has no bound, and metal that is locked in it hardly flows. Of more layers the excess is that over
+        # metal as it is here: on finer elements it hardens at the surface and carries a part of it.
         up_to = "more than" if share > 1.0 or any((t.layers[~t.held] == 1.0).any() for t in known) else "up to"
         return (
             f"{body!r} is pressed thin under friction beyond its shear yield stress, on {100.0 * part:.0f} % of the contact: "
