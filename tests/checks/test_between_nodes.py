@@ -116,6 +116,7 @@ def test_a_force_that_other_increments_change_is_the_one_that_is_judged():
     assert estimated(said) == pytest.approx(1.0 - force / right, abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "number", "expected"), [
     (91002, 4, "right"), pytest.param(77001, 14, "right", marks=pytest.mark.slow),
     pytest.param(91002, 14, "reported", marks=pytest.mark.slow),
@@ -135,6 +136,7 @@ def test_forces_that_are_too_large_are_reported_too(number):
     assert any("forces are too large, by an estimated" in words for words in said)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [55, pytest.param(50, marks=pytest.mark.slow)])
 def test_sharp_stamps_that_coarse_metal_carries_too_well_are_reported(number):
     """On two to four nodes; forces of others, 0, 30 and 35 of `GOOD`, are right, and nothing is said."""
@@ -239,6 +241,7 @@ def test_tools_at_rest_are_not_named_where_the_moved_one_goes_away():
     assert "tools.punch: tool 'punch' touches 'billet' at first and only goes away" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "number", "missed"), [(4711, 24, 0.712), (4712, 49, 0.771)])
 def test_a_share_is_of_the_force_along_the_way_of_the_tool(seed, number, missed):
     """A node on the corner of a tilted punch is pushed aside: what it lacks along its way of a mesh eight times as fine.

@@ -106,6 +106,7 @@ def ball(file: Path, turn: range) -> str:
     return write(file, points, triangles[area > 1e-9])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shared", [True, False], ids=["cut where the body ends", "cut beside it"])
 def test_half_of_a_ball_that_ends_in_the_plane_of_symmetry_faces_what_it_presses(tmp_path: Path, shared: bool) -> None:
     """It looks along z and is pressed along -y; one that is cut beside the end of the body is a surface that lies on its side."""

@@ -257,6 +257,7 @@ def test_friction_as_strong_as_the_metal_is_named(name):
     assert "friction of b.top-t reaches the shear strength of the metal at" in str(error)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("mu", "heard"), [(1.9, True), (0.1, False)])
 def test_friction_that_the_metal_does_not_bear_is_what_to_change(mu, heard):
     """A cylinder that sticks to the metal shears it as it turns; where no increment converges, less friction would help."""

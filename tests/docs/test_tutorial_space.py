@@ -55,6 +55,7 @@ def answered(command: str, folder: Path) -> str:
     return made.stdout + made.stderr
 
 
+@pytest.mark.slow
 def test_checks_of_the_tutorial_say_what_it_shows(tmp_path):
     """Sizes, the STL file, the picture of the sides, and the mistake; the case is one of thirty lines at most."""
     written(tmp_path)

@@ -25,6 +25,7 @@ def pictures(notebook) -> list[int]:
 SLOW = {"springback": pytest.mark.slow}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", [pytest.param(p, id=p.stem, marks=SLOW.get(p.stem, ())) for p in TUTORIALS])
 def test_a_tutorial_runs_and_shows_what_it_says(path, tmp_path, monkeypatch):
     """Run in an empty folder, a tutorial prints its words again and its numbers nearly, and draws its pictures."""

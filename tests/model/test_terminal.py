@@ -86,6 +86,7 @@ def test_what_other_cases_left_stays(tmp_path, monkeypatch):
     assert prensa("run", "-", "--out", "r", "-q", "--force", text=other).exit_code == 0
 
 
+@pytest.mark.slow
 def test_results_as_json(tmp_path, monkeypatch):
     """One document on standard output, and nothing on standard error, of every verb that ends at once."""
     monkeypatch.chdir(tmp_path)

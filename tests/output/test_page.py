@@ -244,6 +244,7 @@ def test_the_slider_moves_everything(page):
     assert "step" in page.page_source and complaints(page) == []
 
 
+@pytest.mark.slow
 @needs_browser
 def test_fields_ranges_mesh_and_mirror_change_the_picture(page):
     """Every control of the picture does something to it, and every field can be shown."""

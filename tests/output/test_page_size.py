@@ -118,6 +118,7 @@ def many(tmp_path, monkeypatch):
     return tmp_path, made
 
 
+@pytest.mark.slow
 def test_the_page_of_five_hundred_steps_stays_below_ten_megabytes(many):
     """Full use of the room, no more; it says which increments and how many pictures it shows."""
     folder, stored = many

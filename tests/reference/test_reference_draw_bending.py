@@ -30,6 +30,7 @@ def test_bending_alone_is_that_of_a_strip_by_pure_moment() -> None:
     assert strip.stretch == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_stiff_perfectly_plastic_strip_takes_its_plastic_moment_twice() -> None:
     """Each change of curvature costs M_p/R with M_p = Y' t²/4, Y' = 2Y/√3; under a pull N only 1 − (N/Y't)² of it."""
     data = {**STEEL, "E": 206e6, "nu": 0.4999, "flow": perfect, "layers": 50}

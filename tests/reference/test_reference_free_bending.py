@@ -70,6 +70,7 @@ def test_an_elastic_strip_is_straight_when_the_tools_have_gone():
     assert kept.angle + 0.5 < kept.released < kept.angle + 0.9
 
 
+@pytest.mark.slow
 def test_a_strip_that_touches_the_nose_alone_is_a_beam_on_three_supports():
     """Elastic, far apart shoulders, a small deflection: slope 3 d/(2 a), force 3 E' I d/a³, and nothing lies on the punch."""
     tools = {"punch": 1.0, "shoulder": 1.0, "apart": 100.0, "thickness": 1.0}
@@ -84,6 +85,7 @@ def test_a_strip_that_touches_the_nose_alone_is_a_beam_on_three_supports():
     assert found.released == pytest.approx(math.pi, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_strip_begins_to_lie_on_the_punch_where_the_nose_has_its_curvature():
     """From one way of touching to the other neither the force nor the leg beside its tangents has a jump."""
     tools = {"shoulder": 3.0, "apart": 17.25, "thickness": 2.0, "flow": swift, "E": 70500.0, "nu": 0.342}

@@ -107,6 +107,7 @@ def test_beyond_a_rim_the_distance_is_that_to_its_circle(tmp_path: Path) -> None
     assert np.abs(np.linalg.norm(np.cross(seen.n, (out[:, None] * e + up[:, None] * Z)), axis=1) / seen.g).max() < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_patches_turn_no_farther_than_their_normals(tmp_path: Path, seed: int) -> None:
     """Slivers on a cylinder, up to a hundred times as long as high: off by less than the angle between facets (26° otherwise)."""
