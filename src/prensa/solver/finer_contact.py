@@ -1,4 +1,4 @@
-"""What a contact of few nodes misses of its force: its surroundings computed once more, on shorter elements."""
+"""What a contact of few nodes misses of its force: its surroundings computed once more, on elements a quarter as long."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.checks.after.between_nodes import BetweenNodes
 from prensa.checks.check import Check, Committed, Refusal
 from prensa.contact.passage import WORTH_SAYING
 from prensa.contact.surface import Surface
@@ -26,9 +25,6 @@ from prensa.system.finer_part import may_part, part_of, work_in
 from prensa.system.system import System
 from prensa.timer import Timer
 from prensa.types import Array, Index
-
-TIMES_HALVED = (2, 3)
-"""How often elements are halved, quarters; and once more where the tool still lies deeper between the nodes of these."""
 
 
 class _Silent(Messages):
@@ -53,10 +49,9 @@ def missed_on_finer(
 
     The part knows its border at the ends of the steps, not on the way there: its own elements, which went there the same way, are
     compared, unless it is the whole body: then the force of the run is. Where its own elements do not give the force of the
-    whole, as in metal that is bent round its tool, it stands for nothing, and quarters of them are spared. Quarters between whose
-    nodes the tool lies deeper are off themselves, by either sign, and eighths are taken. A tool whose corner is pushed aside may
-    have a force of the right size along a wrong direction: the share is the larger one of the size and of what does the work,
-    along the way of the tool in the step.
+    whole, as in metal that is bent round its tool, it stands for nothing, and quarters of them are spared. A tool whose corner is
+    pushed aside may have a force of the right size along a wrong direction: the share is the larger one of the size and of what
+    does the work, along the way of the tool in the step.
     """
     if not may_part(system, s):
         return None
@@ -79,15 +74,9 @@ def missed_on_finer(
         share = max(own.work - alone, 0.0) / own.total if own.total > 0.0 else 1.0
         if share <= WORTH_SAYING:  # what may be missed, too, unless the force is several times too large
             return 0.0
-        there = np.zeros(2)
-        for halvings in TIMES_HALVED:
-            # In the same increments, or what differs would be theirs too: shorter contact elements ask for shorter ones.
-            if (part := part_of(system, given.context, given.state, s, nodes, layers, halvings, coarse.increments)) is None:
-                break
-            fine = solved(part.problem)
-            there = _force(s, way, fine)
-            if not _dips(fine, s.against):
-                break
+        # In the same increments, or what differs would be theirs too: contact elements a quarter as long ask for shorter ones.
+        fine = part_of(system, given.context, given.state, s, nodes, layers, 2, coarse.increments)
+        there = np.zeros(2) if fine is None else _force(s, way, solved(fine.problem))
     except PrensaError:  # what has no answer as a part says nothing of the whole
         return None
     if not there[0] > 0.0:
@@ -137,13 +126,6 @@ def _solved(problem: model.Problem, numerics: model.Numerics, policy: Policy) ->
     for last in stepping.run(own.initial()):
         increments[last.step_number - 1] += 1
     return _Solved(own, last, increments)
-
-
-def _dips(part: _Solved, tool: str) -> bool:
-    """Whether a tool lies notably deeper between the nodes of a part than at them, where it ends."""
-    between, u = BetweenNodes(part.system), part.last.state.u
-    x = part.system.positions(u)
-    return any(between.deepest(s, x, u) is not None for _, s in between.contacts if s.against == tool and not s.sharp)
 
 
 def _force(s: Surface, way: Array, part: _Solved) -> Array:
