@@ -104,6 +104,7 @@ class RunChecks:
         rest.between_nodes.reported |= self.between_nodes.reported
         rest.metal_bends.open &= self.metal_bends.open
         rest.hills.open &= self.hills.open
+        rest.hills.reported |= self.hills.reported
         rest.beyond_shear.open &= self.beyond_shear.open
         return rest
 

@@ -36,7 +36,7 @@ def calibrate(
         from prensa.output.files import file_name
 
         what = asked(
-            file if source.is_file else source.read(), changes or (), data, observe or (), sigma or (), fit or (), along,
+            source.given, changes or (), data, observe or (), sigma or (), fit or (), along,
             starts, refine,
         )  # fmt: skip
         folder = out or Path("results") / f"{file_name(what.name)}-fit"
@@ -122,7 +122,7 @@ def identify(
         from prensa.inverse.commands import identified
 
         found = identified(
-            file if source.is_file else source.read(), changes or (), observe or (), sigma or (), fit or (), rows
+            source.given, changes or (), observe or (), sigma or (), fit or (), rows
         )
         voice.say(str(found))
         voice.give({

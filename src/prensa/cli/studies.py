@@ -59,7 +59,7 @@ def sweep(
         from prensa.study.values import split_changes
 
         study = compute(
-            case if source.is_file else source.read(), split_changes(values or ()), measures or (), samples=samples,
+            source.given, split_changes(values or ()), measures or (), samples=samples,
             sampling=sampling, seed=seed, out=out, jobs=jobs, memory=memory, cluster=cluster, reports=reports,  # type: ignore[arg-type]
             retry=retry, quiet=voice.no_bar, force=force,
         )  # fmt: skip
@@ -98,7 +98,7 @@ def window(
         from prensa.study.window import window as compute
 
         study = compute(
-            case if source.is_file else source.read(), split_changes(values or ()), measures or (), limits or (), out=out,
+            source.given, split_changes(values or ()), measures or (), limits or (), out=out,
             jobs=jobs, memory=memory, cluster=cluster, retry=retry, quiet=voice.no_bar, force=force,
         )  # fmt: skip
         for note in study.notes:
@@ -138,7 +138,7 @@ def converge(
         from prensa.study.values import levels_of, split_changes
 
         study = compute(
-            case if source.is_file else source.read(), measures or (), mesh=levels_of("mesh", mesh),
+            source.given, measures or (), mesh=levels_of("mesh", mesh),
             step=levels_of("step", step), penalty=levels_of("penalty", penalty), changes=split_changes(changes or ()),
             out=out, jobs=jobs, memory=memory, cluster=cluster, retry=retry, quiet=voice.no_bar, force=force,
         )  # fmt: skip

@@ -48,6 +48,11 @@ class Source:
 
         return load(self.path, self.changes) if self.is_file else loads(self._text, self.name, Path(), self.changes)
 
+    @property
+    def given(self) -> Path | Case:
+        """The file, which a study reads again for each of its runs; of standard input the case."""
+        return self.path if self.is_file else self.read()
+
     def located(self, message: str) -> str:
         """A message with file, line and column before each of its lines that names a part of the case."""
         from prensa.model.schema import located, located_in

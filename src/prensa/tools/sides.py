@@ -27,7 +27,10 @@ from prensa.tools.facets import CREASE, SMOOTH, Facets, angles_between
 from prensa.types import Array, Flags, Index
 
 RINGS = 2
-"""Rings of triangles around an edge in which bends are to make the surface smoother."""
+"""Rings of triangles around an edge in which bends are to make the surface smoother.
+
+A ratio to no length: with one ring 2 of 26 fillets of Open CASCADE had normals more than 3° off, with two or three none.
+"""
 _LOOKS = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.5, 0.0], [1.0, 0.5], [0.5, 0.5], [0.75, 0.25]])
 """Places e, z on a patch at which it must not turn too far: corners, middles of sides, the inside."""
 
@@ -89,10 +92,7 @@ class Sides:
         C, P = self._of(np.arange(len(bends)), bends)[0][edge, self._side], self.facets.x
         n = np.zeros((len(bends), 2, 3))
         for k, (e, z) in enumerate(_LOOKS[3:6]):
-            a, b = 1.0 - e, e - z
-            xe = P[:, 1] - P[:, 0] - C[:, 0] * (a - b) - C[:, 1] * z + C[:, 2] * z
-            xz = P[:, 2] - P[:, 1] + C[:, 0] * a - C[:, 1] * (b - z) - C[:, 2] * a
-            n[edge[:, k], self._side[:, k]] = np.cross(xe, xz)
+            n[edge[:, k], self._side[:, k]] = _normals(P, C, e, z)
         step = np.where(self.facets.edge_kinds == SMOOTH, angles_between(n[:, 0], n[:, 1]), 0.0)
         around = step[edge].sum(axis=1)
         for _ in range(RINGS):
@@ -179,9 +179,14 @@ class Sides:
         """
         P, normals, out = self.facets.x[which], self.facets.normals[which], np.zeros(len(C), dtype=bool)
         for e, z in _LOOKS:
-            a, b = 1.0 - e, e - z
-            xe = P[:, 1] - P[:, 0] - C[:, 0] * (a - b) - C[:, 1] * z + C[:, 2] * z
-            xz = P[:, 2] - P[:, 1] + C[:, 0] * a - C[:, 1] * (b - z) - C[:, 2] * a
-            n = np.cross(xe, xz)
+            n = _normals(P, C, e, z)
             out |= np.einsum("mi,mi->m", n, normals) < self._least[which] * np.linalg.norm(n, axis=1)
         return out & (C != 0.0).any(axis=(1, 2))
+
+
+def _normals(P: Array, C: Array, e: float, z: float) -> Array:
+    """Normals (m, 3), of any length, of patches with corners P (m, 3, 3) and sides C (m, 3, 3) at a place e, z."""
+    a, b = 1.0 - e, e - z
+    xe = P[:, 1] - P[:, 0] - C[:, 0] * (a - b) - C[:, 1] * z + C[:, 2] * z
+    xz = P[:, 2] - P[:, 1] + C[:, 0] * a - C[:, 1] * (b - z) - C[:, 2] * a
+    return np.cross(xe, xz)

@@ -28,6 +28,7 @@ from prensa.mesh.mesh import Mesh
 from prensa.mesh.thin import side_numbers, strips
 from prensa.system.bending import Thickness
 from prensa.system.held import held
+from prensa.system.once import once
 from prensa.system.system import System
 from prensa.types import Array, Flags, Index
 
@@ -41,8 +42,10 @@ class Second(NamedTuple):
     share: Array
 
     @staticmethod
-    def of(system: System, s: Surface) -> Second:
-        """Of a contact on quadrilaterals or bricks."""
+    @once
+    def of(system: System, contact: int) -> Second:
+        """Of a tool's contact, by its number, on quadrilaterals or bricks."""
+        s = system.tool_contacts[contact]
         mesh = system.meshes[s.body]
         all_, sides = strips(mesh), _sides(system, s)
         number = side_numbers(np.concatenate([all_.sides.reshape(-1, sides.shape[1]), sides]), len(mesh.points))
@@ -60,11 +63,12 @@ class Second(NamedTuple):
         return out
 
 
-def shear_yield(system: System, s: Surface, given: Committed, second: Second) -> Array:
-    """Shear yield stress (points,) of the metal at a contact of tools, at its rate: σ_eq/√3 of the elements where more.
+def shear_yield(system: System, contact: int, given: Committed) -> Array:
+    """Shear yield stress (points,) of the metal at a tool's contact, by number, at its rate: σ_eq/√3 of elements where more.
 
     That at the surface, where it is hardest, by a line through the middles of the two outer layers of elements.
     """
+    s, second = system.tool_contacts[contact], Second.of(system, contact)
     b = next(b for b in system.blocks if b.body == s.body)
     law, history = b.law, b.at_law(given.state.history[system.blocks.index(b)])
     outer, inner = (_of_elements(law, history[elements]) for elements in (s.behind, second.elements))
@@ -130,7 +134,6 @@ class BeyondShear:
         self.own = [(i, s) for i, s in enumerate(system.tool_contacts) if s.body in metals and at_nodes(s)]
         self.open = {s.body for _, s in self.own if _of_sides(system.meshes[s.body])}
         self.known: dict[str, Through] = {}  # by contact, found when it is asked for
-        self.second: dict[str, Second] = {}
 
     def __call__(self, given: Committed) -> Iterator[Finding]:
         """What there is to say of each body, once."""
@@ -150,9 +153,7 @@ class BeyondShear:
             t = magnitude(f.t)
             if s.body == body and t.any():
                 closed += float(f.area[f.p > 0.0].sum())
-                if s.name not in self.second:
-                    self.second[s.name] = Second.of(self.system, s)
-                k = shear_yield(self.system, s, given, self.second[s.name])
+                k = shear_yield(self.system, i, given)
                 if (t > k).any():
                     beyond += float(f.area[t > k].sum())
                     excess += float((f.area * self._per_area(s, f, k, given))[t > k].sum())

@@ -13,12 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prensa.checks.after.beyond_shear import Second, shear_yield
+from prensa.checks.after.beyond_shear import shear_yield
 from prensa.checks.check import Committed, warning
 from prensa.contact.faces import FacePoints
 from prensa.contact.passage import WORTH_SAYING
 from prensa.contact.record import magnitude
-from prensa.contact.surface import Surface
 from prensa.errors import Finding
 from prensa.materials.solids.j2 import J2
 from prensa.precision import EPS, SMALLEST
@@ -142,7 +141,6 @@ class FrictionHills:
         self.open = {n for n in metals if at_nodes.get(n) and system.meshes[n].cells.shape[1] == 4 and system.dofs.dimension == 2}
         self.reported: set[str] = set()
         self.strips: dict[str, BentStrips] = {}
-        self.second: dict[str, Second] = {}
 
     def __call__(self, given: Committed) -> Iterator[Finding]:
         """What there is to say of each body, once."""
@@ -200,7 +198,7 @@ class FrictionHills:
         """Pressures (n,) and tractions (n, 2) along the tools at the nodes, these beyond k (n, 2), and which are pressed (n,)."""
         n = len(self.system.X)
         p, t, more, closed = np.zeros(n), np.zeros((n, 2)), np.zeros((n, 2)), np.zeros(n, dtype=bool)
-        for s, f in zip(self.system.tool_contacts, given.evaluation.contacts):
+        for i, (s, f) in enumerate(zip(self.system.tool_contacts, given.evaluation.contacts)):
             if s.body == body:
                 on = f.p > 0.0
                 node = s.points.support[on, 0]
@@ -208,17 +206,11 @@ class FrictionHills:
                 traction = (f.t[:, :, None] * f.stencils.e).sum(axis=1)[on]
                 np.add.at(t, node, traction)
                 if traction.any():
-                    size, k = magnitude(f.t)[on], shear_yield(self.system, s, given, self._second(s))[on]
+                    size, k = magnitude(f.t)[on], shear_yield(self.system, i, given)[on]
                     part = np.maximum(1.0 - k / np.where(size > 0.0, size, k), 0.0)
                     np.add.at(more, node, part[:, None] * traction)
                 closed[node] = True
         return p, t, more, closed
-
-    def _second(self, s: Surface) -> Second:
-        """The second layer of elements behind a contact."""
-        if s.name not in self.second:
-            self.second[s.name] = Second.of(self.system, s)
-        return self.second[s.name]
 
     def _words(self, body: str, slab: Slab, share: float) -> str:
         times = float((slab.length / slab.thickness).max())

@@ -229,21 +229,13 @@ def spread(system: System, body: str, across: Array) -> Spread:
     From flat sides that supports hold along their normals, whatever the axes, else from the middle; ways along which they hold
     two sides are left out. A sector has the ways and places of the whole. It is found once for each direction.
     """
-    known, key = _spreads(system), (body, *np.round(across, 9).tolist())
-    if key not in known:
-        known[key] = _spread(system, body, across)
-    return known[key]
+    return _spread(system, body, tuple(across.tolist()))
 
 
 @once
-def _spreads(_: System) -> dict[tuple[str | float, ...], Spread]:
-    """Those of a system that are known."""
-    return {}
-
-
-def _spread(system: System, body: str, across: Array) -> Spread:
+def _spread(system: System, body: str, across: tuple[float, ...]) -> Spread:
     X = system.meshes[body].points
-    ways = _beside(np.eye(X.shape[1]), across[None])
+    ways = _beside(np.eye(X.shape[1]), np.array([across]))
     closed, single = _held_ends(system, body, ways)
     if len(closed):
         ways = _beside(ways, np.array(closed))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -63,16 +63,19 @@ def _along_walls(system: System, body: str, frame: Frame, plan: StepPlan) -> Ite
         return
     if pushed and not any(met.rubs for met in beside):
         return  # `joint_motions` says that they go together
-    names = " and ".join(dict.fromkeys(repr(met.surface.against) for met in beside))
-    rubs = " and ".join(dict.fromkeys(repr(met.surface.against) for met in beside if met.rubs))
-    by = " and ".join(dict.fromkeys(repr(met.surface.against) for met in pressing))
-    what = f"only friction of {rubs} holds it" if rubs else f"nothing holds it, with {names} beside its way and smooth,"
+    rubs = _tools(met for met in beside if met.rubs)
+    what = f"only friction of {rubs} holds it" if rubs else f"nothing holds it, with {_tools(beside)} beside its way and smooth,"
     yield Finding(
         f"bodies.{body}",
-        f"{what} along {axis_in_words(along)} against {by} in step {plan.name!r}: hold its other side with 'fixed', or let a "
-        f"tool stand against it{', unless it is to slide there' * bool(rubs)}",
+        f"{what} along {axis_in_words(along)} against {_tools(pressing)} in step {plan.name!r}: hold its other side with "
+        f"'fixed', or let a tool stand against it{', unless it is to slide there' * bool(rubs)}",
         Severity.WARN if rubs else Severity.REFUSE,
     )
+
+
+def _tools(mets: Iterable[Met]) -> str:
+    """Tools, each once, in words."""
+    return " and ".join(dict.fromkeys(repr(met.surface.against) for met in mets))
 
 
 def _seen(system: System, met: Met, along: Array, goes: float) -> Array:
